@@ -1,1 +1,69 @@
-fn main() {}
+//! How fast states are found, and what they take: philosophers who ask for their forks and wait for an answer.
+
+use std::sync::Arc;
+
+use channels::{
+    Capacity, ChannelId, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProcessId, ProgramGraph,
+    Shape, Topology,
+};
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use explorer::{Closed, Limits, Model, explore};
+
+fn main() {
+    divan::main();
+}
+
+/// Guests at a round table with a fork between any two of them.
+fn table(guests: usize) -> ChannelSystem {
+    let mut topology = Topology::default();
+    let mut seat = |kind: &str, index: usize| topology.process(&format!("{kind}{index}")).expect("a new name");
+    let people: Vec<ProcessId> = (0..guests).map(|index| seat("Guest", index)).collect();
+    let forks: Vec<ProcessId> = (0..guests).map(|index| seat("Fork", index)).collect();
+    let words = || Domain::new([Shape::new([("word", FieldKind::symbols(["take", "put"]))])]);
+    let answers = || Domain::new([Shape::new([("word", FieldKind::symbols(["ok"]))])]);
+    let mut line = |guest: usize, fork: usize| -> [ChannelId; 2] {
+        let asks = topology.channel(people[guest], forks[fork], Capacity::One, words()).expect("a new channel");
+        [asks, topology.channel(forks[fork], people[guest], Capacity::One, answers()).expect("a new channel")]
+    };
+    let lines: Vec<[[ChannelId; 2]; 2]> =
+        (0..guests).map(|guest| [line(guest, guest), line(guest, (guest + 1) % guests)]).collect();
+    let [take, put, ok] = ["take", "put", "ok"].map(|word| Message::symbols([word]));
+    let mut processes: Vec<(ProcessId, Box<dyn Process>)> = Vec::new();
+    for guest in 0..guests {
+        let mut graph = ProgramGraph::builder("guest");
+        let places: Vec<_> = (0..6).map(|index| graph.location(&format!("{index}"))).collect();
+        let [[left, from_left], [right, from_right]] = lines[guest];
+        graph.send(places[0], left, take.clone(), places[1]);
+        graph.transition(places[1], channels::Label::Receive(from_left, channels::Slot::Given(ok.clone())), places[2]);
+        graph.send(places[2], right, take.clone(), places[3]);
+        graph.transition(places[3], channels::Label::Receive(from_right, channels::Slot::Given(ok.clone())), places[4]);
+        graph.send(places[4], left, put.clone(), places[5]);
+        graph.send(places[5], right, put.clone(), places[0]);
+        let graph = graph.initial(places[0]).build().expect("a sound graph");
+        processes.push((people[guest], Box::new(GraphProcess::new(Arc::new(graph)))));
+    }
+    for fork in 0..guests {
+        let mut graph = ProgramGraph::builder("fork");
+        let free = graph.location("free");
+        for [asked, answers] in [lines[fork][0], lines[(fork + guests - 1) % guests][1]] {
+            let [asked_for, held] = ["asked for", "held"].map(|name| graph.location(name));
+            graph.receive(free, asked, take.clone(), asked_for);
+            graph.send(asked_for, answers, ok.clone(), held);
+            graph.receive(held, asked, put.clone(), free);
+        }
+        let graph = graph.initial(free).build().expect("a sound graph");
+        processes.push((forks[fork], Box::new(GraphProcess::new(Arc::new(graph)))));
+    }
+    ChannelSystem::new(Arc::new(topology), processes).expect("a sound system")
+}
+
+#[divan::bench(args = [(5, 1), (6, 1), (6, 2)], sample_count = 3)]
+fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
+    let model = Model::new(&table(guests), None, Arc::new(Closed));
+    let limits = Limits { threads, reduce: false, ..Limits::default() };
+    let run = || explore(&model, None, &limits, &mut |_| ()).expect("a finite system");
+    let found = run().progress;
+    eprintln!("{guests} guests: {} states, {:.1} bytes each", found.states, found.memory as f64 / found.states as f64);
+    bencher.counter(ItemsCount::new(found.states)).bench(run);
+}

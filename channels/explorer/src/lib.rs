@@ -4,6 +4,7 @@ mod error;
 mod interner;
 mod local;
 mod model;
+mod passage;
 mod path;
 mod search;
 mod semantics;

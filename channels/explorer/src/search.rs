@@ -1,15 +1,19 @@
 //! The search: breadth first, layer by layer, so that the first violation is a shortest one.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+mod runs;
+
+use std::ops::Range;
+use std::thread::ScopedJoinHandle;
 
 use channels::{Monitor, Process, ProcessId, Verdict};
 
 use crate::error::Refused;
 use crate::model::Model;
-use crate::path::{Path, PathStep};
+use crate::passage::Passage;
+use crate::path::Path;
 use crate::semantics::{Fate, Semantics, Slots, Successors};
-use crate::store::{Change, Lookup, Pair, Scratch, Store, Unfolded};
-use crate::tables::Tables;
+use crate::store::{Change, Store, Unpacked};
+use crate::tables::{Gap, Tables};
 
 /// How far a search may go, and how it does.
 #[derive(Clone, Debug)]
@@ -64,13 +68,8 @@ pub enum Outcome {
     Endless(Path),
     /// In this run, the tree never takes a tick again, and nothing else happens any more.
     Deadlock(Path),
-    /// In this run, processes communicate forever before time can pass; its last `cycle` steps repeat.
-    Livelock {
-        /// The run.
-        path: Path,
-        /// The number of steps that repeat.
-        cycle: usize,
-    },
+    /// After this run, processes can communicate forever before time passes: it ends in a state that is on a cycle.
+    Livelock(Path),
     /// There was not enough memory to decide.
     Undecided,
 }
@@ -103,8 +102,7 @@ pub fn explore(
     let (tables, start) = Tables::new(model, property)?;
     let slots = Slots::new(&tables);
     let vector = slots.vector(&start);
-    let mut store = Store::new(slots.len);
-    store.insert_slots(&vector);
+    let store = Store::new(&vector);
     let semantics = Semantics {
         hold: model.faults.delayed.1,
         anywhere: model.anywhere,
@@ -112,14 +110,20 @@ pub fn explore(
         tables,
         slots,
     };
-    let mut search = Search { semantics, store, limits, layers: vec![0], quiet: 0, transitions: 0 };
+    let mut search = Search { semantics, store, limits, layers: vec![0], quiet: 0, transitions: 0, stuck: Vec::new() };
     let verdict = property.map_or(Verdict::Inconclusive, Monitor::verdict);
     let end = match verdict {
         Verdict::True => End::Complete,
         Verdict::False => End::Bad { from: None, kind: Bad::Violated },
-        Verdict::Inconclusive => search.run(property.is_none(), progress)?,
+        Verdict::Inconclusive => search.run(progress)?,
     };
-    search.conclude(end, property.is_none())
+    let found = search.conclude(end, property.is_some());
+    if !limits.reduce || matches!(found.outcome, Outcome::Proved | Outcome::Undecided) {
+        return Ok(found);
+    }
+    // The layers of a reduced search do not count the states that were passed through: a shortest run is found without.
+    let shortest = explore(model, property, &Limits { reduce: false, ..limits.clone() }, progress)?;
+    Ok(if matches!(shortest.outcome, Outcome::Undecided) { found } else { shortest })
 }
 
 /// How a search ended.
@@ -129,7 +133,7 @@ enum End {
     OutOfMemory,
     /// The successor of this state with this index is bad; or the state itself, if there is no index.
     Bad {
-        from: Option<(u32, Option<usize>)>,
+        from: Option<(u32, Option<u32>)>,
         kind: Bad,
     },
 }
@@ -139,6 +143,7 @@ enum Bad {
     Violated,
     Endless,
     Deadlock,
+    Livelock,
 }
 
 struct Search<'a> {
@@ -149,33 +154,40 @@ struct Search<'a> {
     layers: Vec<u32>,
     quiet: u64,
     transitions: u64,
+    /// The quiet states in which a tick is lost, whatever the environment does.
+    stuck: Vec<u32>,
 }
 
-/// What became of a state that was expanded without changing anything.
+/// What became of states that were expanded without changing anything.
 #[derive(Debug, Default)]
+struct Harvest {
+    states: Vec<Expanded>,
+    /// The changes of the successors that may be new, one after the other.
+    changes: Vec<Change>,
+    /// Where those of each successor end.
+    found: Vec<usize>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
 struct Expanded {
-    /// Something was not known yet: it must be expanded again.
+    /// Something was not known yet: the state must be expanded again.
     is_incomplete: bool,
     is_quiet: bool,
+    is_stuck: bool,
     transitions: u32,
-    /// The first bad successor, and how many of the found ones come before it.
-    bad: Option<(Option<usize>, Bad)>,
-    found: Vec<Found>,
-}
-
-/// A successor that may be new.
-#[derive(Debug)]
-enum Found {
-    Top(Pair),
-    Changes(Vec<Change>),
+    /// The first bad successor, or the state itself.
+    bad: Option<(Option<u32>, Bad)>,
+    /// Where the successors end that may be new.
+    end: usize,
 }
 
 /// Working memory of a thread.
 #[derive(Debug, Default)]
 struct Desk {
-    state: Unfolded,
+    state: Unpacked,
     successors: Successors,
-    scratch: Scratch,
+    passage: Passage,
+    words: Vec<u64>,
 }
 
 impl Search<'_> {
@@ -189,17 +201,16 @@ impl Search<'_> {
     }
 
     /// Searches layer by layer.
-    fn run(&mut self, find_deadlocks: bool, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
+    fn run(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
         let mut desks: Vec<Desk> = (0..self.limits.threads.max(1)).map(|_| Desk::default()).collect();
         let mut next = 0;
         while next < self.store.len() {
             let end_of_layer = self.store.len();
             while next < end_of_layer {
                 let batch = next..end_of_layer.min(next + BATCH);
-                next = batch.end;
-                let expanded = self.expand_batch(batch.clone(), find_deadlocks, &mut desks);
-                for (number, expanded) in batch.zip(expanded) {
-                    if let Some(end) = self.take_in(number, expanded, find_deadlocks, &mut desks[0])? {
+                let harvests = self.expand_all(batch.clone(), &mut desks);
+                for harvest in harvests {
+                    if let Some(end) = self.take_in(&mut next, &harvest, &mut desks[0])? {
                         return Ok(end);
                     }
                 }
@@ -217,163 +228,142 @@ impl Search<'_> {
     }
 
     /// Expands some states, on all threads, without changing anything.
-    fn expand_batch(&self, batch: std::ops::Range<u32>, find_deadlocks: bool, desks: &mut [Desk]) -> Vec<Expanded> {
-        const CHUNK: u32 = 64;
-        let chunks = (batch.end - batch.start).div_ceil(CHUNK);
-        let chunk = |index: u32| batch.start + index * CHUNK..batch.end.min(batch.start + (index + 1) * CHUNK);
-        let expand = |index: u32, desk: &mut Desk| -> Vec<Expanded> {
-            chunk(index).map(|number| self.expand(number, find_deadlocks, desk)).collect()
-        };
-        if desks.len() == 1 || chunks < 4 {
-            return (0..chunks).flat_map(|index| expand(index, &mut desks[0])).collect();
-        }
-        let next = AtomicUsize::new(0);
-        let mut done: Vec<(u32, Vec<Expanded>)> = std::thread::scope(|scope| {
-            let workers: Vec<_> = desks
-                .iter_mut()
-                .map(|desk| {
-                    scope.spawn(|| {
-                        let take =
-                            || u32::try_from(next.fetch_add(1, Ordering::Relaxed)).ok().filter(|next| *next < chunks);
-                        std::iter::from_fn(take).map(|index| (index, expand(index, desk))).collect::<Vec<_>>()
-                    })
-                })
-                .collect();
-            workers
-                .into_iter()
-                .flat_map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-                .collect()
+    fn expand_all(&self, batch: Range<u32>, desks: &mut [Desk]) -> Vec<Harvest> {
+        let share = (batch.end - batch.start).div_ceil(desks.len() as u32).max(64);
+        let shares = (0..desks.len() as u32).map(|index| {
+            let begin = batch.start.saturating_add(index * share).min(batch.end);
+            begin..begin.saturating_add(share).min(batch.end)
         });
-        done.sort_unstable_by_key(|(index, _)| *index);
-        done.into_iter().flat_map(|(_, expanded)| expanded).collect()
+        let expand = |share: Range<u32>, desk: &mut Desk| {
+            let mut harvest = Harvest::default();
+            share.for_each(|number| self.expand(number, desk, &mut harvest));
+            harvest
+        };
+        let mut work = shares.zip(desks).filter(|(share, _)| !share.is_empty());
+        let Some((mine, my_desk)) = work.next() else { return Vec::new() };
+        std::thread::scope(|scope| {
+            let others: Vec<_> = work.map(|(share, desk)| scope.spawn(move || expand(share, desk))).collect();
+            let join = |other: ScopedJoinHandle<'_, Harvest>| {
+                other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            std::iter::once(expand(mine, my_desk)).chain(others.into_iter().map(join)).collect()
+        })
     }
 
-    fn expand(&self, number: u32, find_deadlocks: bool, desk: &mut Desk) -> Expanded {
-        let Desk { state, successors, scratch } = desk;
-        self.store.unfold(number, state);
-        if self.semantics.expand(state.slots(), successors).is_err() {
-            return Expanded { is_incomplete: true, ..Expanded::default() };
-        }
+    fn expand(&self, number: u32, desk: &mut Desk, harvest: &mut Harvest) {
+        self.store.unpack(number, &mut desk.state);
+        let (found, changes) = (harvest.found.len(), harvest.changes.len());
+        let expanded = self.try_expand(desk, harvest).unwrap_or_else(|_| {
+            harvest.found.truncate(found);
+            harvest.changes.truncate(changes);
+            Expanded { is_incomplete: true, ..Expanded::default() }
+        });
+        harvest.states.push(Expanded { end: harvest.found.len(), ..expanded });
+    }
+
+    /// Expands the state on the desk.
+    fn try_expand(&self, desk: &mut Desk, harvest: &mut Harvest) -> Result<Expanded, Gap> {
+        let Desk { state, successors, passage, .. } = desk;
+        self.semantics.expand(state.slots(), successors)?;
         let mut expanded = Expanded {
             is_quiet: successors.is_quiet,
+            is_stuck: self.semantics.is_stuck(state.slots(), successors),
             transitions: successors.len() as u32,
-            bad: (find_deadlocks && self.semantics.is_stuck(state.slots(), successors))
-                .then_some((None, Bad::Deadlock)),
             ..Expanded::default()
         };
         for index in 0..successors.len() {
-            let bad = match successors.fate(index) {
-                Fate::GoOn => None,
+            let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
+            if self.limits.reduce && fate == Fate::GoOn {
+                fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ())?;
+                changes = &passage.changes;
+            }
+            let bad = match fate {
+                Fate::GoOn => {
+                    if self.store.find(state, changes).is_none() {
+                        harvest.changes.extend_from_slice(changes);
+                        harvest.found.push(harvest.changes.len());
+                    }
+                    continue;
+                }
                 Fate::Settled => continue,
-                Fate::Violated => Some(Bad::Violated),
-                Fate::Endless => Some(Bad::Endless),
+                // Nothing that a monitor has not seen comes on a cycle.
+                Fate::Circular if self.semantics.has_monitor => continue,
+                Fate::Violated => Bad::Violated,
+                Fate::Endless => Bad::Endless,
+                Fate::Circular => Bad::Livelock,
             };
-            if let Some(bad) = bad {
-                expanded.bad = Some((Some(index), bad));
-                return expanded;
-            }
-            match self.store.look_up(state, successors.changes(index), scratch) {
-                Lookup::Known => {}
-                Lookup::New(top) => expanded.found.push(Found::Top(top)),
-                Lookup::Unknown => expanded.found.push(Found::Changes(successors.changes(index).to_vec())),
-            }
+            expanded.bad = Some((Some(index as u32), bad));
+            break;
         }
-        expanded
+        Ok(expanded)
     }
 
-    /// Stores what was found. Returns how the search ends, if it does.
-    fn take_in(
-        &mut self,
-        number: u32,
-        mut expanded: Expanded,
-        find_deadlocks: bool,
-        desk: &mut Desk,
-    ) -> Result<Option<End>, Refused> {
-        while expanded.is_incomplete {
-            self.store.unfold(number, &mut desk.state);
-            match self.semantics.expand(desk.state.slots(), &mut desk.successors) {
-                Ok(()) => expanded = self.expand(number, find_deadlocks, desk),
+    /// Stores what was found from the states that begin with the `next` one. Returns how the search ends, if it does.
+    fn take_in(&mut self, next: &mut u32, harvest: &Harvest, desk: &mut Desk) -> Result<Option<End>, Refused> {
+        let (mut found, mut changes) = (0, 0);
+        for expanded in &harvest.states {
+            let number = *next;
+            *next += 1;
+            if expanded.is_incomplete {
+                let again = self.complete(number, desk)?;
+                let mut same = number;
+                if let Some(end) = self.take_in(&mut same, &again, desk)? {
+                    return Ok(Some(end));
+                }
+                continue;
+            }
+            self.quiet += u64::from(expanded.is_quiet);
+            self.stuck.extend(expanded.is_stuck.then_some(number));
+            self.transitions += u64::from(expanded.transitions);
+            for end in &harvest.found[found..expanded.end] {
+                self.store.insert(number, &harvest.changes[changes..*end], &mut desk.words);
+                changes = *end;
+            }
+            found = expanded.end;
+            if let Some((index, kind)) = expanded.bad {
+                return Ok(Some(End::Bad { from: Some((number, index)), kind }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Expands a state, and computes what is not known.
+    fn complete(&mut self, number: u32, desk: &mut Desk) -> Result<Harvest, Refused> {
+        let mut harvest = Harvest::default();
+        self.store.unpack(number, &mut desk.state);
+        loop {
+            match self.try_expand(desk, &mut harvest) {
+                Ok(expanded) => {
+                    harvest.states.push(Expanded { end: harvest.found.len(), ..expanded });
+                    return Ok(harvest);
+                }
                 Err(gap) => self.semantics.tables.fill(&gap)?,
             }
+            harvest.found.clear();
+            harvest.changes.clear();
         }
-        self.quiet += u64::from(expanded.is_quiet);
-        self.transitions += u64::from(expanded.transitions);
-        let mut is_unfolded = false;
-        for found in expanded.found {
-            match found {
-                Found::Top(top) => _ = self.store.insert_top(top),
-                Found::Changes(changes) => {
-                    if !is_unfolded {
-                        self.store.unfold(number, &mut desk.state);
-                        is_unfolded = true;
-                    }
-                    self.store.insert(&desk.state, &changes, &mut desk.scratch);
-                }
-            }
-        }
-        Ok(expanded.bad.map(|(index, kind)| End::Bad { from: Some((number, index)), kind }))
     }
 
     /// The answer.
-    fn conclude(mut self, end: End, _find_livelocks: bool) -> Result<Exploration, Refused> {
+    fn conclude(self, end: End, has_property: bool) -> Exploration {
+        let end = match end {
+            End::Complete if !has_property => self.dead_end().unwrap_or(End::Complete),
+            end => end,
+        };
         let outcome = match end {
             End::Complete => Outcome::Proved,
             End::OutOfMemory => Outcome::Undecided,
             End::Bad { from, kind } => {
-                let path = from.map_or_else(|| Ok(Path::default()), |(number, index)| self.path(number, index))?;
+                let path = from.map_or_else(Path::default, |(number, index)| self.path_to(number, index));
                 match kind {
                     Bad::Violated => Outcome::Violated(path),
                     Bad::Endless => Outcome::Endless(path),
                     Bad::Deadlock => Outcome::Deadlock(path),
+                    Bad::Livelock => Outcome::Livelock(path),
                 }
             }
         };
         let progress = self.progress();
-        Ok(Exploration { outcome, progress, transitions: self.transitions, tables: self.semantics.tables })
-    }
-
-    /// A shortest run to a state, and on to one of its successors: of all predecessors of a state, the first.
-    fn path(&mut self, number: u32, last: Option<usize>) -> Result<Path, Refused> {
-        let mut desk = Desk::default();
-        let mut steps = Vec::new();
-        if let Some(index) = last {
-            steps.push(self.steps(number, index, &mut desk));
-        }
-        let mut target = number;
-        while target > 0 {
-            let layer = self.layers.partition_point(|first| *first <= target) - 1;
-            let above = self.layers[layer - 1]..self.layers[layer];
-            let (from, index) = self.predecessor(above, target, &mut desk);
-            steps.push(self.steps(from, index, &mut desk));
-            target = from;
-        }
-        Ok(Path { steps: steps.into_iter().rev().flatten().collect() })
-    }
-
-    /// The first of these states with this successor, and the successor's index.
-    fn predecessor(&self, among: std::ops::Range<u32>, target: u32, desk: &mut Desk) -> (u32, usize) {
-        for number in among {
-            self.unfold_and_expand(number, desk);
-            for index in 0..desk.successors.len() {
-                let changes = desk.successors.changes(index);
-                if desk.successors.fate(index) == Fate::GoOn
-                    && self.store.number(&desk.state, changes, &mut desk.scratch) == Some(target)
-                {
-                    return (number, index);
-                }
-            }
-        }
-        unreachable!("every state but the first was found from one of the layer before")
-    }
-
-    fn unfold_and_expand(&self, number: u32, desk: &mut Desk) {
-        self.store.unfold(number, &mut desk.state);
-        let expanded = self.semantics.expand(desk.state.slots(), &mut desk.successors);
-        assert!(expanded.is_ok(), "what was expanded once is known");
-    }
-
-    fn steps(&self, number: u32, index: usize, desk: &mut Desk) -> Vec<PathStep> {
-        self.unfold_and_expand(number, desk);
-        self.semantics.path_steps(desk.state.slots(), desk.successors.label(index))
+        Exploration { outcome, progress, transitions: self.transitions, tables: self.semantics.tables }
     }
 }

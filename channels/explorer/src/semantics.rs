@@ -56,15 +56,34 @@ impl Slots {
     }
 }
 
-/// What leads from a state to another.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What leads from a state to another; indices are those of what a process offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Label {
-    /// A transition of the channel system, and what happens to its message besides.
-    Take(Enabled, Damage),
-    /// The environment moves while time stands still: the index of its move.
-    Drive { index: usize },
+    Own {
+        process: u32,
+        own: u32,
+        damage: Damage,
+    },
+    Receive {
+        process: u32,
+        receive: u32,
+        damage: Damage,
+    },
+    Handshake {
+        process: u32,
+        own: u32,
+        receiver: u32,
+        receive: u32,
+    },
+    /// The environment moves while time stands still.
+    Drive {
+        index: u32,
+    },
     /// The environment moves, time passes, timers that are due fire, and the tick comes if it is due.
-    Wait { instant: Instant, index: usize, span: Duration, delivered: bool },
+    Wait {
+        index: u32,
+        delivered: bool,
+    },
 }
 
 /// What happens to a message besides what should.
@@ -90,6 +109,8 @@ pub(crate) enum Fate {
     Violated,
     /// Messages pile up without end.
     Endless,
+    /// The same few transitions repeat forever.
+    Circular,
 }
 
 /// The successors of a state.
@@ -190,7 +211,7 @@ impl Semantics {
 
     /// Whether nothing but the environment can help: no timer is set, and the tick is lost.
     pub(crate) fn is_stuck(&self, state: &[u32], successors: &Successors) -> bool {
-        let is_lost = |label: &Label| matches!(label, Label::Wait { instant: Instant::Tick, delivered: false, .. });
+        let is_lost = |label: &Label| matches!(label, Label::Wait { delivered: false, .. });
         successors.is_quiet
             && self.tables.ticks.is_some()
             && successors.labels.iter().all(is_lost)
@@ -204,14 +225,49 @@ impl Semantics {
             let told = &moves[index].told;
             PathStep::Environment { words: told.words.clone(), update: Arc::clone(&told.update) }
         };
-        match label {
-            Label::Take(enabled, damage) => vec![PathStep::Take { enabled: enabled.clone(), damage: *damage }],
-            Label::Drive { index } => vec![moved(Instant::Between, *index)],
-            Label::Wait { instant, index, span, delivered } => {
-                let tick = (*instant == Instant::Tick).then_some(PathStep::Tick { delivered: *delivered });
-                [moved(*instant, *index), PathStep::Wait(*span)].into_iter().chain(tick).collect()
+        let local = |process: u32| self.local(state, process as usize);
+        let channel = |channel: usize| self.tables.lines[channel].id;
+        let take = |process: u32, transition, kind, damage| {
+            let enabled = Enabled { process: self.tables.ids[process as usize], transition, kind };
+            vec![PathStep::Take { enabled, damage }]
+        };
+        match *label {
+            Label::Own { process, own, damage } => {
+                let own = &local(process).own[own as usize];
+                let kind = own.sends.map_or(EnabledKind::Internal, |(on, _)| EnabledKind::Send(channel(on)));
+                take(process, own.transition, kind, damage)
+            }
+            Label::Receive { process, receive, damage } => {
+                let receive = &local(process).receives[receive as usize];
+                take(process, receive.transition, EnabledKind::Receive(channel(receive.channel)), damage)
+            }
+            Label::Handshake { process, own, receiver, receive } => {
+                let receive = &local(receiver).receives[receive as usize];
+                let kind = EnabledKind::Handshake {
+                    channel: channel(receive.channel),
+                    receiver: self.tables.ids[receiver as usize],
+                    receiving: receive.transition,
+                };
+                take(process, local(process).own[own as usize].transition, kind, Damage::None)
+            }
+            Label::Drive { index } => vec![moved(Instant::Between, index as usize)],
+            Label::Wait { index, delivered } => {
+                let (span, instant) = self.next_instant(state).expect("time passed from here");
+                let tick = (instant == Instant::Tick).then_some(PathStep::Tick { delivered });
+                [moved(instant, index as usize), PathStep::Wait(span)].into_iter().chain(tick).collect()
             }
         }
+    }
+
+    /// The time until the next timer or tick, and which it is.
+    fn next_instant(&self, state: &[u32]) -> Option<(Duration, Instant)> {
+        let clock = self.tables.clocks.get(state[self.slots.clock as usize]);
+        let timers = self.populated().filter_map(|process| self.local(state, process).timer);
+        let held = self.transit(state).held.iter().map(|(_, until)| *until);
+        let timer = timers.chain(held).min();
+        let tick = self.tables.ticks.map(|_| clock.until_tick);
+        let span = timer.into_iter().chain(tick).min()?;
+        Some((span, if tick == Some(span) { Instant::Tick } else { Instant::Between }))
     }
 
     fn transit<'a>(&'a self, state: &[u32]) -> &'a Transit {
@@ -232,10 +288,9 @@ impl Semantics {
             Step::UNKNOWN => Err(Gap::Own { process, state: number, own }),
             step => Ok(step),
         };
-        let enabled = |kind| Enabled { process: self.tables.ids[process], transition: offer.transition, kind };
+        let label = |damage| Label::Own { process: process as u32, own: own as u32, damage };
         let Some((channel, content)) = offer.sends else {
-            let label = Label::Take(enabled(EnabledKind::Internal), Damage::None);
-            return self.push(state, out, label, |draft| self.follow(draft, process, step()?));
+            return self.push(state, out, label(Damage::None), |draft| self.follow(draft, process, step()?));
         };
         let line = &self.tables.lines[channel];
         let slot = self.slots.channels[channel];
@@ -245,20 +300,19 @@ impl Semantics {
                 if waiting != 0 && !(line.gives_way(waiting, content) && !transit.holds(channel)) {
                     return Ok(());
                 }
-                let kind = || enabled(EnabledKind::Send(line.id));
-                self.push(state, out, Label::Take(kind(), Damage::None), |draft| {
+                self.push(state, out, label(Damage::None), |draft| {
                     draft.set(slot, content);
                     self.follow(draft, process, step()?)
                 })?;
                 if line.may_fail && transit.losses > 0 {
-                    self.push(state, out, Label::Take(kind(), Damage::Lost), |draft| {
+                    self.push(state, out, label(Damage::Lost), |draft| {
                         draft.set(slot, 0);
                         self.set_transit(draft, Transit { losses: transit.losses - 1, ..transit.clone() })?;
                         self.follow(draft, process, step()?)
                     })?;
                 }
                 if line.may_fail && transit.delays > 0 {
-                    self.push(state, out, Label::Take(kind(), Damage::Held), |draft| {
+                    self.push(state, out, label(Damage::Held), |draft| {
                         draft.set(slot, content);
                         self.set_transit(draft, transit.holding(channel, self.hold))?;
                         self.follow(draft, process, step()?)
@@ -280,12 +334,13 @@ impl Semantics {
                             Step::REFUSED => continue,
                             step => step,
                         };
-                        let kind = EnabledKind::Handshake {
-                            channel: line.id,
-                            receiver: self.tables.ids[receiver],
-                            receiving: taken.transition,
+                        let label = Label::Handshake {
+                            process: process as u32,
+                            own: own as u32,
+                            receiver: receiver as u32,
+                            receive: receive as u32,
                         };
-                        self.push(state, out, Label::Take(enabled(kind), Damage::None), |draft| {
+                        self.push(state, out, label, |draft| {
                             self.follow(draft, process, step()?)?;
                             self.follow(draft, receiver, receiving)?;
                             self.observe(draft, channel, content)
@@ -319,18 +374,14 @@ impl Semantics {
             step => step,
         };
         let line = &self.tables.lines[channel];
-        let enabled = || Enabled {
-            process: self.tables.ids[process],
-            transition: taken.transition,
-            kind: EnabledKind::Receive(line.id),
-        };
-        self.push(state, out, Label::Take(enabled(), Damage::None), |draft| {
+        let label = |damage| Label::Receive { process: process as u32, receive: receive as u32, damage };
+        self.push(state, out, label(Damage::None), |draft| {
             draft.set(slot, 0);
             self.follow(draft, process, step)?;
             self.observe(draft, channel, content)
         })?;
         if line.may_fail && transit.repeats > 0 {
-            self.push(state, out, Label::Take(enabled(), Damage::Repeated), |draft| {
+            self.push(state, out, label(Damage::Repeated), |draft| {
                 self.set_transit(draft, Transit { repeats: transit.repeats - 1, ..transit.clone() })?;
                 self.follow(draft, process, step)?;
                 self.observe(draft, channel, content)
@@ -341,14 +392,9 @@ impl Semantics {
 
     /// Nothing more happens at this time: the environment moves, and time passes until the next timer or tick.
     fn wait(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<(), Gap> {
+        let Some((span, instant)) = self.next_instant(state) else { return Ok(()) };
         let clock = *self.tables.clocks.get(state[self.slots.clock as usize]);
-        let timers = self.populated().filter_map(|process| self.local(state, process).timer);
-        let held = transit.held.iter().map(|(_, until)| *until);
-        let timer = timers.chain(held).min();
-        let tick = self.tables.ticks.map(|_| clock.until_tick);
-        let Some(span) = timer.into_iter().chain(tick).min() else { return Ok(()) };
-        let is_tick = tick == Some(span);
-        let instant = if is_tick { Instant::Tick } else { Instant::Between };
+        let is_tick = instant == Instant::Tick;
         let until_tick = match self.tables.ticks {
             Some(ticks) if is_tick => ticks.period,
             _ => clock.until_tick.saturating_sub(span),
@@ -365,7 +411,7 @@ impl Semantics {
             }
             let (delivered, told) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
             draft.set(self.slots.clock, next);
-            out.finish(Label::Wait { instant, index, span, delivered }, fate.and(told));
+            out.finish(Label::Wait { index: index as u32, delivered }, fate.and(told));
         }
         Ok(())
     }
@@ -430,7 +476,7 @@ impl Semantics {
             let fate = self.apply(&mut draft, state, Instant::Between, index)?;
             let changes = draft.changes[begin..].iter().any(|(slot, value)| state[*slot as usize] != *value);
             if changes && (self.anywhere || self.is_busy(&draft)?) {
-                out.finish(Label::Drive { index }, fate);
+                out.finish(Label::Drive { index: index as u32 }, fate);
             } else {
                 out.changes.truncate(begin);
             }

@@ -1,260 +1,210 @@
 //! The states that were found: each once, in the order in which they were found, in few bytes.
 //!
-//! A state is a vector of numbers. It is stored as a binary tree: neighbouring numbers form a pair, neighbouring pairs
-//! form a pair, and every pair is stored once. So a state costs the one pair at the top, and what two states have in
-//! common is stored once (Blom, Lisser, van de Pol, Weber: *A database approach to distributed state-space
-//! generation*, 2011).
+//! A state is a vector of small numbers. Each slot of the vector has as many bits as the largest number in it so far
+//! needs; if a larger one comes, all states are packed anew.
 
-/// A pair of numbers.
-pub(crate) type Pair = u64;
+use std::mem;
 
-fn pair(left: u32, right: u32) -> Pair {
-    u64::from(left) << 32 | u64::from(right)
+use hashbrown::HashTable;
+
+/// A slot of a vector, and its new number.
+pub(crate) type Change = (u32, u32);
+
+/// Where the bits of a slot are.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    word: usize,
+    shift: u32,
+    /// The largest number, which is as many ones as there are bits.
+    mask: u64,
 }
 
-/// A number for a pair.
-const NONE: u32 = u32::MAX;
+impl Place {
+    #[inline]
+    fn get(self, words: &[u64]) -> u32 {
+        (words[self.word] >> self.shift & self.mask) as u32
+    }
 
-/// Pairs by number.
-#[derive(Debug)]
-struct Pairs {
-    /// In blocks, so that growing copies nothing.
-    blocks: Vec<Vec<Pair>>,
-    len: u32,
-    /// A hash table with open addressing; its length is a power of two.
-    places: Vec<u32>,
-}
-
-const BLOCK_BITS: u32 = 12;
-const BLOCK: usize = 1 << BLOCK_BITS;
-
-impl Default for Pairs {
-    fn default() -> Self {
-        Self { blocks: Vec::new(), len: 0, places: vec![NONE; 16] }
+    #[inline]
+    fn set(self, words: &mut [u64], value: u32) {
+        let word = &mut words[self.word];
+        *word = *word & !(self.mask << self.shift) | u64::from(value) << self.shift;
     }
 }
 
-impl Pairs {
-    #[inline]
-    fn get(&self, number: u32) -> Pair {
-        self.blocks[(number >> BLOCK_BITS) as usize][number as usize & (BLOCK - 1)]
-    }
+/// Where the bits of all slots are.
+#[derive(Clone, Debug)]
+struct Layout {
+    places: Vec<Place>,
+    /// The number of words of a vector.
+    words: usize,
+}
 
-    /// Where the pair is in the hash table, or belongs.
-    #[inline]
-    fn place(&self, pair: Pair) -> usize {
-        let mask = self.places.len() - 1;
-        let mut place = (mix(pair) as usize) & mask;
-        loop {
-            let number = self.places[place];
-            if number == NONE || self.get(number) == pair {
-                return place;
+impl Layout {
+    /// Slots of these widths in bits, one after the other; none extends over two words.
+    fn new(widths: &[u32]) -> Self {
+        let (mut word, mut shift) = (0, 0);
+        let places = widths.iter().map(|&width| {
+            if shift + width > u64::BITS {
+                (word, shift) = (word + 1, 0);
             }
-            place = (place + 1) & mask;
-        }
+            let begin = if width == 0 { 0 } else { shift };
+            shift += width;
+            Place { word, shift: begin, mask: (1 << width) - 1 }
+        });
+        Self { places: places.collect(), words: word + 1 }
     }
 
-    #[inline]
-    fn find(&self, pair: Pair) -> Option<u32> {
-        let number = self.places[self.place(pair)];
-        (number != NONE).then_some(number)
+    /// The first change with a number that is too large for its slot.
+    fn misfit(&self, changes: &[Change]) -> Option<Change> {
+        changes.iter().copied().find(|(slot, value)| u64::from(*value) > self.places[*slot as usize].mask)
     }
 
-    /// The number of the pair, and whether it is new.
-    fn insert(&mut self, pair: Pair) -> (u32, bool) {
-        let place = self.place(pair);
-        let known = self.places[place];
-        if known != NONE {
-            return (known, false);
-        }
-        let number = self.len;
-        if number as usize % BLOCK == 0 {
-            self.blocks.push(Vec::with_capacity(BLOCK));
-        }
-        self.blocks[(number >> BLOCK_BITS) as usize].push(pair);
-        self.len += 1;
-        self.places[place] = number;
-        // Seven eighths full at most.
-        if self.len as usize * 8 > self.places.len() * 7 {
-            self.grow();
-        }
-        (number, true)
+    fn apply(&self, words: &mut [u64], changes: &[Change]) {
+        changes.iter().for_each(|(slot, value)| self.places[*slot as usize].set(words, *value));
     }
-
-    #[cold]
-    fn grow(&mut self) {
-        let mask = 2 * self.places.len() - 1;
-        self.places = Vec::new();
-        let mut places = vec![NONE; mask + 1];
-        for number in 0..self.len {
-            let mut place = (mix(self.get(number)) as usize) & mask;
-            while places[place] != NONE {
-                place = (place + 1) & mask;
-            }
-            places[place] = number;
-        }
-        self.places = places;
-    }
-
-    fn bytes(&self) -> usize {
-        self.blocks.len() * BLOCK * size_of::<Pair>() + self.places.len() * size_of::<u32>()
-    }
-}
-
-/// Spreads the bits of a pair (the finalizer of SplitMix64).
-#[inline]
-fn mix(pair: Pair) -> u64 {
-    let mut bits = pair.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    bits ^= bits >> 32;
-    bits = bits.wrapping_mul(0xD6E8_FEB8_6659_FD93);
-    bits ^ bits >> 29
 }
 
 /// All states that were found.
 #[derive(Debug)]
 pub(crate) struct Store {
-    /// The length of a vector, rounded up to a power of two.
-    width: usize,
-    /// For each inner node of the tree, with the root at index 1, its pairs.
-    nodes: Vec<Pairs>,
+    layout: Layout,
+    /// The packed vectors, one after the other.
+    words: Vec<u64>,
+    /// The numbers of the states, by the hash of their words.
+    numbers: HashTable<u32>,
 }
 
-/// A state with the numbers of all its pairs: node `n` has the children `2n` and `2n + 1`, and the vector's numbers are
-/// the last half.
+/// A state that was read from the store, packed and unpacked.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Unfolded(Vec<u32>);
-
-impl Unfolded {
-    /// The vector of numbers.
-    #[inline]
-    pub(crate) fn slots(&self) -> &[u32] {
-        &self.0[self.0.len() / 2..]
-    }
+pub(crate) struct Unpacked {
+    slots: Vec<u32>,
+    words: Vec<u64>,
+    /// Working memory for its successors.
+    changed: Vec<u64>,
 }
 
-/// A slot of a vector and its new number.
-pub(crate) type Change = (u32, u32);
-
-/// What a changed state is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lookup {
-    /// It is stored already.
-    Known,
-    /// It is not, but all its parts are.
-    New(Pair),
-    /// Some of its parts are new as well.
-    Unknown,
+impl Unpacked {
+    /// The vector of numbers.
+    pub(crate) fn slots(&self) -> &[u32] {
+        &self.slots
+    }
 }
 
 impl Store {
-    /// A store for vectors of this length.
-    pub(crate) fn new(slots: usize) -> Self {
-        let width = slots.next_power_of_two().max(2);
-        Self { width, nodes: (0..width).map(|_| Pairs::default()).collect() }
+    /// A store with one vector.
+    pub(crate) fn new(first: &[u32]) -> Self {
+        let width = |value: &u32| u32::BITS - value.leading_zeros();
+        let layout = Layout::new(&first.iter().map(width).collect::<Vec<_>>());
+        let mut words = vec![0; layout.words];
+        layout.places.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
+        let mut store = Self { layout, words: Vec::new(), numbers: HashTable::new() };
+        store.add(hash(&words), &words);
+        store
     }
 
     pub(crate) fn len(&self) -> u32 {
-        self.nodes[1].len
+        self.numbers.len() as u32
     }
 
     /// How much memory it takes.
     pub(crate) fn bytes(&self) -> usize {
-        self.nodes[1..].iter().map(Pairs::bytes).sum()
+        self.words.capacity() * size_of::<u64>() + self.numbers.allocation_size()
     }
 
-    /// The state with this number.
-    pub(crate) fn unfold(&self, number: u32, state: &mut Unfolded) {
-        state.0.resize(2 * self.width, 0);
-        state.0[1] = number;
-        for node in 1..self.width {
-            let pair = self.nodes[node].get(state.0[node]);
-            state.0[2 * node] = (pair >> 32) as u32;
-            state.0[2 * node + 1] = pair as u32;
-        }
-    }
-
-    /// Looks up the state that differs from `from` in these slots.
-    pub(crate) fn look_up(&self, from: &Unfolded, changes: &[Change], scratch: &mut Scratch) -> Lookup {
-        match scratch.fold(from, changes, |node, pair| self.nodes[node].find(pair)) {
-            None => Lookup::Unknown,
-            Some(top) => self.find(top).map_or(Lookup::New(top), |_| Lookup::Known),
-        }
-    }
-
-    /// The number of the state with this top, if it is stored.
-    pub(crate) fn find(&self, top: Pair) -> Option<u32> {
-        self.nodes[1].find(top)
+    /// Reads the state with this number.
+    pub(crate) fn unpack(&self, number: u32, state: &mut Unpacked) {
+        let words = self.vector(number);
+        state.words.clear();
+        state.words.extend_from_slice(words);
+        state.slots.clear();
+        state.slots.extend(self.layout.places.iter().map(|place| place.get(words)));
     }
 
     /// The number of the state that differs from `from` in these slots, if it is stored.
-    pub(crate) fn number(&self, from: &Unfolded, changes: &[Change], scratch: &mut Scratch) -> Option<u32> {
-        self.find(scratch.fold(from, changes, |node, pair| self.nodes[node].find(pair))?)
-    }
-
-    /// Stores the state whose parts are all known already; its number, and whether it is new.
-    pub(crate) fn insert_top(&mut self, top: Pair) -> (u32, bool) {
-        self.nodes[1].insert(top)
-    }
-
-    /// Stores the state that differs from `from` in these slots; its number, and whether it is new.
-    pub(crate) fn insert(&mut self, from: &Unfolded, changes: &[Change], scratch: &mut Scratch) -> (u32, bool) {
-        let top = scratch.fold(from, changes, |node, pair| Some(self.nodes[node].insert(pair).0));
-        self.nodes[1].insert(top.expect("every pair has a number now"))
-    }
-
-    /// Stores a vector; its number, and whether it is new.
-    pub(crate) fn insert_slots(&mut self, slots: &[u32]) -> (u32, bool) {
-        let blank = Unfolded(vec![0; 2 * self.width]);
-        let changes: Vec<Change> =
-            (0..self.width as u32).map(|slot| (slot, slots.get(slot as usize).copied().unwrap_or(0))).collect();
-        self.insert(&blank, &changes, &mut Scratch::default())
-    }
-}
-
-/// Working memory for changed states.
-#[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    state: Vec<u32>,
-    level: Vec<u32>,
-    above: Vec<u32>,
-}
-
-impl Scratch {
-    /// The pair at the top of the state that differs from `from` in these slots, given the `number` of each changed
-    /// pair below: of a node, and its new pair.
-    #[inline]
-    fn fold(
-        &mut self,
-        from: &Unfolded,
-        changes: &[Change],
-        mut number: impl FnMut(usize, Pair) -> Option<u32>,
-    ) -> Option<Pair> {
-        let Self { state, level, above } = self;
-        state.clone_from(&from.0);
-        let width = state.len() / 2;
-        level.clear();
-        for (slot, value) in changes {
-            let leaf = width + *slot as usize;
-            state[leaf] = *value;
-            push_once(level, leaf as u32 / 2);
+    pub(crate) fn find(&self, from: &mut Unpacked, changes: &[Change]) -> Option<u32> {
+        if self.layout.misfit(changes).is_some() {
+            return None;
         }
-        while level.first().is_some_and(|node| *node > 1) {
-            above.clear();
-            for node in level.iter() {
-                let at = *node as usize;
-                state[at] = number(at, pair(state[2 * at], state[2 * at + 1]))?;
-                push_once(above, node / 2);
-            }
-            std::mem::swap(level, above);
+        let Unpacked { words, changed, .. } = from;
+        changed.clear();
+        changed.extend_from_slice(words);
+        self.layout.apply(changed, changes);
+        self.numbers.find(hash(changed), |number| same(self.vector(*number), changed)).copied()
+    }
+
+    /// Stores the state that differs in these slots from the state with the number `from`, if it is new.
+    pub(crate) fn insert(&mut self, from: u32, changes: &[Change], changed: &mut Vec<u64>) {
+        while let Some((slot, value)) = self.layout.misfit(changes) {
+            self.widen(slot as usize, value);
         }
-        Some(pair(state[2], state[3]))
+        changed.clear();
+        changed.extend_from_slice(self.vector(from));
+        self.layout.apply(changed, changes);
+        let hash = hash(changed);
+        if self.numbers.find(hash, |number| same(self.vector(*number), changed)).is_none() {
+            self.add(hash, changed);
+        }
+    }
+
+    fn vector(&self, number: u32) -> &[u64] {
+        vector(&self.words, self.layout.words, number)
+    }
+
+    fn add(&mut self, hash: u64, words: &[u64]) {
+        let number = self.len();
+        if self.words.len() + words.len() > self.words.capacity() {
+            self.words.reserve_exact((self.words.len() / 4).max(64 * words.len()));
+        }
+        self.words.extend_from_slice(words);
+        let (all, width) = (&self.words, self.layout.words);
+        self.numbers.insert_unique(hash, number, |number| self::hash(vector(all, width, *number)));
+    }
+
+    /// Gives a slot the bits that a number needs, and packs all states anew.
+    #[cold]
+    fn widen(&mut self, slot: usize, value: u32) {
+        let width = |place: &Place| place.mask.count_ones();
+        let mut widths: Vec<u32> = self.layout.places.iter().map(width).collect();
+        widths[slot] = u32::BITS - value.leading_zeros();
+        let old = mem::replace(&mut self.layout, Layout::new(&widths));
+        let packed = mem::take(&mut self.words);
+        self.words.reserve_exact(packed.len() / old.words * self.layout.words);
+        let mut words = vec![0; self.layout.words];
+        for vector in packed.chunks_exact(old.words) {
+            words.fill(0);
+            old.places.iter().zip(&self.layout.places).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
+            self.words.extend_from_slice(&words);
+        }
+        let count = self.len();
+        self.numbers.clear();
+        for number in 0..count {
+            let (all, width) = (&self.words, self.layout.words);
+            let hash = |number: &u32| hash(vector(all, width, *number));
+            self.numbers.insert_unique(hash(&number), number, hash);
+        }
     }
 }
 
-fn push_once(nodes: &mut Vec<u32>, node: u32) {
-    if !nodes.contains(&node) {
-        nodes.push(node);
-    }
+fn vector(words: &[u64], width: usize, number: u32) -> &[u64] {
+    let begin = number as usize * width;
+    &words[begin..begin + width]
+}
+
+/// Whether two vectors of a few words are equal; a call of `memcmp` would take longer.
+#[inline]
+fn same(words: &[u64], others: &[u64]) -> bool {
+    words.iter().eq(others)
+}
+
+/// Mixes the words of a vector.
+#[inline]
+fn hash(words: &[u64]) -> u64 {
+    let mix = |hash: u64, word: &u64| {
+        let product = u128::from(hash.rotate_left(29) ^ word) * 0x9E37_79B9_7F4A_7C15;
+        (product >> 64) as u64 ^ product as u64
+    };
+    words.iter().fold(0x2545_F491_4F6C_DD1D, mix)
 }
 
 #[cfg(test)]
@@ -262,33 +212,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_state_is_stored_once_and_read_back() {
-        let mut store = Store::new(5);
-        let mut scratch = Scratch::default();
-        let (first, is_new) = store.insert_slots(&[1, 2, 3, 4, 5]);
-        assert!(is_new && store.insert_slots(&[1, 2, 3, 4, 5]) == (first, false));
-        let mut state = Unfolded::default();
-        store.unfold(first, &mut state);
-        assert_eq!(store.look_up(&state, &[(1, 2)], &mut scratch), Lookup::Known);
-        assert_eq!(store.look_up(&state, &[(1, 7)], &mut scratch), Lookup::Unknown);
-        let (second, _) = store.insert(&state, &[(1, 7), (4, 9)], &mut scratch);
-        store.unfold(second, &mut state);
-        assert_eq!(state.slots()[..5], [1, 7, 3, 4, 9]);
-        assert!(matches!(store.look_up(&state, &[(4, 5)], &mut scratch), Lookup::New(_)));
-    }
-
-    #[test]
-    fn a_hundred_thousand_states_keep_their_numbers() {
-        let mut store = Store::new(3);
-        let vector = |number: u32| [number % 7, number / 7 % 101, number / 707];
+    fn states_keep_their_numbers_while_slots_grow_wider() {
+        let vector = |number: u32| [number % 7, number / 7 % 101, 5, number / 707, number];
+        let mut store = Store::new(&vector(0));
+        let mut words = Vec::new();
+        let changes = |number: u32| (0..).zip(vector(number)).collect::<Vec<Change>>();
         for number in 0..100_000 {
-            assert_eq!(store.insert_slots(&vector(number)), (number, true));
+            store.insert(number / 2, &changes(number), &mut words);
+            store.insert(number / 3, &changes(number / 2), &mut words);
         }
-        let mut state = Unfolded::default();
+        assert_eq!(store.len(), 100_000);
+        let mut state = Unpacked::default();
         for number in (0..100_000).rev() {
-            assert_eq!(store.insert_slots(&vector(number)), (number, false));
-            store.unfold(number, &mut state);
-            assert_eq!(state.slots()[..3], vector(number));
+            store.unpack(number, &mut state);
+            assert_eq!(state.slots(), vector(number));
+            assert_eq!(store.find(&mut state, &changes(number / 2)), Some(number / 2));
+            assert_eq!(store.find(&mut state, &[(2, 6)]), None);
+            assert_eq!(store.find(&mut state, &[(2, 9)]), None, "it does not fit");
         }
     }
 }

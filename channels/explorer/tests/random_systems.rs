@@ -325,7 +325,7 @@ impl Environment for Weather {
 #[test]
 fn the_search_finds_what_a_naive_enumeration_finds() {
     let limits = |threads| Limits { threads, reduce: false, ..Limits::default() };
-    let (mut proved, mut violated, mut largest) = (0, 0, 0);
+    let (mut proved, mut violated, mut largest, mut passed_through) = (0, 0, 0, 0);
     for seed in 0..300 {
         let Sample { system, ticks, environment, monitor } = sample(seed);
         let property = monitor.as_ref().map(|monitor| monitor as &dyn Monitor);
@@ -339,7 +339,7 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
                 assert_eq!(replay.verdict(), Verdict::False, "seed {seed}: {path:#?}");
                 assert_eq!(expected.violated, Some(found.progress.depth + 1), "seed {seed}");
             }
-            Outcome::Proved | Outcome::Deadlock(_) | Outcome::Livelock { .. } => {
+            Outcome::Proved | Outcome::Deadlock(_) | Outcome::Livelock(_) => {
                 proved += 1;
                 let progress = found.progress;
                 let (states, quiet, transitions) = (progress.states, progress.quiet, found.transitions);
@@ -348,9 +348,18 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
             }
             outcome => panic!("seed {seed}: {outcome:?}"),
         }
+        let reduced =
+            explore(&model, property, &Limits { reduce: true, ..limits(1) }, &mut |_| ()).expect("a finite model");
+        assert_eq!(format!("{:?}", reduced.outcome), format!("{:?}", found.outcome), "seed {seed}");
+        if matches!(found.outcome, Outcome::Proved) {
+            assert_eq!(reduced.progress.quiet, found.progress.quiet, "seed {seed}");
+            assert!(reduced.progress.states <= found.progress.states, "seed {seed}");
+            passed_through += found.progress.states - reduced.progress.states;
+        }
         let in_parallel = explore(&model, property, &limits(2), &mut |_| ()).expect("a finite model");
         assert_eq!(in_parallel.progress, found.progress, "seed {seed}");
         assert_eq!(format!("{:?}", in_parallel.outcome), format!("{:?}", found.outcome), "seed {seed}");
     }
+    assert!(passed_through > 1000, "{passed_through}");
     assert!(proved > 50 && violated > 50 && largest > 1000, "{proved} proved, {violated} violated, {largest} states");
 }
