@@ -192,7 +192,8 @@ impl Diagnostic for Cut<'_> {
 /// A text whose long lines are cut.
 struct CutText<'d> {
     source: &'d dyn SourceCode,
-    /// The file's name and all of its text made visible, where they were not; computed on first use.
+    /// The file's name and all of its text made visible and ending with a line, where they did not; computed on first
+    /// use.
     shown: OnceLock<Option<NamedSource<String>>>,
 }
 
@@ -221,9 +222,13 @@ impl<'d> CutText<'d> {
     fn made_visible(&self) -> Option<NamedSource<String>> {
         let whole = self.source.read_span(&SourceSpan::from((0, 0)), 0, usize::MAX).ok()?;
         let name = visible(whole.name().unwrap_or_default());
-        let text = visible(std::str::from_utf8(whole.data()).ok()?);
-        let steers = matches!((&name, &text), (Cow::Owned(_), _) | (_, Cow::Owned(_)));
-        steers.then(|| NamedSource::new(name, text.into_owned()))
+        let mut text = visible(std::str::from_utf8(whole.data()).ok()?);
+        if !text.ends_with('\n') {
+            // Behind the last character of a text, miette marks nothing.
+            text.to_mut().push('\n');
+        }
+        let changed = matches!((&name, &text), (Cow::Owned(_), _) | (_, Cow::Owned(_)));
+        changed.then(|| NamedSource::new(name, text.into_owned()))
     }
 
     fn read(
@@ -379,6 +384,13 @@ mod tests {
     fn a_long_stretch_is_shown_at_its_beginning() {
         let said = problem_at_end(&format!("x = {}", "y".repeat(100_000)), &"y".repeat(100_000));
         assert!(said.contains("x = yyy") && said.contains("here") && said.len() < 2000, "{said}");
+    }
+
+    #[test]
+    fn the_end_of_a_text_without_a_line_end_is_marked() {
+        let source = Source::new("a.toml", "a =");
+        let problem = source.span(3..3).problem("a value is missing").with_label("here");
+        assert!(rendered(&handler(), [&problem as &dyn Diagnostic]).contains("-- here"));
     }
 
     #[test]

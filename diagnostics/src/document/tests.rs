@@ -102,6 +102,38 @@ radius_m = 3
 }
 
 #[test]
+fn a_text_that_is_not_toml_is_refused_with_advice() {
+    let texts = [
+        "key",
+        "key: 1",
+        "key =",
+        "key = office",
+        "key = my office",
+        "key = True",
+        "key = \"office",
+        "key = office\"",
+        "key = \"C:\\maps\"",
+        "key = 01",
+        "key = 1.2.3",
+        "key = 1 other = 2",
+        "key = [1 2]",
+        "key = [1, 2",
+        "key = { a = 1 b = 2 }",
+        "key = { a = 1",
+        "[table",
+        "[[tables]",
+        "[table]\n[table]",
+        "key = 1\nkey = 2",
+        "ключ = 1",
+        "= 1",
+        "{ \"key\": 1 }",
+        "<key/>",
+    ];
+    let said = |text: &str| format!("{text}\n{}", Document::parse_toml("a", text).unwrap_err().plain());
+    insta::assert_snapshot!(texts.map(said).join("\n"));
+}
+
+#[test]
 fn missing_keys_of_a_table_are_one_problem() {
     let read = |text: &str| {
         let document = Document::parse_toml("a.toml", text).unwrap();

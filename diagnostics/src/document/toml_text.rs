@@ -44,12 +44,60 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> 
         if problems.iter().filter_map(Problem::span).any(|other| other.line() == span.line()) {
             continue;
         }
-        problems.push(span.problem(error.message()).with_label("not TOML"));
+        problems.push(problem(&span, error.message()));
         if problems.len() == MAX_SYNTAX_ERRORS {
             break;
         }
     }
     problems
+}
+
+/// How lines, lists and numbers are written: advice for the messages of the parser that begin so; `LINE` is for the rest.
+const ADVICE: &[(&[&str], &str)] = &[
+    (&["duplicate key"], "a key stands in its table once; further tables of a list begin with `[[NAME]]`"),
+    (&["unclosed array table"], "end it with `]]`"),
+    (&["unclosed inline table"], "end it with `}`"),
+    (&["unclosed"], "end it with `]`"),
+    (
+        &[
+            "invalid basic string",
+            "invalid literal string",
+            "invalid multi-line",
+            "missing opening quote",
+            "missing esc",
+        ],
+        "a text begins and ends with the same quotes; between `'…'`, a backslash is a backslash",
+    ),
+    (
+        &["missing", "extra", "unexpected `=`", "invalid inline table"],
+        "a list is written `[1, 2]`, a table in one line `{ key = 1, other = 2 }`",
+    ),
+    (&["unexpected key or value", "unexpected content"], "the value ends before this; the next key begins a line"),
+    (&["string values"], "a text is written `\"…\"`; a comma separates the items of a list"),
+    (&["invalid unquoted key", "unquoted keys"], "other keys are written in quotes"),
+    (&["invalid key", "invalid comment"], LINE),
+    (&["invalid", "unexpected", "redundant", "integers", "radix", "`_`"], "numbers are written `10`, `-0.5` or `1e-3`"),
+];
+const LINE: &str = "a line is `KEY = VALUE`, `[TABLE]` or `# comment`";
+
+/// What the parser says, with advice. Of a word, the parser says that it is not `true`, `false`, `inf` or `nan`,
+/// whichever begins with the same letter.
+fn problem(span: &Span, said: &str) -> Problem {
+    let is_word = ["string values", "invalid float", "invalid boolean"].iter().any(|begin| said.starts_with(begin));
+    if is_word && span.text().is_empty() {
+        return span.problem("a value is missing").with_label("after the `=`").with_help("an empty text is `\"\"`");
+    }
+    let small = span.text().to_lowercase();
+    if is_word && matches!(small.as_str(), "true" | "false" | "inf" | "nan") {
+        return span.problem(format!("unknown value `{}`", span.text())).with_help(format!("write `{small}`"));
+    }
+    if is_word && span.text().starts_with(char::is_alphabetic) {
+        let help = format!("write `\"{}\"`", span.text());
+        return span.problem("a text must be in quotes").with_label("not TOML").with_help(help);
+    }
+    let said = said.trim_end_matches(", expected nothing");
+    let advice = ADVICE.iter().find(|(begins, _)| begins.iter().any(|begin| said.starts_with(begin)));
+    span.problem(said).with_label("not TOML").with_help(advice.map_or(LINE, |(_, help)| help))
 }
 
 fn convert(value: Spanned<DeValue>, place: &dyn Fn(Range<usize>) -> Span) -> Node {

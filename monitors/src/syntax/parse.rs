@@ -107,8 +107,8 @@ impl Parser {
         self.take(&TokenKind::Keyword(keyword))
     }
 
-    /// Reports that something else was expected here; at the end of an item, directly after its last token.
-    pub(super) fn expected(&mut self, what: &str) -> Stumbled {
+    /// Reports that something else was expected here, with advice; at the end of an item, directly after its last token.
+    pub(super) fn expected(&mut self, what: &str, help: &str) -> Stumbled {
         let (found, span) = if self.at > 0 && self.at_item_end() {
             let end = self.last_span().end;
             ("the end".to_owned(), ByteRange { start: end, end })
@@ -116,18 +116,15 @@ impl Parser {
             (self.peek().describe(), self.span())
         };
         let problem = Problem::new(format!("expected {what}, found {found}"));
-        self.problems.push(problem.at(span, format!("expected {what}")));
+        self.problems.push(problem.at(span, format!("expected {what}")).with_help(help));
         Stumbled
     }
 
     /// Reports that a binary operator was expected here: suggests the nearest one, or lists all of them.
     fn expected_operator(&mut self, what: &str) {
-        self.expected(what);
-        let TokenKind::Name(name) = self.peek() else { return };
+        let name = if let TokenKind::Name(name) = self.peek() { name } else { "" };
         let help = nearest_or_all(name, "the binary operators", &["and", "or", "implies", "until"]);
-        if let Some(problem) = self.problems.pop() {
-            self.problems.push(problem.with_help(help));
-        }
+        self.expected(what, &help);
     }
 
     /// Whether this item is at its end.
@@ -171,7 +168,7 @@ impl Parser {
                     }
                 }
                 None => {
-                    self.expected("`const` or `property`");
+                    self.expected("`const` or `property`", "a requirement is written `property NAME := …`");
                     self.advance();
                 }
             }
@@ -185,17 +182,19 @@ impl Parser {
         let TokenKind::Name(name) = self.peek() else { return None };
         let is_definition = matches!(self.peek_second(), TokenKind::Name(_));
         let word = nearest(name, ["const", "property"]).filter(|_| is_definition)?;
-        let problem = Problem::new(format!("expected `const` or `property`, found `{name}`"));
-        let problem = problem.at(self.span(), "expected `const` or `property`");
-        self.problems.push(problem.with_help(format!("did you mean `{word}`?")));
+        self.expected("`const` or `property`", &format!("did you mean `{word}`?"));
         Some(if word == "const" { Keyword::Const } else { Keyword::Property })
     }
 
     fn item(&mut self, keyword: Keyword) -> Reading<Item> {
-        let what = if keyword == Keyword::Const { "the name of a constant" } else { "the name of a property" };
-        let name = self.name(what)?;
-        self.define()?;
-        let item = if keyword == Keyword::Const {
+        let is_constant = keyword == Keyword::Const;
+        let (what, form) = match is_constant {
+            true => ("the name of a constant", "a constant is written `const NAME := VALUE`"),
+            false => ("the name of a property", "a property is written `property NAME := always …`"),
+        };
+        let name = self.name(what, form)?;
+        self.define(form)?;
+        let item = if is_constant {
             let start = self.span();
             let value = self.literal()?;
             Item::Constant(Constant { name, value, value_span: start.to(self.last_span()) })
@@ -207,17 +206,16 @@ impl Parser {
         Ok(item)
     }
 
-    fn define(&mut self) -> Reading<()> {
+    fn define(&mut self, form: &str) -> Reading<()> {
         if self.take(&TokenKind::Define) {
             return Ok(());
         }
         if *self.peek() == TokenKind::Relation(Relation::Equal) {
-            let problem = Problem::new("expected `:=`, found `=`").at(self.span(), "expected `:=`");
-            self.problems.push(problem.with_help("define a name with `:=`; `=` compares"));
+            self.expected("`:=`", "define a name with `:=`; `=` compares");
             self.advance();
             return Ok(());
         }
-        Err(self.expected("`:=`"))
+        Err(self.expected("`:=`", form))
     }
 
     fn end_of_item(&mut self) {
@@ -248,14 +246,11 @@ impl Parser {
         }
     }
 
-    pub(super) fn name(&mut self, what: &str) -> Reading<Name> {
+    pub(super) fn name(&mut self, what: &str, help: &str) -> Reading<Name> {
         let (TokenKind::Name(text) | TokenKind::Text(text)) = self.peek() else {
-            let keyword = matches!(self.peek(), TokenKind::Keyword(_));
-            let stumbled = self.expected(what);
-            if keyword && let Some(problem) = self.problems.pop() {
-                self.problems.push(problem.with_help("this is a keyword; to use it as a name, put it in quotes"));
-            }
-            return Err(stumbled);
+            let is_keyword = matches!(self.peek(), TokenKind::Keyword(_)) && !self.at_item_end();
+            let keyword = "this is a keyword; to use it as a name, put it in quotes";
+            return Err(self.expected(what, if is_keyword { keyword } else { help }));
         };
         let name = Name { text: text.clone(), span: self.span() };
         self.advance();
@@ -273,7 +268,10 @@ impl Parser {
                 let number = number.clone();
                 return self.number(&number);
             }
-            _ => return Err(self.expected("a number, a symbol, a text, `true` or `false`")),
+            _ => {
+                let help = "a number may have a unit, as in `30 s`; a symbol is written `<ok>`, a text `\"ok\"`";
+                return Err(self.expected("a number, a symbol, a text, `true` or `false`", help));
+            }
         };
         self.advance();
         Ok(literal)

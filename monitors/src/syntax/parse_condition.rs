@@ -6,6 +6,9 @@ use super::ast::{Condition, ConditionKind, Field, FieldName};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 
+const CONDITION: &str = "a condition compares a field of the message with a value: `m[1] = <ok>`";
+const FIELD_NUMBER: &str = "fields are counted from 1: `m[1]`";
+
 impl Parser {
     /// `c implies d`, right-associative.
     pub(super) fn condition(&mut self) -> Reading<Condition> {
@@ -46,7 +49,7 @@ impl Parser {
         if self.take(&TokenKind::Open) {
             let inside = self.deeper(Self::condition)?;
             if !self.take(&TokenKind::Close) {
-                return Err(self.expected("an operator or `)`"));
+                return Err(self.expected("an operator or `)`", "the operators of conditions: and, or, implies"));
             }
             return Ok(Condition { kind: inside.kind, span: start.to(self.last_span()) });
         }
@@ -71,7 +74,7 @@ impl Parser {
         }
         let field = self.field()?;
         let TokenKind::Relation(relation) = *self.peek() else {
-            return Err(self.expected("`=`, `!=`, `<`, `<=`, `>` or `>=`"));
+            return Err(self.expected("`=`, `!=`, `<`, `<=`, `>` or `>=`", CONDITION));
         };
         self.advance();
         let value = self.operand()?;
@@ -83,13 +86,13 @@ impl Parser {
     fn field(&mut self) -> Reading<Field> {
         let start = self.span();
         let TokenKind::Name(name) = self.peek().clone() else {
-            return Err(self.expected("a field of the message such as `m[1]`"));
+            return Err(self.expected("a field of the message such as `m[1]`", CONDITION));
         };
         self.advance();
         let name = if name == "m" && self.take(&TokenKind::OpenIndex) {
             self.field_number()?
         } else if name == "m" && self.take(&TokenKind::Dot) {
-            FieldName::Named(self.name("the name of a field")?.text)
+            FieldName::Named(self.name("the name of a field", "fields have numbers and names: `m[1]`, `m.level`")?.text)
         } else {
             FieldName::Named(name)
         };
@@ -102,15 +105,11 @@ impl Parser {
             _ => None,
         };
         let Some(number) = number else {
-            let stumbled = self.expected("the number of a field");
-            if let Some(problem) = self.problems.pop() {
-                self.problems.push(problem.with_help("fields are counted from 1: `m[1]`"));
-            }
-            return Err(stumbled);
+            return Err(self.expected("the number of a field", FIELD_NUMBER));
         };
         self.advance();
         if !self.take(&TokenKind::CloseIndex) {
-            return Err(self.expected("`]`"));
+            return Err(self.expected("`]`", FIELD_NUMBER));
         }
         Ok(FieldName::Number(number))
     }

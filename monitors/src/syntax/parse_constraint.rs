@@ -8,6 +8,8 @@ use super::token::{Keyword, TokenKind};
 
 /// The keywords that can begin a constraint.
 const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
+const EVENT: &str = "an event is written `(sender, receiver, condition)`";
+const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, condition) < 10`";
 
 impl Parser {
     /// `α implies β`, right-associative.
@@ -80,7 +82,7 @@ impl Parser {
                 return Ok(Constraint { kind, span: start.to(self.last_span()) });
             }
             TokenKind::Name(name) => return self.stray_name(&name),
-            _ => return Err(self.expected("a constraint")),
+            _ => return Err(self.expected("a constraint", &first_words())),
         };
         self.advance();
         Ok(Constraint { kind, span: start })
@@ -101,15 +103,8 @@ impl Parser {
 
     /// A name in the place of a constraint: perhaps a misspelt operator.
     fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
-        let stumbled = self.expected("a constraint");
-        let problem = self.problems.pop().unwrap_or_else(|| Problem::new("expected a constraint"));
-        let Some(word) = nearest(name, PREFIXES) else {
-            let known = PREFIXES.join(", ");
-            let help = format!("a constraint begins with {known}, or is an event `(sender, receiver, condition)`");
-            self.problems.push(problem.with_help(help));
-            return Err(stumbled);
-        };
-        self.problems.push(problem.with_help(format!("did you mean `{word}`?")));
+        let Some(word) = nearest(name, PREFIXES) else { return Err(self.expected("a constraint", &first_words())) };
+        self.expected("a constraint", &format!("did you mean `{word}`?"));
         let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
         self.tokens[self.at].kind = TokenKind::Keyword(keyword.unwrap_or(Keyword::True));
         self.deeper(Self::prefixed)
@@ -153,9 +148,9 @@ impl Parser {
 
     fn event_parts(&mut self, open: ByteRange) -> Reading<Event> {
         self.advance();
-        let source = self.name("the name of the sender")?;
+        let source = self.name("the name of the sender", EVENT)?;
         self.comma("`,` and the name of the receiver")?;
-        let target = self.name("the name of the receiver")?;
+        let target = self.name("the name of the receiver", EVENT)?;
         self.comma("`,` and a condition on the message")?;
         let condition = self.condition()?;
         self.close(open);
@@ -163,7 +158,7 @@ impl Parser {
     }
 
     fn comma(&mut self, what: &str) -> Reading<()> {
-        if self.take(&TokenKind::Comma) { Ok(()) } else { Err(self.expected(what)) }
+        if self.take(&TokenKind::Comma) { Ok(()) } else { Err(self.expected(what, EVENT)) }
     }
 
     fn time_until(&mut self) -> Reading<Constraint> {
@@ -171,7 +166,7 @@ impl Parser {
         self.advance();
         let open = self.span();
         if *self.peek() != TokenKind::Open {
-            return Err(self.expected("`(` and an event"));
+            return Err(self.expected("`(` and an event", TIME_UNTIL));
         }
         let event = if *self.peek_second() == TokenKind::Open {
             self.advance();
@@ -182,7 +177,7 @@ impl Parser {
             self.event()
         };
         let TokenKind::Relation(relation) = *self.peek() else {
-            return Err(self.expected("`<`, `<=`, `=`, `!=`, `>=` or `>` and a number of ticks"));
+            return Err(self.expected("`<`, `<=`, `=`, `!=`, `>=` or `>` and a number of ticks", TIME_UNTIL));
         };
         self.advance();
         let bound = self.operand()?;
@@ -191,4 +186,9 @@ impl Parser {
             event.map_or(ConstraintKind::Unreadable, |event| ConstraintKind::TimeUntil { event, relation, bound });
         Ok(Constraint { kind, span })
     }
+}
+
+/// Advice where a constraint is missing.
+fn first_words() -> String {
+    format!("a constraint begins with {}, or is an event `(sender, receiver, condition)`", PREFIXES.join(", "))
 }
