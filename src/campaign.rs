@@ -232,8 +232,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     }
     for Estimate { of, count, rate, interval } in &summary.properties {
         let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
-        // The campaign of a RoAML model.
-        if summary.campaign.ends_with(".xml") {
+        if summary.of_roaml {
             let (held, interval) = (runs - happened, interval.complement());
             let rate = held as f64 / runs.max(1) as f64;
             line(of, format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})"));

@@ -283,6 +283,9 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
         Some(_) => vec![format!("a RoAML model of {}", counted(scenario.machine_processes().count(), "machine"))],
         None => vec![counted(tree.map_or(0, |tree| tree.leaves().count()), "leaf").replace("leafs", "leaves")],
     };
+    // A model's components are its machines; those of the robot are built in.
+    let components = if scenario.model.is_some() { 0 } else { scenario.components.len() };
+    parts.extend((components > 0).then(|| counted(components, "component")));
     parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
     parts.push(counted_properties(live.properties().count()));
     parts.push(counted(scenario.file.faults.len(), "fault"));

@@ -1,6 +1,6 @@
 //! `steward report RECORDING`: the report of a recorded run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use campaigns::{Error, refuse_campaign};
@@ -15,9 +15,9 @@ pub(crate) struct ReportArgs {
     /// The recording: what a run with `--record FILE.rec` has written
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
-    /// Where the report and the pictures go
+    /// Where the report and the pictures go [default: out/NAME, with the recording's name]
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: Option<PathBuf>,
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
@@ -34,12 +34,14 @@ pub(crate) struct ReportArgs {
 
 /// Makes the report of a recorded run with its page and pictures. The exit status is that of the run.
 pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
-    let outputs = Outputs { folder: Some(args.out.clone()), snapshots: !args.no_snapshots, gif: args.gif.clone() };
+    let stem = || Path::new("out").join(args.recording.file_stem().unwrap_or_default());
+    let out = args.out.clone().unwrap_or_else(stem);
+    let outputs = Outputs { folder: Some(out.clone()), snapshots: !args.no_snapshots, gif: args.gif.clone() };
     refuse_campaign(&outputs)?;
     let report = report_recording(&args.recording, &outputs)?;
-    let status = summary::tell(&report, &args.out, args.quiet)?;
+    let status = summary::tell(&report, &out, args.quiet)?;
     if args.open {
-        browser::open(&args.out.join(html::FILE));
+        browser::open(&out.join(html::FILE));
     }
     Ok(status)
 }

@@ -245,7 +245,7 @@ fn a_tray_takes_a_box_and_puts_it_down() {
 #[test]
 fn each_mistake_has_one_message() {
     for (more, message) in [
-        ("[components.Lamp]\nbuiltin = \"lamp\"", "unknown builtin `lamp`"),
+        ("[components.Lamp]\nbuiltin = \"lamp\"", "`builtin` cannot be `lamp`"),
         ("[components.Gate]\nbuiltin = \"door\"\ndoor = \"gate\"", "a door needs a world with a robot"),
         ("[components.Horn]\nbuiltin = \"speaker\"\npressed_s = [1]", "`pressed_s` means nothing to a speaker"),
         ("[components.Horn]\nbuiltin = \"speaker\"\ninterface = \"x.toml\"", "`interface` means nothing to a speaker"),

@@ -91,7 +91,9 @@ fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<Occupa
 
 fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, Problem> {
     let problem = |why| span.problem(format!("the image {} {why}", path.display())).with_label("this image");
-    let bytes = read(path).map_err(|error| problem(format!("cannot be read: {error}")))?;
+    let bytes = read(path).map_err(|error| {
+        problem(format!("cannot be read: {error}")).with_help("its path is relative to the folder of this file")
+    })?;
     Raster::decode(&bytes).map_err(|error| {
         let problem = problem(format!("cannot be used: {error}"));
         match error {

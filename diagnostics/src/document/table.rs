@@ -75,7 +75,7 @@ impl<'d> Table<'d> {
             if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
                 return Ok(value.clone());
             }
-            let problem = span.problem(format!("unknown {key} `{text}`")).with_label("not one of the choices");
+            let problem = span.problem(format!("`{key}` cannot be `{text}`")).with_label("not one of the choices");
             let names = choices.iter().map(|(name, _)| *name);
             Err(problem.with_help(did_you_mean(&text, names.clone()).unwrap_or_else(|| {
                 let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();

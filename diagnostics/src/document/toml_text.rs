@@ -52,7 +52,8 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> 
     problems
 }
 
-/// How lines, lists and numbers are written: advice for the messages of the parser that begin so; `LINE` is for the rest.
+/// How lines, lists and numbers are written: advice for the messages of the parser that begin so; `LINE` is for the
+/// rest.
 const ADVICE: &[(&[&str], &str)] = &[
     (&["duplicate key"], "a key stands in its table once; further tables of a list begin with `[[NAME]]`"),
     (&["unclosed array table"], "end it with `]]`"),

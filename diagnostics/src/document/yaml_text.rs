@@ -20,7 +20,9 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     let places = Places::new(source);
     let mut documents = MarkedYaml::load_from_str(source.text()).map_err(|error| {
         let at = places.byte(error.marker());
-        source.span(at..at + 1).problem(error.info()).with_label("not YAML")
+        // saphyr notices at the next line that one without a colon is no key.
+        let said = if error.info().contains("expect ':'") { "no `:` in the line before" } else { error.info() };
+        source.span(at..at + 1).problem(said).with_label("not YAML").with_help("a line is `KEY: VALUE`")
     })?;
     if let Some(second) = documents.get(1) {
         return Err(places.span(second).problem("a second YAML document").with_label("begins here").into());

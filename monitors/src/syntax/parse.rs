@@ -107,7 +107,8 @@ impl Parser {
         self.take(&TokenKind::Keyword(keyword))
     }
 
-    /// Reports that something else was expected here, with advice; at the end of an item, directly after its last token.
+    /// Reports that something else was expected here, with advice; at the end of an item, directly after its last
+    /// token.
     pub(super) fn expected(&mut self, what: &str, help: &str) -> Stumbled {
         let (found, span) = if self.at > 0 && self.at_item_end() {
             let end = self.last_span().end;

@@ -310,6 +310,7 @@ mod tests {
             expects: true,
             measures: Vec::new(),
             model: None,
+            of_roaml: false,
             parameters: kinds.into_iter().enumerate().map(parameter).collect(),
             properties: vec!["phi1".into()],
         };

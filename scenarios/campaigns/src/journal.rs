@@ -67,6 +67,8 @@ pub(super) struct Layout {
     pub(super) measures: Vec<Measure>,
     /// The model with which the results are compared.
     pub(super) model: Option<ModelLayout>,
+    /// Whether its runs are those of a RoAML model.
+    pub(super) of_roaml: bool,
 }
 
 /// A campaign's model, as in [`Model`].
@@ -170,6 +172,7 @@ impl Header {
             expects: plan.base().file.expect.told() != Expected::default(),
             measures: plan.file().measures.iter().map(|measure| measure.value).collect(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
+            of_roaml: plan.base().model.is_some(),
         };
         Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
     }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::{Problem, Spanned};
+use diagnostics::{Problem, Spanned, did_you_mean};
 use scenarios::Complaints;
-use scenarios::files::shipped_campaigns;
+use scenarios::files::{shipped_campaigns, shipped_scenarios};
 use scenarios::live::Live;
 use scenarios::names::unknown;
 use scenarios::scenario::{Found, Scenario, find};
@@ -334,8 +334,9 @@ fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
     let with_files = |found: Found| Found { files: found.files.with_assignments_in(folder), ..found };
     found.map(with_files).map_err(|error| {
         let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");
-        let help = "a scenario is looked up relative to the campaign's file, and then by its name (`steward list`)";
-        Error::bad_input(problem.with_help(help))
+        let place = "a scenario is looked up relative to the campaign's file, and then by its name (`steward list`)";
+        let meant = did_you_mean(&file.scenario.value, shipped_scenarios());
+        Error::bad_input(problem.with_help(meant.unwrap_or_else(|| place.to_owned())))
     })
 }
 

@@ -231,6 +231,7 @@ impl Tally {
             expects: layout.expects,
             unmet,
             properties: counted.map(|(name, count)| estimate(name, *count)).collect(),
+            of_roaml: layout.of_roaml,
             expectation: estimate("expectation", self.expectation),
             goal,
             frontier: survey.frontier_in_words(),

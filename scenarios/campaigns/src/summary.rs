@@ -25,6 +25,8 @@ pub struct Summary {
     pub unmet: Vec<Unmet>,
     /// How often each property was violated. Runs that failed do not count for any property.
     pub properties: Vec<Estimate>,
+    /// Whether its runs are those of a RoAML model, whose properties are read as true or not.
+    pub of_roaml: bool,
     /// How often a run was not what the scenario expects, or failed.
     pub expectation: Estimate,
     /// The result of the campaign's goal; null without one.

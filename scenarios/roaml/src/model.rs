@@ -152,7 +152,7 @@ impl Reader<'_> {
             None => {
                 let problem =
                     Problem::new("the model has no parameters").at(name_span(root), "<parameters> is missing");
-                self.report(problem.with_help("<parameters> <max_time value=\"100\" unit=\"s\"/> </parameters>"));
+                self.report(problem.with_help("add <parameters> <max_time value=\"100\" unit=\"s\"/> </parameters>"));
                 None
             }
         };
@@ -243,7 +243,7 @@ impl Reader<'_> {
         }
         if max_time.is_none() && self.problems.is_empty() {
             let problem = Problem::new("the model does not say how long it may run").at(name_span(section), "in here");
-            self.report(problem.with_help("<max_time value=\"100\" unit=\"s\"/>"));
+            self.report(problem.with_help("add <max_time value=\"100\" unit=\"s\"/>"));
         }
         max_time.map(|max_time| Parameters { max_time, tick, tick_if_not_running })
     }

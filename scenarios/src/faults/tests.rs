@@ -57,7 +57,7 @@ fn all_errors_in_a_fault_are_reported_at_once() {
         problems("kind = \"joypad\"\nat_s = 1\nnear = \"start\"\nangular_rad = 1"),
         ["this fault has several triggers: `at_s`, `near`", "unknown key `angular_rad`"]
     );
-    assert_eq!(problems("kind = \"joipad\"\nat_s = 1"), ["unknown kind `joipad`"]);
+    assert_eq!(problems("kind = \"joipad\"\nat_s = 1"), ["`kind` cannot be `joipad`"]);
     assert_eq!(problems("kind = \"joypad\"\nin_state = \"running\""), ["`running` is not a state of a skill"]);
     for fraction in [
         "kind = \"people\"\nat = [4, 3]\nroute = [[6, 3]]\ncount = 2.7",

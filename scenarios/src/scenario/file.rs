@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use components::StopRule;
 use diagnostics::document::{Document, Table};
-use diagnostics::{FileProblems, Span, Spanned};
+use diagnostics::{FileProblems, Span, Spanned, nearest_or_all};
 use monitors::Outcome;
 use recording::{Expected, SnapshotOccasion, Snapshots};
 
@@ -318,7 +318,8 @@ fn read_snapshots(table: Table<'_>) -> Snapshots {
             let found = MOMENTS.iter().find(|(known, _)| *known == name.value).map(|(_, moment)| *moment);
             found.ok_or_else(|| {
                 let problem = name.span.problem(format!("unknown moment `{}`", name.value));
-                problem.with_help("use one of `start`, `fault`, `verdict`, `arrival`, `end`")
+                let help = nearest_or_all(&name.value, "the moments", &MOMENTS.map(|(known, _)| known));
+                problem.with_label("no such moment").with_help(help)
             })
         };
         names.into_iter().map(moment).collect::<Result<Vec<_>, _>>()

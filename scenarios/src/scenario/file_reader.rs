@@ -43,5 +43,5 @@ pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
     let help = "a path is looked up beside the scenario's file (with `--set` on a shipped scenario, in the current folder), and \
                 then among the shipped files";
-    problem.with_label(format!("this {what}")).with_help(help)
+    problem.with_label("named here").with_help(help)
 }

@@ -92,7 +92,7 @@ fn silence(name: &str, chart: &Chart, skill: ProcessId, topology: &Topology) -> 
         return Some(problem.at(chart.span, "cannot answer"));
     }
     let problem = Problem::new(format!("{name} never answers {CLIENT}")).at(chart.span, "sends nothing to it");
-    let problem = problem.with_help(format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
+    let problem = problem.with_help(format!("add <send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
     (!may_send_to(CLIENT, chart)).then_some(problem)
 }
 
