@@ -331,6 +331,12 @@ impl MapDrawing<'_> {
     /// Writes a label in its lines, or in one where there is no room for them, or not at all.
     fn write(&mut self, label: &Label) {
         let (font, view, map) = (self.font, self.view, &self.scene.map);
+        // Beside a wall is better than on it, even if that is farther away; but an area keeps its label.
+        let walls = |area: &Area| {
+            let covered = map.covered(&area.inset(-2.0), &view);
+            let inside = label.site.roomy && label.site.symbol.encloses(area);
+            if covered > 0.0 && !inside { 0.3 + covered } else { covered }
+        };
         let shortened = label.lines.first().map(|first| match label.lines.len() {
             1 => first.clone(),
             _ => font.fit(&format!("{first} …"), view.area.width * 0.36),
@@ -341,15 +347,30 @@ impl MapDrawing<'_> {
                 return;
             }
             let size = (width, font.line_height() * lines.len() as f64);
-            let Some(area) = self.placer.place_free(&label.site, size, |area| map.covered(area, &view)) else {
+            let Some(area) = self.placer.place_free(&label.site, size, walls) else {
                 continue;
             };
+            self.lead(&label.site, area, label.color);
             let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
             for (line, text) in lines.iter().enumerate() {
                 let y = area.y + (line as f64 + 0.5) * font.line_height();
                 self.canvas.centered_text((area.center().0, y), text, style);
             }
             return;
+        }
+    }
+
+    /// A line from a sign to a label that is not beside it.
+    fn lead(&mut self, site: &Site, label: Area, color: Color) {
+        const FAR: f64 = 14.0;
+        let (x, y) = site.symbol.center();
+        let end = (x.clamp(label.x, label.right()), y.clamp(label.y, label.bottom()));
+        let (dx, dy) = (end.0 - x, end.1 - y);
+        let far = (dx * dx + dy * dy).sqrt();
+        let radius = site.symbol.width.min(site.symbol.height) / 2.0;
+        if !site.roomy && far > radius + FAR {
+            let begin = (x + dx / far * radius, y + dy / far * radius);
+            self.canvas.line(begin, end, Paint::stroke(color, 1.2));
         }
     }
 }
@@ -390,8 +411,9 @@ pub fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> {
 /// Draws a bar of a round length at the left of `foot`; returns how far right it reaches.
 pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     const ROUND_M: [f64; 10] = [100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1];
-    let length_m = ROUND_M.into_iter().find(|&length_m| view.pixels(length_m) <= 170.0).unwrap_or(0.1);
-    let length = view.pixels(length_m).min(170.0);
+    let most = (foot.width * 0.2).min(170.0);
+    let length_m = ROUND_M.into_iter().find(|&length_m| view.pixels(length_m) <= most).unwrap_or(0.1);
+    let length = view.pixels(length_m).min(most);
     let (left, middle) = (foot.x + 8.0, foot.center().1);
     let (line, end) = (Paint::stroke(theme::INK, 2.0), 5.0);
     canvas.line((left, middle), (left + length, middle), line);
@@ -462,19 +484,18 @@ fn signs(scene: &Scene) -> Vec<Entry> {
 /// What the signs on the map mean, beside the scale: in one row, or in two smaller ones.
 fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[Entry]) {
     const SIGN: f64 = 34.0;
-    const GAP: f64 = 16.0;
-    let left = left + GAP;
+    let left = left + 16.0;
     let room = foot.right() - left;
-    let width = |font: Font, words: &str| SIGN + font.width(words) + GAP;
-    let is_long = entries.iter().map(|(words, _)| width(FONT, words)).sum::<f64>() > room + GAP;
-    let font = if is_long { Font::regular(13.0) } else { FONT };
-    let (mut x, mut y) = (left, foot.center().1 - if is_long { 9.0 } else { 0.0 });
+    let long: f64 = entries.iter().map(|(words, _)| SIGN + FONT.width(words) + 16.0).sum();
+    let (font, gap, up) = if long > room + 16.0 { (Font::regular(13.0), 8.0, 9.0) } else { (FONT, 16.0, 0.0) };
+    let (mut x, mut y) = (left, foot.center().1 - up);
     for &(words, sign) in entries {
-        if x > left && x + width(font, words) - GAP > foot.right() {
-            (x, y) = (left, foot.center().1 + 9.0);
+        let width = SIGN + font.width(words);
+        if x > left && x + width > foot.right() {
+            (x, y) = (left, foot.center().1 + up);
         }
         sign(canvas, (x + SIGN / 2.0 - 3.0, y));
         canvas.centered_text((x + SIGN, y), words, TextStyle::new(font, theme::MUTED));
-        x += width(font, words);
+        x += width + gap;
     }
 }

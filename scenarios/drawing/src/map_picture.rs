@@ -84,18 +84,21 @@ impl MapPicture {
 
     /// How much of a box on the page is covered by walls, 0 to 1, by samples a few pixels apart.
     pub fn covered(&self, area: &Area, view: &View) -> f64 {
-        const STEPS: usize = 12;
+        /// No wall is thinner, in pixels.
+        const STEP: f64 = 3.0;
         let to_blocks = nalgebra::Matrix2::from_columns(&[self.column_step, self.row_step]).try_inverse();
         let Some(to_blocks) = to_blocks else { return 0.0 };
-        let samples = (0..STEPS * STEPS).map(|i| {
-            let part = |step: usize| (step as f64 + 0.5) / STEPS as f64;
-            view.point_at((area.x + area.width * part(i % STEPS), area.y + area.height * part(i / STEPS)))
+        let [columns, rows] = [area.width, area.height].map(|length| (length / STEP).ceil().clamp(1.0, 400.0) as usize);
+        let samples = (0..columns * rows).map(|i| {
+            let part = |step: usize, steps: usize| (step as f64 + 0.5) / steps as f64;
+            let (x, y) = (part(i % columns, columns), part(i / columns, rows));
+            view.point_at((area.x + area.width * x, area.y + area.height * y))
         });
         let walls = samples.filter(|point| {
             let block = to_blocks * (point - self.corner);
             block.x >= 0.0 && block.y >= 0.0 && self.occupied.get(block.x as usize, block.y as usize)
         });
-        walls.count() as f64 / (STEPS * STEPS) as f64
+        walls.count() as f64 / (columns * rows) as f64
     }
 }
 

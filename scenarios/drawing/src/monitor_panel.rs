@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::diagram_arrows::PlacedEdge;
 use super::diagram_layout::DiagramLayout;
-use super::frame::{Diagram, Monitor};
+use super::frame::{Diagram, Monitor, Verdict};
 use super::geometry::{Area, Spot};
 use super::icons::Look;
 use super::panel;
@@ -23,6 +23,9 @@ const PILL: f64 = 152.0;
 const CHIPS: f64 = 24.0;
 const GAP: f64 = 14.0;
 const TIGHT_GAP: f64 = 8.0;
+/// Columns and rows of names, where there is no room for more than names and verdicts.
+const COLUMNS: usize = 2;
+const ROW: f64 = 25.0;
 
 /// How much of a monitor is drawn below its head.
 enum Body {
@@ -88,25 +91,12 @@ fn meanings(diagrams: &[&Diagram], width: f64) -> Vec<String> {
     let mut meanings: Vec<String> = Vec::new();
     for location in diagrams.iter().flat_map(|diagram| &diagram.locations).filter(|location| !location.about.is_empty())
     {
-        // No line ends between a name and its meaning.
-        let meaning = format!("{} {}", location.name, location.about).replace(' ', "\u{a0}");
+        let meaning = format!("{} {}", location.name, location.about);
         if !meanings.contains(&meaning) {
             meanings.push(meaning);
         }
     }
-    wrapped(&meanings, width)
-}
-
-/// The items in lines of at most that many pixels.
-fn wrapped(items: &[String], width: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for item in items {
-        match lines.last_mut() {
-            Some(line) if SMALL.width(&format!("{line} · {item}")) <= width => *line += &format!(" · {item}"),
-            _ => lines.push(item.clone()),
-        }
-    }
-    lines.iter().map(|line| SMALL.fit(line, width)).collect()
+    SMALL.wrap_items(&meanings, " · ", width)
 }
 
 fn meanings_height(diagrams: &[&Diagram], width: f64) -> f64 {
@@ -127,7 +117,8 @@ pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> 
     lines_height(lines.len())
 }
 
-/// Draws the monitors' panel.
+/// Draws the monitors' panel: each with its description, and as much of its machine as there is room for; or, of more
+/// monitors than that, names and verdicts.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     let inner = panel::titled(canvas, area, "Monitors");
     if monitors.is_empty() {
@@ -135,7 +126,15 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         canvas.centered_text((inner.x, inner.y + 11.0), "No property is being monitored.", nothing);
     }
     let room = Area { height: area.bottom() - 6.0 - inner.y, ..inner };
-    let (details, hidden) = details(monitors, room);
+    let Some(details) = details(monitors, room) else {
+        let hidden = draw_names(canvas, room, monitors);
+        if hidden > 0 {
+            let style = TextStyle::new(WORDS, theme::MUTED).anchored(Anchor::End);
+            let text = format!("+{hidden} more");
+            canvas.centered_text((area.right() - panel::MARGIN, panel::title_y(area)), &text, style);
+        }
+        return;
+    };
     let shown = diagrams(monitors, &details);
     let room = Area { height: room.height - meanings_height(&shown, room.width), ..room };
     draw_meanings(canvas, Area { y: room.bottom(), ..room }, &shown);
@@ -156,16 +155,11 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         }
         y += detail.height() + spare;
     }
-    if hidden > 0 {
-        let style = TextStyle::new(WORDS, theme::MUTED).anchored(Anchor::End);
-        let text = format!("+{hidden} more");
-        canvas.centered_text((area.right() - panel::MARGIN, panel::title_y(area)), &text, style);
-    }
 }
 
-/// How each monitor is drawn, and how many don't fit at all. As long as room is short, the last one still drawn in full
-/// is drawn as chips; then the last ones show only their verdict; then they are left out.
-fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
+/// How each monitor is drawn; none if not all fit. As long as room is short, the last one still drawn in full is drawn
+/// as chips; then the last ones show only their verdict.
+fn details(monitors: &[Monitor], room: Area) -> Option<Vec<Detail>> {
     let mut details: Vec<Detail> = monitors.iter().map(|monitor| Detail::new(monitor, room.width)).collect();
     let fits = |details: &[Detail]| {
         let meanings = meanings_height(&diagrams(monitors, details), room.width);
@@ -178,11 +172,45 @@ fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
             }
         }
     }
-    while !details.is_empty() && !fits(&details) {
-        details.pop();
+    fits(&details).then_some(details)
+}
+
+/// The height of names and verdicts alone, in pixels.
+pub(super) fn least_height(monitors: &[Monitor]) -> f64 {
+    panel::HEAD + monitors.len().div_ceil(COLUMNS) as f64 * ROW + 6.0
+}
+
+/// Draws names and verdicts in columns, as far as there is room; says how many there are more. If there are, the
+/// violated ones come first, so that none of them is hidden.
+fn draw_names(canvas: &mut Canvas, room: Area, monitors: &[Monitor]) -> usize {
+    let rows = (room.height / ROW).max(0.0) as usize;
+    let mut shown: Vec<&Monitor> = monitors.iter().collect();
+    let hidden = monitors.len().saturating_sub(COLUMNS * rows);
+    if hidden > 0 {
+        shown.sort_by_key(|monitor| monitor.verdict != Verdict::Violated);
     }
-    let hidden = monitors.len() - details.len();
-    (details, hidden)
+    shown.truncate(COLUMNS * rows);
+    let rows = shown.len().div_ceil(COLUMNS).max(1);
+    let width = (room.width - 24.0 * (COLUMNS - 1) as f64) / COLUMNS as f64;
+    for (place, monitor) in shown.into_iter().enumerate() {
+        let (column, row) = ((place / rows) as f64, (place % rows) as f64);
+        let cell = Area::new(room.x + column * (width + 24.0), room.y + row * ROW, width, 22.0);
+        let look = Look::of_verdict(monitor.verdict);
+        let pill = draw_verdict(canvas, cell, look, look.words);
+        let name = NAME.fit(&monitor.name, pill.x - cell.x - 8.0);
+        canvas.centered_text((cell.x, cell.y + 11.0), &name, TextStyle::new(NAME, theme::INK));
+    }
+    hidden
+}
+
+/// A verdict at the right of a line.
+fn draw_verdict(canvas: &mut Canvas, line: Area, look: Look, text: &str) -> Area {
+    let width = VERDICT.width(text) + 38.0;
+    let pill = Area::new(line.right() - width, line.y, width, 22.0);
+    canvas.rounded(pill, 11.0, Paint::fill(look.ground));
+    look.icon.draw(canvas, (pill.x + 15.0, pill.y + 11.0), 12.0, look.front);
+    canvas.centered_text((pill.x + 26.0, pill.y + 11.0), text, TextStyle::new(VERDICT, look.front));
+    pill
 }
 
 /// The diagrams whose locations are drawn.
@@ -198,10 +226,7 @@ fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor, words: &[String
     let text =
         if monitor.note.is_empty() { look.words.to_owned() } else { format!("{} · {}", look.words, monitor.note) };
     let text = VERDICT.fit(&text, PILL - 38.0);
-    let pill = Area::new(area.right() - VERDICT.width(&text) - 38.0, area.y, VERDICT.width(&text) + 38.0, 22.0);
-    canvas.rounded(pill, 11.0, Paint::fill(look.ground));
-    look.icon.draw(canvas, (pill.x + 15.0, y), 12.0, look.front);
-    canvas.centered_text((pill.x + 26.0, y), &text, TextStyle::new(VERDICT, look.front));
+    draw_verdict(canvas, area, look, &text);
     let name = name(monitor, area.width);
     canvas.centered_text((area.x, y), &name, TextStyle::new(NAME, theme::INK));
     let left = area.x + NAME.width(&name) + 12.0;

@@ -48,7 +48,7 @@ impl Page {
 }
 
 /// Draws a frame: title and map at the left; battery, tree and monitors at the right. Without a map, the tree takes its
-/// place.
+/// place; with a tree that is too large for its place, they change places.
 pub(super) fn draw(frame: &Frame, page: Page) -> String {
     let (width, height) = (f64::from(page.size_px().0), f64::from(page.size_px().1));
     let margin = page.margin();
@@ -68,9 +68,10 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     }
     let tree = match &frame.scene {
         Some(scene) => {
-            map_panel::draw_on(&mut canvas, large, scene, page == Page::Animation);
-            let tree = Area { height: tree_height(frame, rest), ..rest };
-            rest = below(rest, tree.height);
+            let small = Area { height: upper_height(frame, rest), ..rest };
+            rest = below(rest, small.height);
+            let (map, tree) = if is_large(frame, small) { (small, large) } else { (large, small) };
+            map_panel::draw_on(&mut canvas, map, scene, page == Page::Animation);
             tree
         }
         None => large,
@@ -86,15 +87,27 @@ fn below(column: Area, height: f64) -> Area {
 }
 
 /// Divides a column between tree and monitors: both get what they ask for, and if that is too much, the tree is
-/// squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
-fn tree_height(frame: &Frame, area: Area) -> f64 {
+/// squeezed first as far as it stays readable, then the monitors, but no further than to two fifths, or to their names.
+fn upper_height(frame: &Frame, area: Area) -> f64 {
     let room = area.height - GAP;
-    let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
+    let (pleasant, readable) = tree_heights(frame, area);
     let monitors = monitor_panel::wanted_height(&frame.monitors, area.width);
-    let around = panel::HEAD + tree_panel::SIGNS + panel::FOOT;
-    let (pleasant, readable) = (pleasant + around, readable + around);
     let spare = (room - pleasant - monitors).max(0.0);
-    (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25))
+    let most = (room * 0.68).min(room - monitor_panel::least_height(&frame.monitors)).max(room * 0.5);
+    (pleasant + spare * 0.4).min(room - monitors).max(readable.min(most)).max(pleasant.min(room * 0.25))
+}
+
+/// The heights at which a tree is not squeezed, and can still be read well, with what is around it.
+fn tree_heights(frame: &Frame, area: Area) -> (f64, f64) {
+    let signs = tree_panel::signs_height(&frame.tree, area.width - 2.0 * panel::MARGIN);
+    let around = panel::HEAD + signs + panel::FOOT;
+    let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
+    (pleasant + around, readable + around)
+}
+
+/// Whether the tree cannot be read well there.
+fn is_large(frame: &Frame, area: Area) -> bool {
+    tree_heights(frame, area).1 > area.height
 }
 
 /// Scenario, seed, time, tick, and what is happening.

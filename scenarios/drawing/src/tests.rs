@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use resvg::usvg;
 
-use super::frame::Frame;
+use super::frame::{Frame, Monitor, Verdict};
 use super::geometry::Area;
 use super::sample::{
     charging_frame, crowded_frame, empty_frame, everything, frame, large_tree, mapless_frame, phi1, phi2,
@@ -121,6 +121,27 @@ fn monitors_that_do_not_fit_are_counted() {
     let shown = texts.iter().filter(|(text, _)| text == "phi1").count();
     let hidden = texts.iter().find_map(|(text, _)| text.strip_prefix('+')?.strip_suffix(" more")?.parse().ok());
     assert_eq!(shown + hidden.unwrap_or(0_usize), 9);
+}
+
+/// Of many monitors, the names and verdicts are shown; of more than have room, the violated ones are not among those
+/// left out.
+#[test]
+fn no_violated_monitor_is_hidden() {
+    let many = |count: usize| {
+        let monitor = |place: usize| Monitor {
+            name: format!("phi{place}"),
+            description: "what it says ".repeat(9),
+            verdict: if place + 1 == count { Verdict::Violated } else { Verdict::HoldsSoFar },
+            ..frame().monitors[0].clone()
+        };
+        let frame = Frame { monitors: (0..count).map(monitor).collect(), ..frame() };
+        texts(&svg(&frame)).into_iter().map(|(text, _)| text).collect::<Vec<_>>()
+    };
+    let texts = many(14);
+    assert!((0..14).all(|place| texts.contains(&format!("phi{place}"))), "{texts:?}");
+    let texts = many(100);
+    assert!(texts.iter().any(|text| text.ends_with(" more")), "{texts:?}");
+    assert!(texts.contains(&"phi99".to_owned()) && texts.contains(&"violated".to_owned()), "{texts:?}");
 }
 
 #[test]

@@ -112,6 +112,20 @@ impl Font {
         }
         wrapped.iter().map(|line| self.fit(line, room)).filter(|line| !line.is_empty()).collect()
     }
+
+    /// The items in lines of at most `room` pixels, none broken, with that between those of a line.
+    pub(super) fn wrap_items(self, items: &[String], between: &str, room: f64) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for item in items {
+            match lines.last_mut() {
+                Some(line) if self.width(&format!("{line}{between}{item}")) <= room => {
+                    *line += &(between.to_owned() + item)
+                }
+                _ => lines.push(item.clone()),
+            }
+        }
+        lines.iter().map(|line| self.fit(line, room)).collect()
+    }
 }
 
 /// A stretch of text in one face.

@@ -10,8 +10,8 @@ use super::text::Font;
 use super::theme;
 use super::tree_layout::{Link, PlacedNode, TreeLayout, symbol_font};
 
-/// Height of the line that says what the signs mean, in pixels.
-pub(super) const SIGNS: f64 = 20.0;
+/// Height of a line that says what signs mean, in pixels.
+const SIGNS: f64 = 20.0;
 const SMALL: Font = Font::regular(13.0);
 
 const FONT: Font = Font::regular(14.0);
@@ -20,15 +20,16 @@ const FONT: Font = Font::regular(14.0);
 pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
     let inner = panel::titled(canvas, area, "Behavior tree");
     legend(canvas, area);
-    let room = Area { height: (inner.height - SIGNS).max(0.0), ..inner };
+    let below = signs_height(tree, inner.width);
+    let room = Area { height: (inner.height - below).max(0.0), ..inner };
     let layout = TreeLayout::new(tree, room.width, room.height);
     let (dx, dy) = (room.x, room.y + (room.height - layout.height).max(0.0) / 2.0);
     draw_nodes(canvas, &layout, tree, (dx, dy));
-    draw_signs(canvas, (room.x, inner.bottom() - SIGNS / 2.0 + 4.0), tree, room.width);
+    draw_signs(canvas, (room.x, inner.bottom() - below + 4.0), tree, room.width);
 }
 
 /// The signs of inner nodes, with what they mean.
-pub const SYMBOLS: [(&str, &str); 10] = [
+pub const SYMBOLS: [(&str, &str); 13] = [
     ("→", "sequence"),
     ("→*", "sequence with memory"),
     ("→**", "sequence with full memory"),
@@ -39,19 +40,41 @@ pub const SYMBOLS: [(&str, &str); 10] = [
     ("+", "always success"),
     ("−", "always failure"),
     ("▸", "subtree"),
+    ("↻", "retry until successful"),
+    ("∞", "keep running until failure"),
+    ("1×", "run once"),
 ];
 
-/// What the signs mean that are in a tree, in a line of at most that many pixels; empty if there are none.
-pub(super) fn signs(tree: &[TreeNode], room: f64) -> String {
+/// The sign that pictures have instead of a decorator's long name.
+#[must_use]
+pub fn short_name(name: &str) -> &str {
+    match name {
+        "RetryUntilSuccessful" => "↻",
+        "KeepRunningUntilFailure" => "∞",
+        "RunOnce" => "1×",
+        _ => name,
+    }
+}
+
+/// What the signs mean that are in a tree, in lines of at most that many pixels.
+fn signs(tree: &[TreeNode], room: f64) -> Vec<String> {
     let is_there = |sign: &str| tree.iter().any(|node| node.label == sign);
     let known = SYMBOLS.iter().filter(|(sign, _)| is_there(sign));
     let words: Vec<String> = known.map(|(sign, words)| format!("{sign} {words}")).collect();
-    SMALL.fit(&words.join("   "), room)
+    SMALL.wrap_items(&words, "   ", room)
 }
 
-/// Writes what the signs of a tree mean.
-pub fn draw_signs(canvas: &mut Canvas, at: (f64, f64), tree: &[TreeNode], room: f64) {
-    canvas.centered_text(at, &signs(tree, room), TextStyle::new(SMALL, theme::MUTED));
+/// The height of the lines that say what the signs of a tree mean, in pixels.
+#[must_use]
+pub fn signs_height(tree: &[TreeNode], room: f64) -> f64 {
+    SIGNS * signs(tree, room).len().max(1) as f64
+}
+
+/// Writes what the signs of a tree mean, in lines below that spot.
+pub fn draw_signs(canvas: &mut Canvas, (x, y): (f64, f64), tree: &[TreeNode], room: f64) {
+    for (number, line) in signs(tree, room).iter().enumerate() {
+        canvas.centered_text((x, y + (number as f64 + 0.5) * SIGNS), line, TextStyle::new(SMALL, theme::MUTED));
+    }
 }
 
 /// Draws the nodes and their links, moved by that much.

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::frame::TreeNode;
 use super::tree_layout::TreeLayout;
-use super::tree_panel::{SIGNS, draw_nodes, draw_signs};
+use super::tree_panel::{draw_nodes, draw_signs, signs_height};
 
 /// The widest that a tree becomes before its labels are shortened, and the margin around it, in pixels.
 const WIDEST: f64 = 1600.0;
@@ -28,7 +28,7 @@ pub fn tree_svg(tree: &[TreeNode]) -> String {
     let layout = TreeLayout::new(tree, WIDEST, height);
     let mut canvas = Canvas::for_browsers();
     draw_nodes(&mut canvas, &layout, tree, (MARGIN, MARGIN));
-    let (width, below) = (layout.width.max(260.0), MARGIN + layout.height + SIGNS);
+    let (width, below) = (layout.width.max(260.0), MARGIN + layout.height + 10.0);
     draw_signs(&mut canvas, (MARGIN, below), tree, width);
-    canvas.finish(width + 2.0 * MARGIN, below + MARGIN)
+    canvas.finish(width + 2.0 * MARGIN, below + signs_height(tree, width) + 14.0)
 }

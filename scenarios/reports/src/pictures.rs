@@ -274,7 +274,7 @@ pub fn tree_nodes(tree: &[Node], outcomes: &[Option<bt::Outcome>]) -> Vec<drawin
     nodes
         .map(|(node, outcome)| drawing::TreeNode {
             parent: node.parent,
-            label: node.symbol.as_ref().unwrap_or(&node.process).clone(),
+            label: node.symbol.as_deref().unwrap_or_else(|| drawing::short_name(&node.process)).to_owned(),
             status: node_status(outcome),
         })
         .collect()

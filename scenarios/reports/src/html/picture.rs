@@ -6,7 +6,7 @@ use drawing::text::Font;
 use drawing::view::View;
 use drawing::{
     Area, Diagram, DiagramLayout, ExecutionContext, Scene, TreeLayout, TreeNode, draw_diagram, draw_execution_context,
-    draw_meanings, draw_nodes, draw_signs, theme,
+    draw_meanings, draw_nodes, draw_signs, signs_height, theme,
 };
 
 use super::figure::{Drawing, Layout, NARROW};
@@ -63,8 +63,8 @@ pub fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
     let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);
     let mut canvas = Canvas::for_browsers();
     draw_nodes(&mut canvas, &placed, tree, (MARGIN, MARGIN));
-    let below = placed.height + 3.0 * MARGIN;
+    let below = placed.height + 2.0 * MARGIN;
     let width = placed.width.min(width);
     draw_signs(&mut canvas, (MARGIN, below), tree, width);
-    Drawing { canvas, width: width + 2.0 * MARGIN, height: below + 2.0 * MARGIN }
+    Drawing { canvas, width: width + 2.0 * MARGIN, height: below + signs_height(tree, width) + MARGIN }
 }
