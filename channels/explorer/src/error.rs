@@ -27,14 +27,14 @@ pub enum Refused {
         help: Option<String>,
     },
     /// A process has too many states.
-    #[error("{process} has more than {states} states, so there may be no end of them")]
+    #[error("{process} has more than {states} states: something in it may grow forever; the last one is at {location}")]
     TooManyStates {
         /// The process.
         process: String,
         /// How many were found.
         states: usize,
-        /// Two of them that were found last, as far as they can be described.
-        examples: [String; 2],
+        /// Where it is in the last one.
+        location: String,
     },
     /// A process sends what its channel cannot carry.
     #[error("{process} may send {message} on the channel {channel}, which carries {domain}")]

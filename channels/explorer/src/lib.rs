@@ -1,4 +1,58 @@
-//! Model checking of channel systems.
+//! Model checking of channel systems: every schedule and every environment, against the monitors of a run.
+//!
+//! A run of a [`ChannelSystem`](channels::ChannelSystem) shows one behavior. [`explore`] searches all of them: every
+//! choice of a scheduler, everything that an [`Environment`] may do between the steps, and every loss, repetition or
+//! delay of a message that the [`Model`] allows, for any number of ticks. The result is a proof, or a shortest
+//! [`Path`] to a violation, which can be [replayed](Path::replay) in the channel system with the ordinary monitor.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use channels::{Capacity, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProgramGraph, Shape, Topology};
+//! use explorer::{Closed, Limits, Model, Outcome, explore};
+//!
+//! let mut topology = Topology::default();
+//! let names = ["Anna", "Ben"];
+//! let [anna, ben] = [topology.process(names[0])?, topology.process(names[1])?];
+//! let domain = || Domain::new([Shape::new([("word", FieldKind::symbols(["hello"]))])]);
+//! let to_ben = topology.channel(anna, ben, Capacity::One, domain())?;
+//! let to_anna = topology.channel(ben, anna, Capacity::One, domain())?;
+//! let hello = Message::symbols(["hello"]);
+//! // Each answers whatever they hear, forever.
+//! let polite = |name, hears, says, is_first| -> Result<Box<dyn Process>, channels::WiringError> {
+//!     let mut graph = ProgramGraph::builder(name);
+//!     let [waiting, answering] = ["waiting", "answering"].map(|name| graph.location(name));
+//!     graph.receive(waiting, hears, hello.clone(), answering);
+//!     graph.send(answering, says, hello.clone(), waiting);
+//!     let graph = graph.initial(if is_first { answering } else { waiting }).build()?;
+//!     Ok(Box::new(GraphProcess::new(Arc::new(graph))))
+//! };
+//! let processes = [(anna, polite(names[0], to_anna, to_ben, true)?), (ben, polite(names[1], to_ben, to_anna, false)?)];
+//! let system = ChannelSystem::new(Arc::new(topology), processes)?;
+//!
+//! let model = Model::new(&system, None, Arc::new(Closed));
+//! let found = explore(&model, None, &Limits::default(), &mut |_| ())?;
+//! assert!(matches!(found.outcome, Outcome::Livelock(_))); // time never passes
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # States
+//!
+//! A state is the [normal form](channels::NormalForm) of all processes, channels and the monitor, of the environment and
+//! of the clock. Each state of a process is stored once and has a number, and what it offers and becomes is computed
+//! once. So a state of the system is a vector of small numbers, packed into a few words.
+//!
+//! In a state in which no process can move, time passes until the next timer or tick: the environment makes one of its
+//! moves, timers that are due fire, and the tick comes. It is lost if the tree has not finished the last one.
+//!
+//! # What the reduction leaves out
+//!
+//! With [`Limits::reduce`], a state with a single successor, in which no time passes, is passed through: the search
+//! goes on to its successor and stores that. Every run of the model is still a run through the stored states, with the
+//! same transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the
+//! search does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the
+//! states in which time passes, none of which is passed through. Nothing is passed through forever, since every 64th
+//! state in a row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so the
+//! search repeats without the reduction once it has found a violation, to find a shortest one.
 
 mod error;
 mod interner;

@@ -4,15 +4,16 @@ use crate::semantics::{Fate, Label, Semantics, Successors};
 use crate::store::Change;
 use crate::tables::Gap;
 
+/// The number of states that are passed through before one is stored again. So a search that comes across something
+/// that it has not computed yet repeats little, and states on a cycle are stored.
+const LONGEST: usize = 64;
+
 /// A walk from a state to the next one in which there is a choice, or in which time passes.
 #[derive(Debug, Default)]
 pub(crate) struct Passage {
     /// How the end differs from the beginning.
     pub(crate) changes: Vec<Change>,
     slots: Vec<u32>,
-    /// A state on the way, to find that the walk has come back to it (Brent: *An improved Monte Carlo factorization
-    /// algorithm*, 1980).
-    landmark: Vec<u32>,
     successors: Successors,
 }
 
@@ -28,14 +29,15 @@ impl Passage {
         changes: &[Change],
         mut visit: impl FnMut(&[u32], &Label),
     ) -> Result<Fate, Gap> {
-        let Self { slots, landmark, successors, .. } = self;
+        let Self { slots, successors, .. } = self;
         slots.clear();
         slots.extend_from_slice(from);
         apply(slots, changes);
-        landmark.clear();
         let mut fate = Fate::GoOn;
-        let (mut steps, mut next_landmark) = (0_u64, 1);
-        while fate == Fate::GoOn {
+        for _ in 0..LONGEST {
+            if fate != Fate::GoOn {
+                break;
+            }
             semantics.expand(slots, successors)?;
             if successors.is_quiet || successors.len() != 1 {
                 break;
@@ -43,14 +45,6 @@ impl Passage {
             visit(slots, successors.label(0));
             fate = successors.fate(0);
             apply(slots, successors.changes(0));
-            if slots == landmark {
-                fate = Fate::Circular;
-            }
-            steps += 1;
-            if steps == next_landmark {
-                next_landmark *= 2;
-                landmark.clone_from(slots);
-            }
         }
         self.changes.clear();
         let changed = (0..).zip(from.iter().zip(&self.slots)).filter(|(_, (before, after))| before != after);

@@ -4,8 +4,8 @@ use std::fmt;
 use std::time::Duration;
 
 use channels::{
-    ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, RunError, TransitionId,
-    Verdict,
+    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Message, Monitor, RunError,
+    TransitionId, Verdict,
 };
 
 use crate::model::{Model, Update};
@@ -61,6 +61,8 @@ impl fmt::Debug for PathStep {
 pub struct Replay {
     /// What happened, and after which step of the run: the events of the timed state sequence.
     pub events: Vec<(usize, Event)>,
+    /// The messages that were lost or held back, and at which step of the run.
+    pub damaged: Vec<(usize, ChannelId, Message, Damage)>,
     /// The monitor at the end.
     pub monitor: Option<Box<dyn Monitor>>,
     /// The system at the end.
@@ -111,7 +113,7 @@ impl Path {
     pub fn replay(&self, model: &Model, monitor: Option<&dyn Monitor>) -> Result<Replay, ReplayError> {
         let mut system = model.start.fork();
         let mut monitor = monitor.map(Monitor::boxed_clone);
-        let mut events = Vec::new();
+        let (mut events, mut damaged) = (Vec::new(), Vec::new());
         let mut now = Duration::ZERO;
         for (number, step) in self.steps.iter().enumerate() {
             let impossible = || ReplayError::Impossible { step: number, what: format!("{step:?}") };
@@ -133,9 +135,19 @@ impl Path {
                     }
                     Some(event)
                 }
-                PathStep::Take { enabled, damage } => {
-                    self.take(&mut system, number, enabled, *damage, model.faults.delayed.1)?
+                PathStep::Take { enabled, damage: damage @ (Damage::Lost | Damage::Held) } => {
+                    let hold = model.faults.delayed.1;
+                    let effect = if *damage == Damage::Lost { Effect::Lose } else { Effect::Hold(hold) };
+                    let (channel, message) = send_damaged(&mut system, enabled, effect)?.ok_or_else(impossible)?;
+                    damaged.push((number, channel, message, *damage));
+                    None
                 }
+                PathStep::Take { enabled, .. } if self.is_repeated_later(number) => {
+                    send_damaged(&mut system, enabled, Effect::Repeat)?.ok_or_else(impossible)?;
+                    None
+                }
+                PathStep::Take { enabled, .. } if system.enabled().contains(enabled) => system.take(enabled)?,
+                PathStep::Take { .. } => return Err(impossible()),
             };
             if let Some(event) = event {
                 if let Some(monitor) = &mut monitor {
@@ -144,38 +156,7 @@ impl Path {
                 events.push((number, event));
             }
         }
-        Ok(Replay { events, monitor, system })
-    }
-
-    /// Takes a transition, with a disturbance that acts on its message at once.
-    fn take(
-        &self,
-        system: &mut ChannelSystem,
-        number: usize,
-        enabled: &Enabled,
-        damage: Damage,
-        hold: Duration,
-    ) -> Result<Option<Event>, ReplayError> {
-        if !system.enabled().contains(enabled) {
-            return Err(ReplayError::Impossible { step: number, what: format!("{enabled:?}") });
-        }
-        let EnabledKind::Send(channel) = enabled.kind else { return Ok(system.take(enabled)?) };
-        let effect = match damage {
-            Damage::Lost => Effect::Lose,
-            Damage::Held => Effect::Hold(hold),
-            Damage::None | Damage::Repeated if self.is_repeated_later(number) => Effect::Repeat,
-            Damage::None | Damage::Repeated => return Ok(system.take(enabled)?),
-        };
-        let disturbance = system.disturb(Disturbance::all(channel, effect));
-        system.take(enabled)?;
-        let acts = Enabled {
-            process: system.topology().get(channel).source,
-            transition: TransitionId(u32::try_from(disturbance.index()).unwrap_or(u32::MAX)),
-            kind: EnabledKind::Disturb(channel),
-        };
-        system.take(&acts)?;
-        system.calm(disturbance);
-        Ok(None)
+        Ok(Replay { events, damaged, monitor, system })
     }
 
     /// Whether the message that this step sends is received twice.
@@ -191,6 +172,29 @@ impl Path {
     }
 }
 
+/// Sends a message, and lets a disturbance act on it at once. The channel and the message; `None` if it cannot be sent.
+fn send_damaged(
+    system: &mut ChannelSystem,
+    enabled: &Enabled,
+    effect: Effect,
+) -> Result<Option<(ChannelId, Message)>, RunError> {
+    let EnabledKind::Send(channel) = enabled.kind else { return Ok(None) };
+    if !system.enabled().contains(enabled) {
+        return Ok(None);
+    }
+    let disturbance = system.disturb(Disturbance::all(channel, effect));
+    system.take(enabled)?;
+    let message = system.content(channel).map(|envelope| envelope.message.clone());
+    let acts = Enabled {
+        process: system.topology().get(channel).source,
+        transition: TransitionId(u32::try_from(disturbance.index()).unwrap_or(u32::MAX)),
+        kind: EnabledKind::Disturb(channel),
+    };
+    system.take(&acts)?;
+    system.calm(disturbance);
+    Ok(message.map(|message| (channel, message)))
+}
+
 fn drive(system: &mut ChannelSystem, model: &Model, update: &Update) {
     for id in model.environment.driven() {
         if let Some(mut process) = system.clone_process(*id) {
@@ -201,14 +205,21 @@ fn drive(system: &mut ChannelSystem, model: &Model, update: &Update) {
     }
 }
 
-/// In words: `Tick`, or an event with its channel.
 impl Replay {
-    /// The messages of the run in words, each with the number of its tick.
-    pub fn lines(&self) -> impl Iterator<Item = String> {
+    /// What happened, in words: `tick 3`, `Server → Client: [<ok>]`, `Server → Client: [<ok>] is lost`.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
         let topology = self.system.topology();
-        self.events.iter().map(move |(_, event)| match &event.kind {
-            EventKind::Tick => format!("tick {}", event.tick),
-            EventKind::Received { channel, message } => format!("{}: {message}", topology.describe(*channel)),
-        })
+        let events = self.events.iter().map(|(step, event)| match &event.kind {
+            EventKind::Tick => (step, format!("tick {}", event.tick)),
+            EventKind::Received { channel, message } => (step, format!("{}: {message}", topology.describe(*channel))),
+        });
+        let damaged = self.damaged.iter().map(|(step, channel, message, damage)| {
+            let what = if *damage == Damage::Lost { "is lost" } else { "is held back" };
+            (step, format!("{}: {message} {what}", topology.describe(*channel)))
+        });
+        let mut lines: Vec<(&usize, String)> = events.chain(damaged).collect();
+        lines.sort_by_key(|(step, _)| **step);
+        lines.into_iter().map(|(_, line)| line).collect()
     }
 }

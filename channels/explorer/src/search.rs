@@ -286,11 +286,8 @@ impl Search<'_> {
                     continue;
                 }
                 Fate::Settled => continue,
-                // Nothing that a monitor has not seen comes on a cycle.
-                Fate::Circular if self.semantics.has_monitor => continue,
                 Fate::Violated => Bad::Violated,
                 Fate::Endless => Bad::Endless,
-                Fate::Circular => Bad::Livelock,
             };
             expanded.bad = Some((Some(index as u32), bad));
             break;

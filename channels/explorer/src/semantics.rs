@@ -109,8 +109,6 @@ pub(crate) enum Fate {
     Violated,
     /// Messages pile up without end.
     Endless,
-    /// The same few transitions repeat forever.
-    Circular,
 }
 
 /// The successors of a state.
@@ -297,7 +295,8 @@ impl Semantics {
         match line.capacity {
             Capacity::One => {
                 let waiting = state[slot as usize];
-                if waiting != 0 && !(line.gives_way(waiting, content) && !transit.holds(channel)) {
+                let may_replace = line.gives_way(waiting, content) && !transit.holds(channel);
+                if waiting != 0 && !may_replace {
                     return Ok(());
                 }
                 self.push(state, out, label(Damage::None), |draft| {

@@ -17,7 +17,7 @@ use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, set};
 use crate::model::{Instant, Model, Move, Onlooker, Ticks};
 
 /// The largest number of states of one process.
-pub(crate) const MAX_LOCALS: usize = 1 << 18;
+const MAX_LOCALS: usize = 1 << 16;
 
 /// The time as far as a system's future depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -402,9 +402,8 @@ impl Tables {
         }
         let known = self.locals[process].len();
         if known >= MAX_LOCALS {
-            let examples = [self.locals[process].get(known as u32 - 1).process.as_ref(), state.as_ref()];
-            let examples = examples.map(|example| format!("{example:?}"));
-            return Err(Refused::TooManyStates { process: self.names[process].clone(), states: known, examples });
+            let location = state.location();
+            return Err(Refused::TooManyStates { process: self.names[process].clone(), states: known, location });
         }
         let local = self.describe(state);
         Ok(self.locals[process].add(hash, local))

@@ -1,4 +1,5 @@
 //! The search against a naive enumeration, which copies whole channel systems, normalizes them and compares them.
 
+mod limits;
 mod naive;
 mod random_systems;

@@ -5,8 +5,11 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::time::Duration;
 
-use channels::{ChannelSystem, Event, EventKind, Monitor, NormalForm, Process, Verdict};
-use explorer::{Environment, Instant, Ticks};
+use channels::{
+    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, NormalForm,
+    Process, Verdict,
+};
+use explorer::{Environment, Instant, MessageFaults, Ticks};
 
 /// The counts that a search and a naive enumeration have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +28,10 @@ struct State {
     has_ticked: bool,
     until_tick: Duration,
     monitor: Option<Box<dyn Monitor>>,
+    losses: u8,
+    delays: u8,
+    /// The times until messages that are held back may be received.
+    held: Vec<Duration>,
 }
 
 impl State {
@@ -35,13 +42,16 @@ impl State {
             has_ticked: self.has_ticked,
             until_tick: self.until_tick,
             monitor: self.monitor.clone(),
+            losses: self.losses,
+            delays: self.delays,
+            held: self.held.clone(),
         }
     }
 
     fn hash(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.system.hash_state(&mut hasher);
-        (&self.environment, self.has_ticked, self.until_tick).hash(&mut hasher);
+        (&self.environment, self.has_ticked, self.until_tick, self.losses, self.delays).hash(&mut hasher);
         if let Some(monitor) = &self.monitor {
             monitor.hash_state(&mut hasher);
         }
@@ -58,6 +68,7 @@ impl State {
             && self.environment == other.environment
             && self.has_ticked == other.has_ticked
             && self.until_tick == other.until_tick
+            && (self.losses, self.delays) == (other.losses, other.delays)
     }
 
     fn observe(&mut self, kind: EventKind) {
@@ -85,6 +96,7 @@ pub(crate) fn enumerate(
     start: &ChannelSystem,
     ticks: Option<Ticks>,
     environment: &dyn Environment,
+    faults: &MessageFaults,
     monitor: Option<&dyn Monitor>,
 ) -> Counts {
     let first = State {
@@ -93,6 +105,9 @@ pub(crate) fn enumerate(
         has_ticked: false,
         until_tick: ticks.map_or(Duration::ZERO, |ticks| ticks.first),
         monitor: monitor.map(Monitor::boxed_clone),
+        losses: faults.lost,
+        delays: faults.delayed.0,
+        held: Vec::new(),
     };
     let mut counts = Counts { states: 0, quiet: 0, transitions: 0, violated: None };
     let mut known: HashMap<u64, Vec<usize>> = HashMap::new();
@@ -113,7 +128,7 @@ pub(crate) fn enumerate(
         if counts.violated.is_some_and(|violated| layer >= violated) {
             break;
         }
-        let (successors, is_quiet) = successors(&mut state, ticks, environment);
+        let (successors, is_quiet) = successors(&mut state, ticks, environment, faults);
         counts.quiet += u64::from(is_quiet);
         counts.transitions += successors.len() as u64;
         for successor in successors {
@@ -128,7 +143,12 @@ pub(crate) fn enumerate(
     counts
 }
 
-fn successors(state: &mut State, ticks: Option<Ticks>, environment: &dyn Environment) -> (Vec<State>, bool) {
+fn successors(
+    state: &mut State,
+    ticks: Option<Ticks>,
+    environment: &dyn Environment,
+    faults: &MessageFaults,
+) -> (Vec<State>, bool) {
     let mut successors = Vec::new();
     let enabled = state.system.enabled();
     for transition in &enabled {
@@ -138,18 +158,36 @@ fn successors(state: &mut State, ticks: Option<Ticks>, environment: &dyn Environ
             next.observe(event.kind);
         }
         successors.push(next);
+        let EnabledKind::Send(channel) = transition.kind else { continue };
+        if faults.channels.contains(&channel) && state.losses > 0 {
+            let losses = state.losses - 1;
+            successors.push(State {
+                system: damaged(state, transition, channel, Effect::Lose),
+                losses,
+                ..state.fork()
+            });
+        }
+        if faults.channels.contains(&channel) && state.delays > 0 {
+            let system = damaged(state, transition, channel, Effect::Hold(faults.delayed.1));
+            let held = state.held.iter().copied().chain([faults.delayed.1]).collect();
+            successors.push(State { system, delays: state.delays - 1, held, ..state.fork() });
+        }
     }
     if !enabled.is_empty() {
         return (successors, false);
     }
     let timer = state.system.next_timer().map(|due| due.saturating_sub(NormalForm::NOW));
     let tick = ticks.map(|_| state.until_tick);
-    let Some(span) = timer.into_iter().chain(tick).min() else { return (successors, true) };
+    let Some(span) = timer.into_iter().chain(tick).chain(state.held.iter().copied()).min() else {
+        return (successors, true);
+    };
     let is_tick = tick == Some(span);
     for (environment, system) in moves(state, environment, if is_tick { Instant::Tick } else { Instant::Between }) {
         let mut next = State { environment, system, ..state.fork() };
         next.system.advance(NormalForm::NOW + span);
         next.until_tick = next.until_tick.saturating_sub(span);
+        next.held.iter_mut().for_each(|until| *until = until.saturating_sub(span));
+        next.held.retain(|until| !until.is_zero());
         if let Some(ticks) = ticks.filter(|_| is_tick) {
             next.system.generate_tick(ticks.generator);
             next.observe(EventKind::Tick);
@@ -165,6 +203,18 @@ fn successors(state: &mut State, ticks: Option<Ticks>, environment: &dyn Environ
         }
     }
     (successors, true)
+}
+
+/// The system after a send whose message is damaged at once.
+fn damaged(state: &State, send: &Enabled, channel: ChannelId, effect: Effect) -> ChannelSystem {
+    let mut system = state.system.fork();
+    system.enabled();
+    let disturbance = system.disturb(Disturbance::all(channel, effect));
+    system.take(send).expect("a message within its domain");
+    let acts = system.enabled().into_iter().find(|enabled| enabled.kind == EnabledKind::Disturb(channel));
+    system.take(&acts.expect("the message is hit")).expect("nothing is sent");
+    system.calm(disturbance);
+    system
 }
 
 /// What the environment makes of the system.

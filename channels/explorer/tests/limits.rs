@@ -1,0 +1,123 @@
+//! What has no end, or does not fit: a clear answer, never a wrong one.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
+    NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
+};
+use explorer::{Closed, Limits, Model, Outcome, Refused, explore};
+
+/// Two processes with a channel from the first to the second.
+fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
+    let mut topology = Topology::default();
+    let [from, to] = ["Counter", "Listener"].map(|name| topology.process(name).expect("a new name"));
+    let words = Domain::new([Shape::new([("word", FieldKind::symbols(["hello"]))])]);
+    let channel = topology.channel(from, to, Capacity::One, words).expect("a new channel");
+    let [first, second] = make(channel);
+    let system = ChannelSystem::new(Arc::new(topology), [(from, first), (to, second)]).expect("a sound system");
+    Model::new(&system, None, Arc::new(Closed))
+}
+
+fn run(graph: channels::GraphBuilder, start: channels::LocationId) -> Box<dyn Process> {
+    Box::new(GraphProcess::new(Arc::new(graph.initial(start).build().expect("a sound graph"))))
+}
+
+/// Counts up to a limit, over and over.
+fn counter(limit: i64) -> Box<dyn Process> {
+    let mut graph = ProgramGraph::builder("Counter");
+    let here = graph.location("counting");
+    let count = graph.variable_with("count", Content::Value(0.into()));
+    let sum = Term::Sum(Box::new(count.term()), Box::new(1.into()));
+    let up = vec![Assignment { variable: count, term: sum }];
+    graph.transition(here, Label::Internal(up), here).guard = count.term().compare(channels::Relation::Less, limit);
+    run(graph, here)
+}
+
+fn silent() -> Box<dyn Process> {
+    let mut graph = ProgramGraph::builder("Listener");
+    let here = graph.location("here");
+    run(graph, here)
+}
+
+#[test]
+fn a_counter_without_end_is_refused() {
+    let refused = explore(&pair(|_| [counter(i64::MAX), silent()]), None, &Limits::default(), &mut |_| ()).unwrap_err();
+    assert!(matches!(&refused, Refused::TooManyStates { process, .. } if process == "Counter"), "{refused}");
+}
+
+#[test]
+fn a_search_ends_where_its_memory_does() {
+    let limits = Limits { memory: 5_000_000, reduce: false, ..Limits::default() };
+    let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
+    assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+    assert!(found.progress.states > 100 && found.progress.depth > 100, "{:?}", found.progress);
+}
+
+/// A process that sends itself more and more to do.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Chatter {
+    channel: ChannelId,
+    waiting: usize,
+}
+
+impl Process for Chatter {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        offers.push(Offer { transition: TransitionId(0), action: channels::Action::Internal });
+        if self.waiting > 0 {
+            let action = channels::Action::Send(self.channel, Message::symbols(["hello"]).into());
+            offers.push(Offer { transition: TransitionId(1), action });
+        }
+    }
+
+    fn take(&mut self, transition: TransitionId, _received: Option<Envelope>, _now: Duration) {
+        self.waiting = if transition.0 == 0 { self.waiting + 1 } else { self.waiting - 1 };
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::Sends(self.channel, None)]
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        form.queue(self.waiting, || "more and more messages wait".to_owned())
+    }
+
+    fn location(&self) -> String {
+        "chatting".to_owned()
+    }
+}
+
+#[test]
+fn messages_that_pile_up_are_shown_by_a_run() {
+    let model = pair(|channel| [Box::new(Chatter { channel, waiting: 0 }), silent()]);
+    let found = explore(&model, None, &Limits::default(), &mut |_| ()).expect("an answer");
+    let Outcome::Endless(path) = found.outcome else { panic!("{:?}", found.outcome) };
+    assert_eq!(path.steps().len(), NormalForm::QUEUE + 1);
+    path.replay(&model, None).expect("a run of the channel system");
+}
+
+/// Nobody has said which of its states are alike.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Stranger;
+
+impl Process for Stranger {
+    fn offers(&self, _offers: &mut Vec<Offer>) {}
+
+    fn take(&mut self, _transition: TransitionId, _received: Option<Envelope>, _now: Duration) {}
+
+    fn uses(&self) -> Vec<Use> {
+        Vec::new()
+    }
+
+    fn location(&self) -> String {
+        "somewhere".to_owned()
+    }
+}
+
+#[test]
+fn a_process_without_a_normal_form_is_named() {
+    let model = pair(|_| [Box::new(Stranger), silent()]);
+    let refused = explore(&model, None, &Limits::default(), &mut |_| ()).unwrap_err();
+    assert!(matches!(&refused, Refused::Process { process, .. } if process == "Counter"), "{refused}");
+}
