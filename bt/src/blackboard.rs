@@ -57,12 +57,16 @@ pub struct Blackboard {
     /// What nodes remember of what they have read, by number: the remaining items of a loop whose queue is not on the
     /// blackboard, and the last goal, path or position that one of Nav2's nodes has seen.
     memos: Vec<Option<VecDeque<Value>>>,
+    /// For each node that watches an entry, by number: the entry, and how often it had been written when the node last
+    /// looked.
+    watched: Vec<(Slot, u64)>,
 }
 
 impl Blackboard {
-    /// The blackboard with which a tree starts: these entries, and room for this many memos.
-    pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, memos: usize) -> Self {
-        Self { scopes: scopes.into(), entries, extra: Vec::new(), memos: vec![None; memos] }
+    /// The blackboard with which a tree starts: these entries, room for this many memos, and these entries watched.
+    pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, memos: usize, watched: &[Slot]) -> Self {
+        let watched = watched.iter().map(|slot| (*slot, 0)).collect();
+        Self { scopes: scopes.into(), entries, extra: Vec::new(), memos: vec![None; memos], watched }
     }
 
     /// The value under this key of the main tree; `None` if it was never written.
@@ -120,10 +124,34 @@ impl Blackboard {
         self.entry(slot).exists
     }
 
-    /// How often an entry has been written; `None` if it does not exist.
-    pub(crate) fn writes(&self, slot: Slot) -> Option<u64> {
-        let entry = self.entry(slot);
-        entry.exists.then_some(entry.writes)
+    /// Whether the watched entry with this number exists and has been written since it was last seen to exist.
+    pub(crate) fn has_news(&mut self, number: usize) -> bool {
+        self.exists(self.watched[number].0) && self.has_changed(number)
+    }
+
+    /// Whether the watched entry with this number has been written, or unset, since the last call.
+    pub(crate) fn has_changed(&mut self, number: usize) -> bool {
+        let (slot, seen) = &mut self.watched[number];
+        let writes = self.entries[slot.0 as usize].writes;
+        std::mem::replace(seen, writes) != writes
+    }
+
+    /// Brings the numbers of writes into normal form: they only tell whether an entry has been written since a node
+    /// looked. If the tree can unset entries, which then count from 0 again, those of watched entries stay.
+    pub(crate) fn normalize(&mut self, can_unset: bool) {
+        let number = |watched: bool, writes: u64| match (watched, can_unset) {
+            (true, true) => writes,
+            (true, false) => writes.min(1),
+            (false, _) => 0,
+        };
+        for (slot, seen) in self.watched.iter_mut().filter(|_| !can_unset) {
+            let writes = self.entries[slot.0 as usize].writes;
+            *seen = if *seen == writes { number(true, writes) } else { 0 };
+        }
+        for (slot, entry) in (0..).zip(&mut self.entries) {
+            let is_watched = self.watched.iter().any(|(watched, _)| *watched == Slot(slot));
+            entry.writes = number(is_watched, entry.writes);
+        }
     }
 
     pub(crate) fn type_of(&self, slot: Slot) -> &Type {

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use channels::NormalForm;
+
 use crate::engine::{Context, Later, Now, State};
 use crate::shared::Shared;
 use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Reply, Status, Step, Tree};
@@ -125,6 +127,11 @@ impl Execution {
         let mut context = Context::new(&self.tree, now, Later);
         let next = self.state.replied(&mut context, reply)?;
         Some(self.state.run(&mut context, next))
+    }
+
+    /// Brings the state into [normal form](NormalForm): what is only told is forgotten, and times are relative.
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
+        self.state.normalize(&self.tree.program, form);
     }
 
     /// Continues without an answer to the pending call: a leaf that was ticked has failed, one that was told to halt

@@ -5,8 +5,8 @@
 //! tick generator, send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), where X is the name of a
 //! leaf's [process](crate::Node::process), and wait for the answers on (X, BT). The values that a leaf's ports read
 //! from the blackboard come with each tick, and the values that they write with each answer ([`request_domain`],
-//! [`reply_domain`]). There is one pending request at a time. Requests are numbered from 1; a reply with another
-//! number, or one that does not answer the request, is received and dropped.
+//! [`reply_domain`]). There is one pending request at a time. The requests to each skill are numbered from 1; a
+//! reply with another number, or one that does not answer the request, is received and dropped.
 //!
 //! A tree does not wait forever: a leaf that does not answer a tick in time has failed, and one that does not confirm a
 //! halt in time has halted; both are a [`Fault`](crate::Fault). The timeout ([`LEAF_TIMEOUT`] by default) begins when

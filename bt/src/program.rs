@@ -74,6 +74,8 @@ pub(crate) struct Program {
     pub(crate) entries: Vec<Entry>,
     /// The number of memos on the blackboard.
     pub(crate) memos: usize,
+    /// The entries that nodes watch, by number.
+    pub(crate) watched: Vec<Slot>,
 }
 
 impl Program {
@@ -81,7 +83,7 @@ impl Program {
     pub(crate) fn blackboard(&self) -> Blackboard {
         let mut entries = self.entries.clone();
         entries.resize_with(self.scopes.names().len(), Entry::default);
-        Blackboard::new(self.scopes.clone(), entries, self.memos)
+        Blackboard::new(self.scopes.clone(), entries, self.memos, &self.watched)
     }
 
     pub(crate) fn hooks(&self, node: u32) -> &Hooks {
@@ -97,6 +99,11 @@ impl Program {
         let end = self.ops[node as usize].end;
         let first = Some(node + 1).filter(|first| *first < end);
         std::iter::successors(first, move |child| Some(self.ops[*child as usize].end).filter(|next| *next < end))
+    }
+
+    /// Whether a node can unset entries.
+    pub(crate) fn can_unset(&self) -> bool {
+        self.settings.iter().any(|setting| matches!(setting, Setting::UnsetBlackboard { .. }))
     }
 
     /// Whether any node reads from the blackboard or has scripts, or a leaf has ports connected to entries.

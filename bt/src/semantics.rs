@@ -14,6 +14,8 @@ pub(crate) use begin::{begin, needs_reading};
 pub(crate) use nav2::needs_reading_after;
 pub(crate) use react::react;
 
+use channels::NormalForm;
+
 use crate::{Category, Kind, Status};
 
 /// What a node remembers between ticks, besides the child with which it continues. The meaning of the fields depends on
@@ -41,8 +43,6 @@ pub(crate) struct Memory {
     pub(crate) limits: [i64; 2],
     /// When its time is up.
     until: Option<Duration>,
-    /// How often an entry had been written when it was last checked.
-    seen: u64,
 }
 
 /// The tick of a node, as the node sees it.
@@ -76,14 +76,12 @@ pub(crate) struct Answer {
 pub(crate) enum Reading {
     /// Nothing is to be read.
     Nothing,
-    /// Its parameters.
+    /// Its parameters, or whether the entries that it watches have been written, 1 or 0.
     Numbers([i64; 2]),
     /// The child may be ticked.
     Proceed,
     /// The answer of the node.
     Status(Status),
-    /// How often an entry has been written; `None` if it does not exist.
-    Writes(Option<u64>),
 }
 
 /// The next action of a node.
@@ -189,6 +187,19 @@ impl Memory {
                 let Self { children, limits, .. } = *self;
                 *self = Self { children, limits, ..Self::default() };
             }
+        }
+    }
+
+    /// Brings it into [normal form](NormalForm). `reading` is what a node of this kind always reads, if that is known.
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>, kind: Kind, reading: Option<Reading>) {
+        if let Some(until) = &mut self.until {
+            form.time(until);
+            // What is due is due, however long it has been.
+            *until = NormalForm::NOW.max(*until);
+        }
+        let is_endless = matches!(reading, Some(Reading::Numbers([-1, _])));
+        if matches!(kind, Kind::Repeat | Kind::RetryUntilSuccessful) && is_endless {
+            self.count = 0;
         }
     }
 

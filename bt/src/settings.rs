@@ -35,7 +35,8 @@ pub(crate) enum Setting {
         otherwise: Input,
     },
     Loop(Loop),
-    Entry(Slot),
+    /// The number of a watched entry.
+    Watched(usize),
     SetBlackboard {
         key: Input,
         value: Input,
@@ -107,7 +108,7 @@ impl Setting {
                 if script.holds(board)? { Reading::Proceed } else { Reading::Status(otherwise) }
             }
             Self::Loop(one) => one.read(board, starts)?,
-            Self::Entry(slot) => Reading::Writes(board.writes(*slot)),
+            Self::Watched(number) => Reading::Numbers([board.has_news(*number).into(), 0]),
             Self::SetBlackboard { key, value, scope } => succeed_if(set(board, key, value, *scope)?),
             Self::UnsetBlackboard { key, scope } => {
                 unset(board, key, *scope)?;

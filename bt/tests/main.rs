@@ -7,6 +7,8 @@ mod forest;
 mod kinds;
 mod leaves;
 mod loading;
+#[path = "../../channels/tests/system/lockstep.rs"]
+mod lockstep;
 mod nav2_trees;
 mod nodes;
 mod oracle;

@@ -464,6 +464,10 @@ impl ChannelSystem {
         for (channel, envelope) in topology.channels().zip(&mut self.contents) {
             envelope.iter_mut().for_each(|envelope| form.envelope(channel, envelope));
         }
+        for generator in self.processes.iter().flatten().filter_map(|process| process.as_any().downcast_ref()) {
+            let tick = &mut self.contents[TickGenerator::output(generator).0];
+            tick.iter_mut().for_each(|tick| *tick = TickGenerator::tick(0));
+        }
         self.disturbances.normalize(&form);
         self.clock = Clock { time: NormalForm::NOW, ..Clock::default() };
         self.cache.stale.fill(true);

@@ -36,6 +36,12 @@ impl TickGenerator {
         self.output
     }
 
+    /// `[<tick>, n]`.
+    pub(crate) fn tick(number: u64) -> Envelope {
+        let number = i64::try_from(number).unwrap_or(i64::MAX);
+        Message::new([Value::symbol("tick"), Value::Int(number)]).into()
+    }
+
     /// Whether a tick waits to be sent.
     #[must_use]
     pub fn is_pending(&self) -> bool {
@@ -50,10 +56,9 @@ impl TickGenerator {
 
 impl Process for TickGenerator {
     fn offers(&self, offers: &mut Vec<Offer>) {
-        offers.extend(self.pending.map(|tick| {
-            let number = i64::try_from(tick).unwrap_or(i64::MAX);
-            let message = Message::new([Value::symbol("tick"), Value::Int(number)]);
-            Offer { transition: TransitionId(0), action: Action::Send(self.output, message.into()) }
+        offers.extend(self.pending.map(|number| {
+            let action = Action::Send(self.output, Self::tick(number));
+            Offer { transition: TransitionId(0), action }
         }));
     }
 

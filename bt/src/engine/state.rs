@@ -1,5 +1,7 @@
 //! The state of a tree.
 
+use channels::NormalForm;
+
 use super::reset::Halting;
 use crate::blackboard::Blackboard;
 use crate::program::{Op, Program};
@@ -114,6 +116,21 @@ impl State {
         self.faults.clear();
         self.repeats = 0;
         Next::Enter(0)
+    }
+
+    /// Brings the state into [normal form](NormalForm): what happened to nodes, the answer of the last tick and faults
+    /// are only told.
+    pub(crate) fn normalize(&mut self, program: &Program, form: &NormalForm<'_>) {
+        self.outcomes.fill(None);
+        self.faults.clear();
+        self.last = None;
+        if matches!(self.point, Point::Idle) {
+            self.repeats = 0;
+        }
+        for (op, node) in program.ops.iter().zip(0..).filter(|(op, _)| !op.kind.is_leaf()) {
+            self.memories[op.place as usize].normalize(form, op.kind, program.setting(node).constant());
+        }
+        self.board.normalize(program.can_unset());
     }
 
     #[cold]

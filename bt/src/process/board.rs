@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, Domain, Envelope, FieldKind, Message, Offer, Pattern, Process, RequestNumber, Shape, TransitionId, Use,
-    Value,
+    Action, Domain, Envelope, FieldKind, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shape,
+    TransitionId, Use, Value,
 };
 
 use super::protocol::{Line, number, stands_name, status_of, symbol};
@@ -149,8 +149,8 @@ impl BlackboardProcess {
 impl Process for BlackboardProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
         if let Some((node, message)) = &self.answer {
-            let envelope = Envelope { message: message.clone(), request: RequestNumber::default() };
-            offers.push(Offer { transition: ANSWER, action: Action::Send(self.wiring.lines[*node].replies, envelope) });
+            let action = Action::Send(self.wiring.lines[*node].replies, message.clone().into());
+            offers.push(Offer { transition: ANSWER, action });
             return;
         }
         offers.extend((FIRST_NODE..).zip(&self.wiring.lines).map(|(number, line)| Offer {
@@ -169,6 +169,13 @@ impl Process for BlackboardProcess {
     fn uses(&self) -> Vec<Use> {
         let lines = self.wiring.lines.iter();
         lines.flat_map(|line| [Use::Receives(line.requests, None), Use::Sends(line.replies, None)]).collect()
+    }
+
+    /// Faults are only told.
+    fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.faults.clear();
+        self.board.normalize(self.wiring.tree.program.can_unset());
+        Ok(())
     }
 
     fn location(&self) -> String {
@@ -231,21 +238,8 @@ pub(super) fn told_domain() -> Domain {
 
 /// All answers have one shape: a word, and two numbers, which only some of them use.
 fn told_shape() -> Shape {
-    let words = [
-        "open",
-        "left",
-        "done",
-        "fault",
-        "nothing",
-        "proceed",
-        "numbers",
-        "writes",
-        "unwritten",
-        "running",
-        "success",
-        "failure",
-        "skipped",
-    ];
+    let words =
+        ["open", "left", "done", "fault", "nothing", "proceed", "numbers", "running", "success", "failure", "skipped"];
     Shape::new([("answer", FieldKind::symbols(words)), ("first", FieldKind::Int), ("second", FieldKind::Int)])
 }
 
@@ -262,8 +256,6 @@ impl Told {
             Self::Reading(Reading::Nothing) => ("nothing", [0, 0]),
             Self::Reading(Reading::Proceed) => ("proceed", [0, 0]),
             Self::Reading(Reading::Numbers(numbers)) => ("numbers", numbers),
-            Self::Reading(Reading::Writes(Some(writes))) => ("writes", [i64::try_from(writes).unwrap_or(i64::MAX), 0]),
-            Self::Reading(Reading::Writes(None)) => ("unwritten", [0, 0]),
         };
         Message::new([Value::symbol(word), Value::Int(first), Value::Int(second)])
     }
@@ -281,8 +273,6 @@ impl Told {
             ("nothing", _) => Self::Reading(Reading::Nothing),
             ("proceed", _) => Self::Reading(Reading::Proceed),
             ("numbers", _) => Self::Reading(Reading::Numbers(numbers)),
-            ("writes", _) => Self::Reading(Reading::Writes(u64::try_from(numbers[0]).ok())),
-            ("unwritten", _) => Self::Reading(Reading::Writes(None)),
             _ => Self::Fault,
         }
     }

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use channels::{Action, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use, Value};
+use channels::{
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber,
+    TransitionId, Use, Value,
+};
 
 use super::board::{inputs_question, outputs_question};
 use super::patience::Patience;
@@ -13,14 +16,11 @@ use crate::{Fault, Reply, Request};
 
 /// The leaf of a tree whose nodes are processes: passes its parent's requests on to the skill, and the skill's answers
 /// back. It asks the [`BlackboardProcess`](super::BlackboardProcess) to read and write its ports.
-///
-/// Between nodes, an envelope's number is the number of requests that the tree has made so far. It travels with the
-/// messages, so a tree can number its requests without a central counter.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct LeafProcess {
     wiring: Shared<Wiring>,
     stage: Stage,
-    /// The number of the last request known here.
+    /// The number of the last request to the skill.
     request: RequestNumber,
     patience: Patience,
     /// The number of the tree's tick in which the leaf was last asked.
@@ -92,7 +92,6 @@ impl LeafProcess {
             self.tick = tick;
             self.faults.clear();
         }
-        self.request = envelope.request;
         if envelope.message.head() == Some("halt") {
             self.ask(Request::Halt, Vec::new(), now);
         } else if self.wiring.skill.traffic.reads() {
@@ -137,16 +136,17 @@ impl Process for LeafProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
         let Wiring { skill, parent, board } = &**self.wiring;
         let receive = |transition, channel| Offer { transition, action: Action::Receive(channel, Pattern::Any) };
-        let send = |channel, message| {
-            let envelope = Envelope { message, request: self.request };
-            Offer { transition: SEND, action: Action::Send(channel, envelope) }
-        };
+        let send =
+            |channel, message: Message| Offer { transition: SEND, action: Action::Send(channel, message.into()) };
         offers.extend(match &self.stage {
             Stage::Idle => Some(receive(ASKED, parent.requests)),
             Stage::Reading => board.map(|board| send(board.requests, inputs_question(skill.leaf))),
             Stage::Writing(_, answer) => board.map(|board| send(board.requests, outputs_question(skill.leaf, answer))),
             Stage::Read | Stage::Written(_) => board.map(|board| receive(TOLD, board.replies)),
-            Stage::Asking(_, message) => Some(send(skill.line.requests, message.clone())),
+            Stage::Asking(_, message) => {
+                let envelope = Envelope { message: message.clone(), request: self.request };
+                Some(Offer { transition: SEND, action: Action::Send(skill.line.requests, envelope) })
+            }
             Stage::Waiting(_) => None,
             Stage::Answering(reply) => Some(send(parent.replies, said_message(said_by_leaf(*reply)))),
         });
@@ -190,6 +190,21 @@ impl Process for LeafProcess {
         let parent = [Use::Receives(parent.requests, None), Use::Sends(parent.replies, None)];
         let board = board.iter().flat_map(|line| [Use::Sends(line.requests, None), Use::Receives(line.replies, None)]);
         skill.uses().chain(parent).chain(board).collect()
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        if let Stage::Asking(..) | Stage::Waiting(_) = self.stage {
+            requests.push((self.wiring.skill.line.requests, self.request));
+        }
+    }
+
+    /// Faults and the number of a tick are only told.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        form.number(self.wiring.skill.line.requests, &mut self.request);
+        self.patience.normalize(form);
+        self.tick = None;
+        self.faults.clear();
+        Ok(())
     }
 
     fn location(&self) -> String {

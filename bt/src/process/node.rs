@@ -7,7 +7,7 @@ mod ticking;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use, Value,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, TransitionId, Use, Value,
 };
 
 use stage::Stage;
@@ -42,8 +42,6 @@ pub struct NodeProcess {
     again: bool,
     /// The number of such repetitions in this tick; only above the root.
     repeats: u32,
-    /// The number of the tree's requests so far, as known here.
-    request: RequestNumber,
     /// The number of the tree's tick in which this node was last asked.
     tick: Option<i64>,
     /// The last fault here, except on the blackboard.
@@ -111,7 +109,6 @@ impl NodeProcess {
             stage: Stage::Idle,
             again: false,
             repeats: 0,
-            request: RequestNumber::default(),
             tick: None,
             fault: None,
         }
@@ -167,16 +164,13 @@ impl NodeProcess {
         let tick = Value::Int(self.tick.unwrap_or_default());
         Message::new([Value::symbol(head), tick, Value::symbol(stands_name(stands))])
     }
-
-    fn envelope(&self, message: Message) -> Envelope {
-        Envelope { message, request: self.request }
-    }
 }
 
 impl Process for NodeProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
         let receive = |transition, channel| Offer { transition, action: Action::Receive(channel, Pattern::Any) };
-        let send = |channel, message| Offer { transition: SEND, action: Action::Send(channel, self.envelope(message)) };
+        let send =
+            |channel, message: Message| Offer { transition: SEND, action: Action::Send(channel, message.into()) };
         let children = &self.wiring.children;
         let board = || self.node().and_then(|node| node.board);
         offers.extend(match (&self.stage, &self.wiring.role) {
@@ -222,6 +216,21 @@ impl Process for NodeProcess {
         let board = self.node().and_then(|node| node.board);
         let lines = self.wiring.children.iter().map(|child| child.line).chain(board);
         asked.into_iter().chain(lines.flat_map(both_ways)).collect()
+    }
+
+    /// What happened to the children, faults and the number of a tick are only told. Between ticks, the parent knows
+    /// the status of the node.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        for record in &mut self.records {
+            (record.outcome, record.tick) = (None, None);
+        }
+        (self.tick, self.fault) = (None, None);
+        if self.stage == Stage::Idle {
+            (self.mark, self.repeats) = (Mark::Idle, 0);
+        }
+        let (kind, reading) = (self.kind(), self.node().map(|node| node.reading));
+        self.memory.normalize(form, kind, reading);
+        Ok(())
     }
 
     fn location(&self) -> String {

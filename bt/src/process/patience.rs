@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use channels::NormalForm;
+
 use crate::Request;
 
 /// The default time that a tree waits for a leaf's answer: long enough for a skill to notice that its component is
@@ -33,6 +35,11 @@ impl Patience {
 
     pub(super) fn deadline(&self) -> Option<Duration> {
         self.deadline
+    }
+
+    /// Brings the deadline into [normal form](NormalForm).
+    pub(super) fn normalize(&mut self, form: &NormalForm<'_>) {
+        self.deadline.iter_mut().for_each(|deadline| form.time(deadline));
     }
 
     pub(super) fn is_over(&self, now: Duration) -> bool {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, Offer, Pattern, Process, RequestNumber, Topology, TransitionId, Use, Value,
-    WiringError,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, RequestNumber, Topology,
+    TransitionId, Use, Value, WiringError,
 };
 
 use super::patience::{LEAF_TIMEOUT, Patience};
@@ -16,8 +16,8 @@ use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Re
 /// A tree as one process.
 ///
 /// It waits for a tick, and then makes one leaf call after another: it sends a request, waits for the answer, and
-/// continues until the tick is finished. Only then does it take the next tick. Requests are numbered from 1 throughout
-/// the tree; a skill repeats the number of the request that it answers. A reply with another number, or one that does
+/// continues until the tick is finished. Only then does it take the next tick. The requests to each skill are numbered
+/// from 1; the skill repeats the number of the request that it answers. A reply with another number, or one that does
 /// not answer the request, is received and dropped. If a leaf does not answer within [`LEAF_TIMEOUT`] (or the time set
 /// by [`with_leaf_timeout`](Self::with_leaf_timeout)), the tree continues without its answer.
 ///
@@ -41,8 +41,8 @@ use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Re
 pub struct TreeProcess {
     wiring: Shared<Wiring>,
     execution: Execution,
-    /// The number of the last request.
-    request: RequestNumber,
+    /// The number of the last request to each skill.
+    requests: Box<[RequestNumber]>,
     /// The message of the pending call.
     message: Option<Message>,
     /// It has been sent.
@@ -83,13 +83,14 @@ impl TreeProcess {
     /// # Errors
     /// [`WiringError::MissingChannel`] if one of them is not.
     pub fn new(tree: Arc<Tree>, topology: &Topology, bt: &str, tick_generator: &str) -> Result<Self, WiringError> {
-        let skills = tree.leaves().map(|leaf| Skill::find(&tree, leaf, topology, bt)).collect::<Result<_, _>>()?;
+        let skills = tree.leaves().map(|leaf| Skill::find(&tree, leaf, topology, bt));
+        let skills: Vec<Skill> = skills.collect::<Result<_, _>>()?;
         let ticks = find_channel(topology, bt, tick_generator, bt)?;
         let [tick, halt] = [Request::Tick, Request::Halt].map(|request| request_message(request, Vec::new()));
         Ok(Self {
+            requests: vec![RequestNumber::default(); skills.len()].into(),
             wiring: Shared::new(Wiring { ticks, skills, tick, halt }),
             execution: Execution::new(tree),
-            request: RequestNumber::default(),
             message: None,
             is_sent: false,
             patience: Patience::new(LEAF_TIMEOUT),
@@ -141,9 +142,9 @@ impl TreeProcess {
 
     /// The envelope of the pending call, and its channel.
     fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
-        let call = self.execution.pending()?;
-        let channel = self.wiring.skills[self.wiring.place(call.leaf)].line.requests;
-        Some((channel, Envelope { message: self.message.clone()?, request: self.request }))
+        let place = self.wiring.place(self.execution.pending()?.leaf);
+        let envelope = Envelope { message: self.message.clone()?, request: self.requests[place] };
+        Some((self.wiring.skills[place].line.requests, envelope))
     }
 
     fn go_on(&mut self, mut step: Option<Step>, now: Duration) {
@@ -151,7 +152,7 @@ impl TreeProcess {
             match self.message_of(call) {
                 Ok(message) => {
                     self.message = Some(message);
-                    self.request.0 += 1;
+                    self.requests[self.wiring.place(call.leaf)].0 += 1;
                     self.is_sent = false;
                     return self.patience.begin(now);
                 }
@@ -182,7 +183,7 @@ impl TreeProcess {
         };
         // A reply that does not answer the request leaves the execution unchanged.
         let answer = reply_of(&envelope.message).filter(|reply| answers(*reply, call.request));
-        let Some(reply) = answer.filter(|_| envelope.request == self.request) else { return };
+        let Some(reply) = answer.filter(|_| envelope.request == self.requests[place]) else { return };
         let outputs = envelope.message.fields().get(1..).unwrap_or_default();
         let step = match skill.traffic.write(outputs, self.execution.blackboard_mut()) {
             Ok(()) => self.execution.resume(now, reply),
@@ -236,6 +237,22 @@ impl Process for TreeProcess {
     fn uses(&self) -> Vec<Use> {
         let on_lines = self.wiring.skills.iter().flat_map(Skill::uses);
         std::iter::once(Use::Receives(self.wiring.ticks, None)).chain(on_lines).collect()
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        requests.extend(self.pending_request().map(|(channel, envelope)| (channel, envelope.request)));
+    }
+
+    /// The number of a tick is only told.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        for (skill, number) in self.wiring.skills.iter().zip(&mut self.requests) {
+            form.number(skill.line.requests, number);
+        }
+        self.is_sent &= self.message.is_some();
+        self.patience.normalize(form);
+        self.tick = None;
+        self.execution.normalize(form);
+        Ok(())
     }
 
     fn location(&self) -> String {

@@ -27,7 +27,7 @@ fn value(script: &str) -> String {
         Err(error) => return format!("{:?}: {}", error.range, error.message),
     };
     let entries = table.0.names().len();
-    let mut board = Blackboard::new(Arc::new(table.0), vec![Default::default(); entries], 0);
+    let mut board = Blackboard::new(Arc::new(table.0), vec![Default::default(); entries], 0, &[]);
     match script.run(&mut board) {
         Ok(Value::Real(number)) => format!("{number:?}"),
         Ok(Value::Text(text)) => format!("'{text}'"),

@@ -67,9 +67,7 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
             memory.flag |= beginning.reading == Reading::Proceed;
             proceed(beginning.reading)
         }
-        Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => {
-            begin_update(kind, memory, beginning)
-        }
+        Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => begin_update(kind, beginning),
         Kind::Script | Kind::ScriptCondition | Kind::SetBlackboard | Kind::UnsetBlackboard => {
             proceed(beginning.reading)
         }
@@ -174,10 +172,9 @@ fn begin_timed(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
     }
 }
 
-fn begin_update(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reaction {
+fn begin_update(kind: Kind, beginning: Beginning) -> Reaction {
     let is_new = match beginning.reading {
-        Reading::Writes(Some(writes)) => std::mem::replace(&mut memory.seen, writes) != writes,
-        Reading::Writes(None) => false,
+        Reading::Numbers([is_new, _]) => is_new != 0,
         // The child is running: nothing was read.
         _ => true,
     };

@@ -81,8 +81,7 @@ fn after(child: u32) -> u32 {
 }
 
 fn begin_pausable(memory: &mut Memory, starts: bool, requests: [i64; 2]) -> Reaction {
-    let [pauses, resumes] = [0, 1].map(|place: usize| memory.limits[place] != requests[place]);
-    memory.limits = requests;
+    let [pauses, resumes] = requests.map(|request| request != 0);
     if starts {
         memory.at = RESUMED;
     }

@@ -13,8 +13,8 @@ use crate::semantics::Reading;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Nav2 {
     Index(Index),
-    /// Requests to pause and to resume.
-    Requests([Slot; 2]),
+    /// The numbers of the watched entries that are requests to pause and to resume.
+    Requests([usize; 2]),
     Rate(Input),
     Distance {
         distance: Input,
@@ -88,7 +88,7 @@ impl Nav2 {
                     Reading::Numbers([current, 0])
                 }
             },
-            Self::Requests(slots) => Reading::Numbers(slots.map(|slot| writes(board, slot))),
+            Self::Requests(requests) => Reading::Numbers(requests.map(|number| board.has_changed(number).into())),
             Self::Rate(hz) => Reading::Numbers([period(real(hz, board)?)?, 0]),
             Self::Distance { distance, pose, memo } => {
                 let Some(here) = position(board, *pose)? else { return Ok(Reading::Status(Status::Failure)) };
@@ -207,11 +207,6 @@ pub(crate) fn period(hz: f64) -> Result<i64, ReadError> {
 
 fn real(input: &Input, board: &Blackboard) -> Result<f64, ReadError> {
     Ok(input.read(board, &Type::Real)?.to_real()?)
-}
-
-/// How often an entry has been written.
-fn writes(board: &Blackboard, slot: Slot) -> i64 {
-    board.writes(slot).and_then(|writes| i64::try_from(writes).ok()).unwrap_or_default()
 }
 
 /// The value of an entry, or an empty text.

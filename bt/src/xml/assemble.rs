@@ -148,6 +148,7 @@ pub(super) fn assemble(
         declared: Declared::default(),
         scope: Scopes::ROOT,
         memos: 0,
+        watched: Vec::new(),
         constants: Arc::clone(&loader.constants),
     };
     let (nodes, program) = (Vec::new(), Program::default());
@@ -176,6 +177,7 @@ pub(super) fn assemble(
     program.entries = names.declared.entries;
     program.scopes = Arc::new(names.scopes);
     program.memos = names.memos;
+    program.watched = names.watched;
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
     Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
@@ -317,6 +319,7 @@ struct Directory {
     /// The scope of the current node.
     scope: ScopeId,
     memos: usize,
+    watched: Vec<Slot>,
     constants: Arc<Constants>,
 }
 
@@ -343,6 +346,11 @@ impl Surroundings for Directory {
     fn next_memo(&mut self) -> usize {
         self.memos += 1;
         self.memos - 1
+    }
+
+    fn watch(&mut self, slot: Slot) -> usize {
+        self.watched.push(slot);
+        self.watched.len() - 1
     }
 
     fn constants(&self) -> Arc<Constants> {

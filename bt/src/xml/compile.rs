@@ -29,6 +29,9 @@ pub(super) trait Surroundings: Names {
     /// The number of a new memo on the blackboard.
     fn next_memo(&mut self) -> usize;
 
+    /// The number of an entry that a node watches.
+    fn watch(&mut self, slot: Slot) -> usize;
+
     /// All constants.
     fn constants(&self) -> Arc<Constants>;
 }
@@ -56,6 +59,10 @@ impl Surroundings for Nowhere {
     }
 
     fn next_memo(&mut self) -> usize {
+        0
+    }
+
+    fn watch(&mut self, _: Slot) -> usize {
         0
     }
 
@@ -107,7 +114,8 @@ impl Compiler<'_> {
             }
             Kind::Loop(item) => self.a_loop(item, [first?, second?, third?])?,
             Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => {
-                Setting::Entry(self.entry(first?)?)
+                let entry = self.entry(first?)?;
+                Setting::Watched(self.names.watch(entry))
             }
             Kind::SetBlackboard => {
                 let (value, key) = (self.input(first?), self.input(second?));
@@ -143,7 +151,7 @@ impl Compiler<'_> {
             }
             (Kind::PauseResumeController, [pause, resume]) => {
                 let [pause, resume] = [self.request(pause), self.request(resume)];
-                Nav2::Requests([pause?, resume?])
+                Nav2::Requests([pause?, resume?].map(|entry| self.names.watch(entry)))
             }
             (Kind::DistanceController, [distance, ..]) => {
                 let distance = self.input(distance)?;

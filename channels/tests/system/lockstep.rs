@@ -77,6 +77,9 @@ impl Lockstep {
         for id in self.plain.topology().processes() {
             assert_eq!(of_plain.clone_process(id), self.normal.clone_process(id), "their normal forms");
         }
+        for channel in self.plain.topology().channels() {
+            assert_eq!(of_plain.content(channel), self.normal.content(channel), "the normal forms of messages");
+        }
         assert!(of_plain.same_state(&self.normal), "their normal forms");
         assert_eq!(hash(&of_plain), hash(&self.normal));
         assert_eq!(self.plain.enabled(), self.normal.enabled(), "what can happen");

@@ -20,7 +20,6 @@ use crate::{Outcome, Request, Status};
 
 impl NodeProcess {
     pub(super) fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
-        self.request = self.request.max(envelope.request);
         self.tick = tick_number(&envelope.message);
         if self.node().is_none() {
             self.repeats = 0;
@@ -108,7 +107,6 @@ impl NodeProcess {
     }
 
     pub(super) fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope, now: Duration) -> Stage {
-        self.request = envelope.request;
         let said = said_of(&envelope.message);
         self.again |= said.again;
         match (after, said.status) {
