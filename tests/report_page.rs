@@ -22,7 +22,7 @@ addEventListener('load', () => {
   const seen = element => element.getClientRects().length > 0 && getComputedStyle(element).visibility !== 'hidden';
   const name = element => element.tagName + '.' + (element.getAttribute('class') || '') + ' ' + (element.textContent || '').trim().slice(0, 40);
   if (document.documentElement.scrollWidth > width) problems.push('the page is ' + document.documentElement.scrollWidth + ' px wide');
-  for (const element of document.querySelectorAll('body *:not(svg *)')) {
+  for (const element of document.querySelectorAll('body *:not(svg *, .swipe, .swipe *)')) {
     const box = element.getBoundingClientRect();
     if (seen(element) && (box.left < -0.5 || box.right > width + 0.5)) problems.push('leaves the page: ' + name(element));
     if (seen(element) && element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).display !== 'inline')

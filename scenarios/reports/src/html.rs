@@ -148,6 +148,7 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
                 figcaption {
                     "The robot’s way, coloured by the leaf of the behavior tree that was running; the numbers are those of the \
                      table and of the timeline."
+                    @if map::is_crowded(&activities) { " Stages in which it stood have none." }
                     @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took hold." }
                     @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
                     @if !view.scene().bodies.is_empty() { " Violet: what is on no map, where it was in the end." }

@@ -132,6 +132,16 @@ struct RunPictures {
     animation: Option<Animation>,
 }
 
+/// Why a picture is taken.
+struct Occasion {
+    /// A word for the file's name.
+    word: String,
+    /// A sentence for the picture.
+    caption: String,
+    /// Whether only the time asks for it.
+    by_clock: bool,
+}
+
 /// An animation on its way to a file.
 struct Animation {
     path: PathBuf,
@@ -158,8 +168,8 @@ impl RunPictures {
         let Some(mut camera) = self.camera.take() else { return Ok(()) };
         camera.follow(view);
         if let Some(folder) = folder.filter(|_| self.snapshots) {
-            for (why, caption) in self.occasions(view) {
-                self.shoot(&camera, view, &why, &caption, folder)?;
+            for occasion in self.occasions(view) {
+                self.shoot(&camera, view, occasion, folder)?;
             }
         }
         if let Some(animation) = &mut self.animation {
@@ -172,8 +182,8 @@ impl RunPictures {
         Ok(())
     }
 
-    /// The occasions for a picture that this step offers: a word for the file's name and a sentence for the picture.
-    fn occasions(&mut self, view: &RunView) -> Vec<(String, String)> {
+    /// The occasions for a picture that this step offers.
+    fn occasions(&mut self, view: &RunView) -> Vec<Occasion> {
         let header = view.header();
         let wanted = |moment| header.snapshots.at.contains(&moment);
         let mut occasions = Vec::new();
@@ -200,15 +210,16 @@ impl RunPictures {
                 _ => {}
             }
         }
-        if self.clock.is_named(view.time()) {
-            occasions.push(("moment".to_owned(), view.doing()));
-        }
-        if self.clock.is_regular(view.time()) {
-            occasions.push(("regular".to_owned(), view.doing()));
-        }
         if view.end().is_some() && wanted(SnapshotOccasion::End) {
             occasions.push(("end".to_owned(), "The run has ended".to_owned()));
         }
+        let happened = |(word, caption)| Occasion { word, caption, by_clock: false };
+        let mut occasions: Vec<Occasion> = occasions.into_iter().map(happened).collect();
+        let by_clock = |word: &str| Occasion { word: word.to_owned(), caption: view.doing(), by_clock: true };
+        let (named, regular) = (self.clock.is_named(view.time()), self.clock.is_regular(view.time()));
+        occasions.extend(named.then(|| by_clock("moment")));
+        // One picture of a moment is enough.
+        occasions.extend((regular && occasions.is_empty()).then(|| by_clock("regular")));
         occasions
     }
 
@@ -216,15 +227,14 @@ impl RunPictures {
         &mut self,
         camera: &Camera,
         view: &RunView,
-        why: &str,
-        caption: &str,
+        Occasion { word, caption, by_clock }: Occasion,
         folder: &Staging,
     ) -> Result<(), Error> {
-        let file = format!("{:02}-{}.png", self.taken.len() + 1, file_name(why));
-        let svg = drawing::svg(&camera.frame(view, caption));
+        let file = format!("{:02}-{}.png", self.taken.len() + 1, file_name(&word));
+        let svg = drawing::svg(&camera.frame(view, &caption));
         let png = self.renderer.png(&svg)?;
         folder.write(&file, png)?;
-        self.taken.push(SnapshotReport { file, time_s: view.time().as_secs_f64(), why: caption.to_owned() });
+        self.taken.push(SnapshotReport { file, time_s: view.time().as_secs_f64(), why: caption, by_clock });
         Ok(())
     }
 

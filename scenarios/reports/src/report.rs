@@ -307,6 +307,8 @@ pub struct SnapshotReport {
     pub time_s: f64,
     /// What happened then.
     pub why: String,
+    /// Whether it was taken because of the time, and not because of what happened.
+    pub by_clock: bool,
 }
 
 /// How long the computer took.

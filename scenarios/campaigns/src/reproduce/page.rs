@@ -249,7 +249,8 @@ fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (
     let wanted = state.and_then(|state| diagram.locations.iter().position(|location| location.name == state));
     diagram.active = wanted.unwrap_or(diagram.active);
     let whole = picture::machine(&diagram, reports::html::Layout::Wide).width > picture::HALF;
-    (figure(label, |layout| -> Drawing { picture::machine(&diagram, layout) }), whole)
+    let drawing = figure(label, |layout| -> Drawing { picture::machine(&diagram, layout) });
+    (html! { div.swipe { (drawing) } }, whole)
 }
 
 /// The command that makes a picture of the moment, with the map, the tree, the battery and all monitors.

@@ -16,8 +16,10 @@ use super::figure::{Drawing, Layout, NARROW};
 use crate::pictures::Camera;
 use crate::timeline::Timeline;
 
-/// More stages than this have no number on the map.
-const MOST_NUMBERS: usize = 24;
+/// Of more stages than this, only those in which the robot drove have a number on the map.
+const MOST_NUMBERS: usize = 12;
+/// It drove if it drove so far, in metres.
+const LEAST_M: f64 = 0.5;
 
 /// What the map shows: the run's last moment without what the robot sensed and planned then. None without a map.
 pub(super) fn scene(run: &RunView) -> Option<Scene> {
@@ -94,11 +96,17 @@ fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline
     }
 }
 
+/// Whether there are so many stages that only those in which the robot drove have a number on the map.
+pub(super) fn is_crowded(activities: &[Activity]) -> bool {
+    activities.iter().filter(|activity| activity.number.is_some()).count() > MOST_NUMBERS
+}
+
 /// The number of each stage, near where it began.
 fn numbers(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity], layout: Layout) {
     let font = Font::bold(layout.pick(12.0, 10.0));
     let radius = layout.pick(9.5, 8.0);
-    for activity in activities.iter().filter(|activity| activity.number.is_some()).take(MOST_NUMBERS) {
+    let crowded = is_crowded(activities);
+    for activity in activities.iter().filter(|activity| !crowded || activity.stage.distance_m() >= LEAST_M) {
         let begin = activity.stage.points.first().and_then(|(_, point)| view.spot(*point));
         let (Some(number), Some(spot)) = (activity.number, begin) else { continue };
         let site = Site { symbol: Area::around(spot, 12.0, 12.0), roomy: false };

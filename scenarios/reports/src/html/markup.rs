@@ -18,7 +18,7 @@ pub fn text(text: &str) -> String {
 pub(super) fn breakable(name: &str) -> Markup {
     html! {
         @for (before, character) in iter::once(' ').chain(name.chars()).zip(name.chars()) {
-            @if before.is_lowercase() && character.is_uppercase() { wbr; }
+            @if before.is_lowercase() && character.is_uppercase() || matches!(before, '_' | '.') { wbr; }
             (character)
         }
     }
@@ -85,6 +85,7 @@ mod tests {
     #[test]
     fn names_break_between_words() {
         assert_eq!(breakable("GotoRechargingStation, <B>").into_string(), "Goto<wbr>Recharging<wbr>Station, &lt;B&gt;");
+        assert_eq!(breakable("stop.after_s").into_string(), "stop.<wbr>after_<wbr>s");
     }
 
     #[test]

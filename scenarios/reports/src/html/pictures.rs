@@ -1,5 +1,6 @@
 //! The snapshots of a run, inside the page.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use base64::Engine as _;
@@ -18,16 +19,21 @@ pub struct Picture {
     pub png: Vec<u8>,
 }
 
-/// The section of the pictures, shown as far as they fit into that many bytes and all linked to their files; empty if
-/// there are none.
+/// The section of the pictures, shown as far as they fit into that many bytes, those of what happened first, and all
+/// linked to their files; empty if there are none.
 pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
+    let mut order: Vec<usize> = (0..pictures.len()).collect();
+    order.sort_by_key(|place| pictures[*place].snapshot.by_clock);
     let mut bytes = 0;
-    let fits = |picture: &&Picture| {
+    let fits = |place: &usize| {
         // Four characters for three bytes, and the caption.
-        bytes += picture.png.len().div_ceil(3) * 4 + 600;
+        bytes += pictures[*place].png.len().div_ceil(3) * 4 + 600;
         bytes <= room
     };
-    let (shown, hidden) = pictures.split_at(pictures.iter().take_while(fits).count());
+    let fitting: BTreeSet<usize> = order.into_iter().take_while(fits).collect();
+    let in_time = || pictures.iter().enumerate();
+    let shown: Vec<&Picture> = in_time().filter(|(place, _)| fitting.contains(place)).map(|(_, one)| one).collect();
+    let hidden: Vec<&Picture> = in_time().filter(|(place, _)| !fitting.contains(place)).map(|(_, one)| one).collect();
     let figure = |Picture { snapshot, png }: &Picture| {
         let caption = caption(snapshot);
         let source = format!("data:image/png;base64,{}", BASE64.encode(png));

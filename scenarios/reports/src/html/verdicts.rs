@@ -15,12 +15,17 @@ use crate::timeline::Timeline;
 pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
     let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
+    // Of more than one row of cards, what was violated comes first.
+    let mut order: Vec<usize> = (0..report.monitors.len()).collect();
+    if order.len() > 3 {
+        order.sort_by_key(|index| report.monitors[*index].verdict != Outcome::Violated);
+    }
     let content = html! {
         (outcome(report))
         @if report.monitors.is_empty() {
             p.quiet { "No property was watched in this run." }
         } @else {
-            div.cards { @for index in 0..report.monitors.len() { (card(view, report, index, of(index))) } }
+            div.cards { @for index in order { (card(view, report, index, of(index))) } }
             p.quiet {
                 "A tick is a moment at which the behavior tree is asked what to do, one every "
                 (words::time(view.header().tick)) ". A message such as " code { "[<ok>, 20]" }

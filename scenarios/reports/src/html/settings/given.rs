@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use recording::Origin;
 
-use crate::html::markup::row;
+use crate::html::markup::{breakable, row};
 
 /// A key of the scenario's file.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl Given {
             code { (self.value) }
             @if self.overridden { span.note { "set on the command line" } }
         };
-        row(&self.key, [value])
+        row(breakable(&self.key), [value])
     }
 }
 
