@@ -158,3 +158,25 @@ fn every_command_has_a_man_page() {
     assert!(page("steward-run.1").contains("\\-\\-seed"), "{}", page("steward-run.1"));
     assert!(page("steward-tree-check.1").contains("BehaviorTree.CPP"));
 }
+
+/// What the commands print that only read; the book shows what the others do.
+#[test]
+fn commands_print_what_they_printed() {
+    let calls: [&[&str]; 12] = [
+        &["list"],
+        &["faults"],
+        &["faults", "joypad"],
+        &["check", "nominal", "guide", "pick", "noise"],
+        &["monitor", "check", "phi1", "phi2"],
+        &["monitor", "explain", "phi1", "phi2", "phi3"],
+        &["monitor", "export", "phi1"],
+        &["tree", "check", "recharge"],
+        &["tree", "show", "recharge"],
+        &["skill", "check", "BatteryLevel"],
+        &["skill", "show", "BatteryLevel"],
+        &["skill", "mutants", "AtDestination"],
+    ];
+    let printed = |call: &&[&str]| format!("$ steward {}\n{}", call.join(" "), said("80", &[], call));
+    let printed = calls.iter().map(printed).collect::<Vec<_>>().join("\n");
+    insta::assert_snapshot!(printed);
+}

@@ -6,7 +6,7 @@ use std::path::Path;
 use diagnostics::Staging;
 use drawing::Frame;
 use maud::{Markup, html};
-use reports::html::{Drawing, document, figure, picture, row, section, table};
+use reports::html::{Drawing, Layout, NARROW, document, figure, picture, row, section, table};
 
 use super::deviations::{DEVIATIONS, Deviation};
 use super::film::SEED;
@@ -248,9 +248,11 @@ fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (
     let mut diagram = monitor.diagram.clone();
     let wanted = state.and_then(|state| diagram.locations.iter().position(|location| location.name == state));
     diagram.active = wanted.unwrap_or(diagram.active);
-    let whole = picture::machine(&diagram, reports::html::Layout::Wide).width > picture::HALF;
+    let width = |layout| picture::machine(&diagram, layout).width;
+    let whole = width(Layout::Wide) > picture::HALF;
+    let swiped = width(Layout::Narrow) > NARROW;
     let drawing = figure(label, |layout| -> Drawing { picture::machine(&diagram, layout) });
-    (html! { div.swipe { (drawing) } }, whole)
+    (html! { div.swipe { (drawing) } @if swiped { p.quiet.narrow { "Swipe to see the rest." } } }, whole)
 }
 
 /// The command that makes a picture of the moment, with the map, the tree, the battery and all monitors.
