@@ -13,6 +13,7 @@ mod compact;
 mod obligations;
 mod operators;
 mod progression;
+mod situation;
 mod table;
 
 pub use alphabet::Symbol;
@@ -23,3 +24,4 @@ pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub(crate) use obligations::{Clause, Obligation, Obligations};
 pub(crate) use operators::Operators;
 pub(crate) use progression::Progression;
+pub(crate) use situation::Situation;

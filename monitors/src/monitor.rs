@@ -4,13 +4,15 @@ mod record;
 mod vacuity;
 mod witness;
 
+use std::any::Any;
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, ProgramGraph, Topology, Verdict};
+use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm, ProgramGraph, Topology, Verdict};
 
 use crate::clause::Window;
 use crate::describe;
-use crate::engine::{CompactRun, Letter, Obligation, Symbol};
+use crate::engine::{CompactRun, Letter, Obligation, Situation, Symbol};
 use crate::export::Picture;
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
@@ -303,6 +305,12 @@ impl ScopeMonitor {
         Picture::of_any_size(&self.name, &self.synthesis, &self.topology)
     }
 
+    /// What determines how it continues: the verdict if it is final, else that of the machine, and whether τ has begun.
+    fn situation(&self) -> (Verdict, Option<(bool, Situation<'_>)>) {
+        let open = (self.verdict == Verdict::Inconclusive).then(|| (self.start.is_some(), self.run.situation()));
+        (self.verdict, open)
+    }
+
     fn read(&mut self, event: &Event, letter: Letter) {
         let start = *self.start.get_or_insert(event.tick);
         let now = event.tick.saturating_sub(start);
@@ -383,6 +391,25 @@ impl Monitor for ScopeMonitor {
 
     fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
         self.picture.as_ref().map(|picture| (&*picture.graph, picture.location(&self.run, self.verdict)))
+    }
+
+    /// The messages that it remembers to explain its verdict are forgotten.
+    fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        self.run.normalize();
+        self.start = self.start.map(|_| 0);
+        self.now = 0;
+        self.record = Record::new(&self.synthesis);
+        self.rules = None;
+        self.watches.clear();
+        Ok(())
+    }
+
+    fn same_state(&self, other: &dyn Monitor) -> bool {
+        (other as &dyn Any).downcast_ref::<Self>().is_some_and(|other| self.situation() == other.situation())
+    }
+
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        self.situation().hash(&mut hasher);
     }
 
     fn failures(&self) -> &[LocationId] {

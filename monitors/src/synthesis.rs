@@ -7,7 +7,7 @@ use channels::Topology;
 use crate::clause::{Form, Vocabulary, clauses};
 use crate::engine::{
     Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS,
-    Operators, Progression,
+    Operators, Progression, Situation,
 };
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
@@ -156,6 +156,24 @@ impl RunningMonitor {
             Self::Compact(run) => run.advance(now),
             Self::Automaton(run) => run.advance(now),
             Self::Progression(run) => run.advance(now),
+        }
+    }
+
+    /// Counts τ from now on, and forgets what explains a verdict.
+    pub(crate) fn normalize(&mut self) {
+        match self {
+            Self::Compact(run) => run.normalize(),
+            Self::Automaton(run) => run.normalize(),
+            Self::Progression(run) => run.normalize(),
+        }
+    }
+
+    /// What determines how it continues.
+    pub(crate) fn situation(&self) -> Situation<'_> {
+        match self {
+            Self::Compact(run) => run.situation(),
+            Self::Automaton(run) => run.situation(),
+            Self::Progression(run) => run.situation(),
         }
     }
 

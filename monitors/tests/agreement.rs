@@ -1,5 +1,7 @@
 //! Every monitor agrees with the oracle on every prefix of random sequences.
 
+use std::hash::{DefaultHasher, Hasher};
+
 use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
 use monitors::{Choice, Formula, MessageCondition, Method, ScopeMonitor, holds};
 
@@ -25,6 +27,47 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     }
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
+}
+
+/// A monitor that is brought into normal form after each event says the same at the same event.
+#[test]
+fn nobody_can_tell_a_monitor_from_its_normal_form() {
+    let topology = topology();
+    let mut settled = 0;
+    for seed in 0..cases(10_000) {
+        let mut dice = Dice(seed + 12_000_000);
+        let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 3);
+        let choice = *dice.pick(&[Choice::Best, Choice::Automaton, Choice::Progression]);
+        let mut plain = ScopeMonitor::with("p", formula.clone(), &topology, choice).expect("small");
+        let mut normal = plain.clone();
+        let mut has_ticked = false;
+        for mut event in random_sequence(&mut dice, &topology, 24) {
+            if matches!(event.kind, EventKind::Received { .. }) && dice.roll(30) == 0 {
+                let channel = topology.channels().nth(2).expect("C → D");
+                event.kind = EventKind::Received { channel, message: Message::symbols(["neither"]) };
+            }
+            plain.observe(&event);
+            let is_tick = event.kind == EventKind::Tick;
+            event.tick = u64::from(is_tick && has_ticked);
+            has_ticked |= is_tick;
+            normal.observe(&event);
+            normal.normalize().expect("it has a normal form");
+            let mut of_plain = plain.clone();
+            of_plain.normalize().expect("it has a normal form");
+            let says = |monitor: &ScopeMonitor| (monitor.verdict(), monitor.is_open(), monitor.holds_so_far());
+            assert_eq!(says(&plain), says(&normal), "seed {seed}, {choice:?}\n{formula:#?}");
+            assert!(of_plain.same_state(&normal), "seed {seed}, {choice:?}\n{of_plain:#?}\n{normal:#?}");
+            assert_eq!(hash(&of_plain), hash(&normal));
+        }
+        settled += u64::from(plain.verdict() != Verdict::Inconclusive);
+    }
+    assert!(settled > cases(10_000) / 4, "{settled} settled");
+}
+
+fn hash(monitor: &ScopeMonitor) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    monitor.hash_state(&mut hasher);
+    hasher.finish()
 }
 
 /// The sequence with some ticks missing; time passes nevertheless.

@@ -190,7 +190,7 @@ impl<'a> Anticipation<'a> {
 
     /// The obligations after time has passed, if the letter is a tick.
     fn passed(&self, owed: Obligations, letter: Letter) -> Obligations {
-        if letter.is_tick() { self.operators.advance(owed, 1).shifted() } else { owed }
+        if letter.is_tick() { self.operators.advance(owed, 1).shifted(1) } else { owed }
     }
 
     /// Whether a set has an obligation that can be postponed.

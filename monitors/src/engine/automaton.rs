@@ -10,6 +10,7 @@ use crate::engine::anticipation::{Anticipation, Lasso, TooManyWays};
 use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
 use crate::engine::progression::Progression;
+use crate::engine::situation::Situation;
 use crate::engine::table::Table;
 
 /// The number of a state of an automaton.
@@ -223,7 +224,7 @@ impl Explorer<'_> {
         while usize::from(state) < self.meanings.len() {
             table.push_row(NOWHERE);
             let (owed, last) = self.meanings[usize::from(state)].clone();
-            let later = owed.clone().map(|owed| self.operators.advance(owed, 1).shifted());
+            let later = owed.clone().map(|owed| self.operators.advance(owed, 1).shifted(1));
             table.set(state, Symbol::ADVANCE, self.number((later, last))?);
             for (symbol, letter) in &letters {
                 let next = self.after(owed.clone(), last, *letter);
@@ -405,6 +406,20 @@ impl AutomatonRun {
         let mut detour = Progression::resume(Arc::clone(&self.operators), owed, last, self.now);
         detour.run(symbols, alphabet);
         self.detour = Some(detour);
+    }
+
+    /// Counts τ from now on, and forgets what explains a verdict.
+    pub(crate) fn normalize(&mut self) {
+        (self.now, self.has_ticked, self.missed) = (0, true, None);
+        self.detour.iter_mut().for_each(Progression::normalize);
+    }
+
+    /// What determines how it continues.
+    pub(crate) fn situation(&self) -> Situation<'_> {
+        match &self.detour {
+            Some(detour) => detour.situation(),
+            None => Situation::Automaton(self.state),
+        }
     }
 
     pub(crate) fn verdict(&self) -> Verdict {

@@ -12,6 +12,7 @@ use channels::Verdict;
 use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, own_channels};
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Obligation, Obligations};
+use crate::engine::situation::Situation;
 use crate::engine::table::Table;
 
 /// A clause under `always`. It is checked whenever one of its own channels carries a message (at every tick, if it has
@@ -292,6 +293,19 @@ impl CompactRun {
             Timing::Within { .. } => self.ticks[rule] != u64::MAX,
             Timing::Without { .. } => self.ticks[rule] > self.now,
         }
+    }
+
+    /// Counts τ from now on.
+    pub(crate) fn normalize(&mut self) {
+        for ticks in self.ticks.iter_mut().filter(|ticks| **ticks != u64::MAX) {
+            *ticks = ticks.saturating_sub(self.now);
+        }
+        self.now = 0;
+    }
+
+    /// What determines how it continues.
+    pub(crate) fn situation(&self) -> Situation<'_> {
+        Situation::Compact(self.state, &self.ticks)
     }
 
     /// Sets τ to `now`.

@@ -176,12 +176,12 @@ impl Obligations {
         })
     }
 
-    /// The obligations with every tick reduced by one that has passed: an automaton treats them as the same state.
-    pub(crate) fn shifted(self) -> Self {
+    /// The obligations with every tick reduced by those that have passed: an automaton treats them as the same state.
+    pub(crate) fn shifted(self, by: u64) -> Self {
         self.replace(|obligation| match *obligation {
             Obligation::Passes { event, holds, first, last } => {
-                let last = if last == u64::MAX { last } else { last.saturating_sub(1) };
-                Some(Self::one(Obligation::Passes { event, holds, first: first.saturating_sub(1), last }))
+                let last = if last == u64::MAX { last } else { last.saturating_sub(by) };
+                Some(Self::one(Obligation::Passes { event, holds, first: first.saturating_sub(by), last }))
             }
             _ => None,
         })

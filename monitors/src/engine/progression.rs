@@ -7,6 +7,7 @@ use channels::Verdict;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
+use crate::engine::situation::Situation;
 
 /// A running formula: its obligations and the last messages.
 ///
@@ -72,6 +73,18 @@ impl Progression {
     /// The obligations; `None` before the first state.
     pub(crate) fn owed(&self) -> Option<&Obligations> {
         self.owed.as_ref()
+    }
+
+    /// Counts τ from now on, and forgets what explains a verdict.
+    pub(crate) fn normalize(&mut self) {
+        self.owed = self.owed.take().map(|owed| owed.shifted(self.now));
+        self.last &= self.operators.remembered();
+        (self.now, self.missed) = (0, None);
+    }
+
+    /// What determines how it continues.
+    pub(crate) fn situation(&self) -> Situation<'_> {
+        Situation::Progression(self.owed.as_ref(), self.last)
     }
 
     pub(crate) fn verdict(&self) -> Verdict {
