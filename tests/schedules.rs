@@ -6,11 +6,18 @@
 //! some scheduler could take is taken; and then for another second, with a level that is high again.
 
 mod exploration;
+#[path = "../channels/tests/system/lockstep.rs"]
+mod lockstep;
 mod model;
 
-use channels::ChannelSystem;
+use std::time::Duration;
+
+use channels::{ChannelSystem, Random, RoundRobin};
 use exploration::States;
+use lockstep::Lockstep;
 use model::{Model, Protocol, TreeForm, Trips};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const FORMS: [TreeForm; 2] = [TreeForm::Whole, TreeForm::Nodes];
 const STATION: &str = "RechargingStation";
@@ -113,4 +120,67 @@ fn no_schedule_loses_the_trip_if_a_stop_ends_only_its_own_trip() {
 #[test]
 fn some_schedules_lose_the_trip_if_the_resource_is_given_back_before_navigation_is_halted() {
     assert_eq!(depends_on_the_schedule(Protocol::EarlyRelease, Trips::Endless), [(true, true); 2]);
+}
+
+#[test]
+fn nobody_can_tell_the_shipped_system_from_its_normal_form() {
+    for (form, protocol) in
+        FORMS.into_iter().flat_map(|form| [Protocol::Shipped, Protocol::Original].map(|p| (form, p)))
+    {
+        let model = Model::new(protocol, form, Trips::Ending);
+        let (system, generator) = model.start();
+        let mut pair = Lockstep::new(&system, Duration::ZERO);
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut scheduler = Random::new(ChaCha8Rng::seed_from_u64(8));
+        let mut delivered = 0;
+        for _ in 0..60 {
+            let now = random.next_u64();
+            let (charge_pct, charging, is_there) = ([80.0, 50.0, 29.0][now as usize % 3], now % 5 == 0, now % 7 < 3);
+            pair.with(|system| model.sense(system, charge_pct, charging, is_there));
+            delivered += usize::from(pair.tick(generator));
+            for _ in 0..10 {
+                // Time may pass while messages are under way.
+                for _ in 0..random.next_u64() % 60 {
+                    pair.step(&mut scheduler);
+                }
+                pair.advance(Duration::from_millis(100));
+            }
+        }
+        assert!(delivered > 20, "{form:?}, {protocol:?}: {delivered} ticks are taken");
+    }
+}
+
+#[test]
+fn a_day_of_the_shipped_system_has_as_many_normal_forms_as_its_first_hours() {
+    let ticks_per_day = 24 * 60 * 6;
+    for form in FORMS {
+        let model = Model::new(Protocol::Shipped, form, Trips::Ending);
+        let (mut system, generator) = model.start();
+        let mut scheduler = RoundRobin::default();
+        let (mut quiet, mut early) = (States::default(), 0);
+        for tick in 0..ticks_per_day {
+            let (charge_pct, charging, is_there) = match tick % 40 {
+                0..20 => (80.0, false, false),
+                20..25 => (29.0, false, false),
+                25..35 => (50.0, true, true),
+                _ => (90.0, true, true),
+            };
+            model.sense(&mut system, charge_pct, charging, is_there);
+            for half in 0..4 {
+                system.advance(Duration::from_secs(10) * tick + Duration::from_millis(500) * half);
+                if half == 0 {
+                    assert!(system.generate_tick(generator).1, "the tick before is finished");
+                }
+                system.run(&mut scheduler, 10_000).for_each(|event| drop(event.unwrap()));
+            }
+            let mut state = system.fork();
+            state.normalize().unwrap_or_else(|(id, why)| panic!("{}: {why}", system.topology().name(id)));
+            quiet.insert(state);
+            if tick == ticks_per_day / 8 {
+                early = quiet.len();
+            }
+        }
+        assert!((4..=20).contains(&early), "{form:?}: {early}");
+        assert_eq!(quiet.len(), early, "{form:?}");
+    }
 }

@@ -15,7 +15,7 @@ pub(crate) struct States {
 
 impl States {
     /// Adds a state, unless it is there already.
-    fn insert(&mut self, state: ChannelSystem) {
+    pub(crate) fn insert(&mut self, state: ChannelSystem) {
         let mut hasher = DefaultHasher::new();
         state.hash_state(&mut hasher);
         let places = self.by_hash.entry(hasher.finish()).or_default();

@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use bt::{Loader, Tree, TreeProcess};
 use channels::{
-    Action, Capacity, ChannelId, ChannelSystem, Domain, Envelope, FieldKind, GraphProcess, Message, Offer, Pattern,
-    Process, ProcessId, ProgramGraph, RequestNumber, Shape, TickGenerator, Topology, TransitionId, Use,
+    Action, Capacity, ChannelId, ChannelSystem, Domain, Envelope, FieldKind, GraphProcess, Message, NoNormalForm,
+    NormalForm, Offer, Pattern, Process, ProcessId, ProgramGraph, RequestNumber, Shape, TickGenerator, Topology,
+    TransitionId, Use,
 };
 use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
@@ -118,12 +119,22 @@ impl Model {
         states.iter().filter(|state| self.is_quiet(state)).map(ChannelSystem::fork).collect()
     }
 
+    /// The system at its start, and what generates its ticks.
+    pub(crate) fn start(&self) -> (ChannelSystem, ProcessId) {
+        (self.system.fork(), self.id("TickGenerator"))
+    }
+
+    /// Lets the components know the battery and the pose: at all places, or at none.
+    pub(crate) fn sense(&self, state: &mut ChannelSystem, charge_pct: f64, charging: bool, is_there: bool) {
+        let battery = BatteryState { time: Duration::ZERO, charge_pct, charging };
+        state.process_mut::<BatteryReader>(self.id(BATTERY_READER)).unwrap().update(&battery);
+        let pose = if is_there { maps::pose(0.2, 0.2, 0.0) } else { maps::pose(50.0, 50.0, 0.0) };
+        state.process_mut::<Localization>(self.id(LOCALIZATION)).unwrap().update(&places(), &pose);
+    }
+
     /// Generates a tick; the robot is at no place.
     fn tick(&self, mut state: ChannelSystem, charge_pct: f64) -> ChannelSystem {
-        let battery = BatteryState { time: Duration::ZERO, charge_pct, charging: false };
-        state.process_mut::<BatteryReader>(self.id(BATTERY_READER)).unwrap().update(&battery);
-        let away = maps::pose(50.0, 50.0, 0.0);
-        state.process_mut::<Localization>(self.id(LOCALIZATION)).unwrap().update(&places(), &away);
+        self.sense(&mut state, charge_pct, false, false);
         let (_, delivered) = state.generate_tick(self.id("TickGenerator"));
         assert!(delivered, "the tick before is finished");
         state
@@ -269,6 +280,10 @@ impl Process for Driven {
             }
             _ => self.navigation.take(transition, received, now),
         }
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.navigation.normalize(form)
     }
 
     fn uses(&self) -> Vec<Use> {

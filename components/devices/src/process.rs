@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use channels::{Envelope, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use channels::{
+    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber, Topology, TransitionId,
+    Use,
+};
 use skills::ChannelAdapter;
 
 use crate::door::Door;
@@ -139,6 +142,19 @@ impl Process for DeviceProcess {
 
     fn uses(&self) -> Vec<Use> {
         self.adapter.receives().chain(self.adapter.sends()).collect()
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        self.adapter.awaits(requests);
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        match &mut self.work {
+            Work::Speaker(speaker) => speaker.normalize(form),
+            Work::Signals(signals) => signals.normalize(form)?,
+            Work::Door(_) | Work::People(_) | Work::Tray(_) => {}
+        }
+        self.adapter.normalize(form)
     }
 
     fn location(&self) -> String {

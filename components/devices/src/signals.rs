@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use channels::{NoNormalForm, NormalForm};
 use skills::Datum;
 
 use crate::lines::Lines;
@@ -77,6 +78,11 @@ impl Signals {
                 lines.answer(client, [("text", Datum::text(&text))]);
             }
         }
+    }
+
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.coming.iter_mut().for_each(|(at, _)| form.time(at));
+        form.queue(self.noticed.len(), || format!("more than {} signals wait for a question", NormalForm::QUEUE))
     }
 
     pub(crate) fn location(&self) -> String {

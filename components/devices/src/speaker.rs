@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use channels::NormalForm;
 use skills::Datum;
 
 use crate::lines::Lines;
@@ -50,6 +51,14 @@ impl Speaker {
             if !is_mute {
                 lines.publish("spoken", [("text", Datum::text(&text))]);
             }
+        }
+    }
+
+    /// Since when it speaks is only told.
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
+        if let Some(speech) = &mut self.speech {
+            form.time(&mut speech.until);
+            speech.since = NormalForm::NOW;
         }
     }
 

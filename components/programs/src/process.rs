@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use channels::{Envelope, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use skills::{ChannelAdapter, Datum, Mishap};
 
 use crate::child::Child;
@@ -273,6 +273,13 @@ impl Process for ProgramProcess {
 
     fn uses(&self) -> Vec<Use> {
         self.adapter.receives().chain(self.adapter.sends()).collect()
+    }
+
+    fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        Err(NoNormalForm::Unsupported {
+            reason: "it is a program, and nobody knows its states".to_owned(),
+            help: Some("give it a machine for the proof: an SCXML file with the same interface".to_owned()),
+        })
     }
 
     /// The state that the program has named last.

@@ -3,11 +3,13 @@
 mod formula;
 mod read;
 
+use std::any::Any;
 use std::collections::BTreeMap;
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use bt::{NodeState, Outcome, Status};
-use channels::{ChannelId, Event, EventKind, Monitor, Topology, Verdict};
+use channels::{ChannelId, Event, EventKind, Monitor, NoNormalForm, Topology, Verdict};
 use diagnostics::Problem;
 
 use formula::{Path, State, Variable};
@@ -38,14 +40,23 @@ impl Property {
     /// The events that it is about.
     pub(crate) fn events(&self) -> impl Iterator<Item = &str> {
         let mut found = Vec::new();
-        for expression in [&self.path.left, &self.path.right] {
-            expression.visit(&mut |variable| {
-                if let Variable::Valid(event) | Variable::Field(event, ..) = variable {
-                    found.push(event.as_str());
-                }
-            });
-        }
+        self.visit(&mut |variable| {
+            if let Variable::Valid(event) | Variable::Field(event, ..) = variable {
+                found.push(event.as_str());
+            }
+        });
         found.into_iter()
+    }
+
+    /// Whether it is about nodes of the tree.
+    fn asks_for_nodes(&self) -> bool {
+        let mut asks = false;
+        self.visit(&mut |variable| asks |= matches!(variable, Variable::Node(_)));
+        asks
+    }
+
+    fn visit<'p>(&'p self, visit: &mut dyn FnMut(&'p Variable)) {
+        [&self.path.left, &self.path.right].into_iter().for_each(|expression| expression.visit(visit));
     }
 }
 
@@ -139,6 +150,28 @@ impl Monitor for PropertyMonitor {
 
     fn verdict_at_end(&self) -> Verdict {
         in_words(self.verdict.or(Some(self.property.path.at_end)))
+    }
+
+    fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        let refused = |reason: &str, help: &str| {
+            Err(NoNormalForm::Unsupported { reason: reason.to_owned(), help: Some(help.to_owned()) })
+        };
+        if self.property.path.counts_steps() {
+            return refused("it counts steps, which never return to what they were", "leave out `step-bounds`");
+        }
+        if self.property.asks_for_nodes() {
+            return refused("it asks for the nodes of the tree, which only a run shows", "ask for messages instead");
+        }
+        Ok(())
+    }
+
+    fn same_state(&self, other: &dyn Monitor) -> bool {
+        let other = (other as &dyn Any).downcast_ref::<Self>();
+        other.is_some_and(|other| self.verdict == other.verdict && self.state == other.state)
+    }
+
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        (self.verdict, &self.state).hash(&mut hasher);
     }
 
     fn location(&self) -> String {

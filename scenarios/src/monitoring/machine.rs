@@ -1,10 +1,12 @@
 //! An SCXML machine as a monitor: messages become events of the machine, and some of its states mean a violation.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    ChannelId, Condition, Event, EventKind, LocationId, Message, Monitor, ProgramGraph, Topology, Value, Verdict,
+    ChannelId, Condition, Event, EventKind, LocationId, Message, Monitor, NoNormalForm, NormalForm, ProgramGraph,
+    Topology, Value, Verdict,
 };
 use diagnostics::{Span, Spanned};
 use monitors::MessageCondition;
@@ -116,6 +118,11 @@ impl MachineMonitor {
         self.machine.configuration().any(|state| states.contains(&state))
     }
 
+    /// What determines how it continues; `None` if the property is violated for good.
+    fn situation(&self) -> Option<&Machine> {
+        (!self.violated).then_some(&self.machine)
+    }
+
     /// The active states of the picture.
     fn active(&self) -> impl Iterator<Item = (StateId, LocationId)> + '_ {
         self.machine.active().filter_map(|state| self.picture.states.iter().find(|drawn| drawn.0 == state).copied())
@@ -171,6 +178,26 @@ impl Monitor for MachineMonitor {
 
     fn failures(&self) -> &[LocationId] {
         &self.picture.failures
+    }
+
+    fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        if self.machine.next_timer().is_some() {
+            return Err(NoNormalForm::Unsupported {
+                reason: "it measures time in seconds, and a monitor of a proof sees only ticks".to_owned(),
+                help: Some("write the deadline as a property, with `time_until`".to_owned()),
+            });
+        }
+        self.errors.clear();
+        // There is no time and no request in it.
+        self.machine.normalize(&NormalForm::new(&Topology::default(), Duration::ZERO, &|_, number| number))
+    }
+
+    fn same_state(&self, other: &dyn Monitor) -> bool {
+        Self::of(other).is_some_and(|other| self.situation() == other.situation())
+    }
+
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        self.situation().hash(&mut hasher);
     }
 }
 

@@ -125,7 +125,7 @@ impl Operator {
 }
 
 /// The latest messages.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct State {
     /// The data of the latest message, by event.
     pub(crate) latest: BTreeMap<String, Datum>,
