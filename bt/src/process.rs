@@ -21,7 +21,9 @@ mod protocol;
 mod whole;
 
 pub use board::BlackboardProcess;
-pub use composed::{WiredProcess, blackboard_in, blackboard_in_mut, faults_in, node_processes, states_in};
+pub use composed::{
+    WiredProcess, blackboard_in, blackboard_in_mut, faults_in, node_processes, outcomes_known_to, states_in,
+};
 pub use leaf::LeafProcess;
 pub use node::NodeProcess;
 pub use patience::LEAF_TIMEOUT;

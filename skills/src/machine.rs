@@ -175,6 +175,8 @@ struct Scratch {
     by_default: BitSet,
     /// History states whose default is entered.
     histories: Vec<StateId>,
+    /// The transitions that were taken since the state was last brought into normal form.
+    taken: BitSet,
 }
 
 impl Machine {
@@ -185,7 +187,12 @@ impl Machine {
         let has_history = chart.states.iter().any(|state| !state.histories.is_empty());
         let invokes = chart.states.iter().any(|state| !state.invokes.is_empty());
         let session = Session::new(&chart.name);
-        let scratch = Scratch { entering: BitSet::new(states), by_default: BitSet::new(states), ..Scratch::default() };
+        let scratch = Scratch {
+            entering: BitSet::new(states),
+            by_default: BitSet::new(states),
+            taken: BitSet::new(chart.transitions().count()),
+            ..Scratch::default()
+        };
         Self {
             random: session.seed(),
             seed: session.seed(),
@@ -306,6 +313,12 @@ impl Machine {
     /// The ids of the active states without children, in document order.
     pub fn active_ids(&self) -> impl Iterator<Item = &str> + '_ {
         self.active().map(|state| self.chart.state(state).id())
+    }
+
+    /// The transitions that it has taken since its start, or since it was last brought into
+    /// [normal form](Self::normalize). They are not part of its state.
+    pub fn taken(&self) -> impl Iterator<Item = TransitionId> + '_ {
+        self.scratch.taken.iter().map(TransitionId::new)
     }
 
     /// Whether the state with this id is active.

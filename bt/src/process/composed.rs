@@ -14,7 +14,7 @@ use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
 use crate::semantics::Reading;
-use crate::{Fault, Kind, Node, NodeId, NodeState, Tree};
+use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Tree};
 
 /// A process and its id in the topology, as a channel system takes them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -85,6 +85,17 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
         node.show(tick, &mut states);
     }
     states
+}
+
+/// What has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole tree, to
+/// the children of its node if the tree's nodes are processes, and nothing for any other process.
+#[must_use]
+pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
+    if let Some(tree) = process.as_any().downcast_ref::<TreeProcess>() {
+        let states = (0..).map(NodeId).zip(tree.states());
+        return states.filter_map(|(node, state)| Some((node, state.outcome?))).collect();
+    }
+    process.as_any().downcast_ref::<NodeProcess>().map_or_else(Vec::new, NodeProcess::outcomes)
 }
 
 /// The faults of a tree that is the process `bt` of a system: those of its last tick if it is one process, all so far

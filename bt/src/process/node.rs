@@ -132,6 +132,12 @@ impl NodeProcess {
         }
     }
 
+    /// What has happened to the children.
+    pub(super) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
+        let children = self.wiring.children.iter().zip(&self.records);
+        children.filter_map(|(child, record)| Some((child.node, record.outcome?))).collect()
+    }
+
     /// The number of the tick, if this is the process above the root.
     pub(super) fn tree_tick(&self) -> Option<i64> {
         matches!(self.wiring.role, Role::Root(_)).then_some(self.tick).flatten()

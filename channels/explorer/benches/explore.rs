@@ -8,7 +8,7 @@ use channels::{
 };
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use explorer::{Closed, Limits, Model, explore};
+use explorer::{Closed, Limits, Model, Reduction, explore};
 
 fn main() {
     divan::main();
@@ -61,7 +61,7 @@ fn table(guests: usize) -> ChannelSystem {
 #[divan::bench(args = [(5, 1), (6, 1), (6, 2)], sample_count = 3)]
 fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
     let model = Model::new(&table(guests), None, Arc::new(Closed));
-    let limits = Limits { threads, reduce: false, ..Limits::default() };
+    let limits = Limits { threads, reduction: Reduction::Off, ..Limits::default() };
     let run = || explore(&model, None, &limits, &mut |_| ()).expect("a finite system");
     let found = run().progress;
     eprintln!("{guests} guests: {} states, {:.1} bytes each", found.states, found.memory as f64 / found.states as f64);

@@ -46,13 +46,13 @@
 //!
 //! # What the reduction leaves out
 //!
-//! With [`Limits::reduce`], a state with a single successor, in which no time passes, is passed through: the search
-//! goes on to its successor and stores that. Every run of the model is still a run through the stored states, with the
-//! same transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the
-//! search does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the
-//! states in which time passes, none of which is passed through. Nothing is passed through forever, since every 64th
-//! state in a row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so the
-//! search repeats without the reduction once it has found a violation, to find a shortest one.
+//! With a [`Reduction`], a state with a single successor, in which no time passes, is passed through: the search goes on
+//! to its successor and stores that. Every run of the model is still a run through the stored states, with the same
+//! transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the search
+//! does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the states in
+//! which time passes, none of which is passed through. Nothing is passed through forever, since every 64th state in a
+//! row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so a run that the
+//! search finds may not be a shortest one.
 
 mod error;
 mod interner;
@@ -68,5 +68,5 @@ mod tables;
 pub use error::Refused;
 pub use model::{Closed, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
 pub use path::{Path, PathStep, Replay, ReplayError};
-pub use search::{Exploration, Limits, Outcome, Progress, explore};
+pub use search::{Exploration, Limits, Outcome, Progress, Reduction, explore};
 pub use semantics::Damage;

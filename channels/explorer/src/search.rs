@@ -23,12 +23,25 @@ pub struct Limits {
     /// The number of threads; the result is the same with any number.
     pub threads: usize,
     /// Whether states with a single successor are passed through without being stored.
-    pub reduce: bool,
+    pub reduction: Reduction,
+}
+
+/// When states with a single successor are passed through without being stored: that takes less memory and more time,
+/// and a run that violates the property is not a shortest one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Reduction {
+    /// Never.
+    Off,
+    /// Always.
+    On,
+    /// In a second search, if the memory did not suffice for one without.
+    #[default]
+    WhenNeeded,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4 << 30, threads: 1, reduce: true }
+        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default() }
     }
 }
 
@@ -62,7 +75,7 @@ pub struct Exploration {
 pub enum Outcome {
     /// No run violates the property, however long it is.
     Proved,
-    /// This run, a shortest one, violates the property.
+    /// This run violates the property. It is a shortest one, unless the search was reduced.
     Violated(Path),
     /// In this run, messages pile up in a process without end.
     Endless(Path),
@@ -99,10 +112,26 @@ pub fn explore(
     limits: &Limits,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Exploration, Refused> {
+    let found = search(model, property, limits, limits.reduction == Reduction::On, progress)?;
+    match found.outcome {
+        Outcome::Undecided if limits.reduction == Reduction::WhenNeeded => {
+            drop(found);
+            search(model, property, limits, true, progress)
+        }
+        _ => Ok(found),
+    }
+}
+
+fn search(
+    model: &Model,
+    property: Option<&dyn Monitor>,
+    limits: &Limits,
+    reduce: bool,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Exploration, Refused> {
     let (tables, start) = Tables::new(model, property)?;
     let slots = Slots::new(&tables);
-    let vector = slots.vector(&start);
-    let store = Store::new(&vector);
+    let store = Store::new(&slots.vector(&start));
     let semantics = Semantics {
         hold: model.faults.delayed.1,
         anywhere: model.anywhere,
@@ -110,20 +139,14 @@ pub fn explore(
         tables,
         slots,
     };
-    let mut search = Search { semantics, store, limits, layers: vec![0], quiet: 0, transitions: 0, stuck: Vec::new() };
-    let verdict = property.map_or(Verdict::Inconclusive, Monitor::verdict);
-    let end = match verdict {
+    let mut search =
+        Search { semantics, store, limits, reduce, layers: vec![0], quiet: 0, transitions: 0, stuck: Vec::new() };
+    let end = match property.map_or(Verdict::Inconclusive, Monitor::verdict) {
         Verdict::True => End::Complete,
         Verdict::False => End::Bad { from: None, kind: Bad::Violated },
         Verdict::Inconclusive => search.run(progress)?,
     };
-    let found = search.conclude(end, property.is_some());
-    if !limits.reduce || matches!(found.outcome, Outcome::Proved | Outcome::Undecided) {
-        return Ok(found);
-    }
-    // The layers of a reduced search do not count the states that were passed through: a shortest run is found without.
-    let shortest = explore(model, property, &Limits { reduce: false, ..limits.clone() }, progress)?;
-    Ok(if matches!(shortest.outcome, Outcome::Undecided) { found } else { shortest })
+    Ok(search.conclude(end, property.is_some()))
 }
 
 /// How a search ended.
@@ -150,6 +173,7 @@ struct Search<'a> {
     semantics: Semantics,
     store: Store,
     limits: &'a Limits,
+    reduce: bool,
     /// The number of the first state of each layer.
     layers: Vec<u32>,
     quiet: u64,
@@ -253,46 +277,56 @@ impl Search<'_> {
     fn expand(&self, number: u32, desk: &mut Desk, harvest: &mut Harvest) {
         self.store.unpack(number, &mut desk.state);
         let (found, changes) = (harvest.found.len(), harvest.changes.len());
-        let expanded = self.try_expand(desk, harvest).unwrap_or_else(|_| {
+        let expanded = self.semantics.expand(desk.state.slots(), &mut desk.successors).and_then(|()| {
+            let mut bad = None;
+            for index in 0..desk.successors.len() {
+                bad = self.follow(index, desk, harvest)?;
+                if bad.is_some() {
+                    break;
+                }
+            }
+            Ok(self.expanded(desk, bad, harvest))
+        });
+        harvest.states.push(expanded.unwrap_or_else(|_| {
             harvest.found.truncate(found);
             harvest.changes.truncate(changes);
-            Expanded { is_incomplete: true, ..Expanded::default() }
-        });
-        harvest.states.push(Expanded { end: harvest.found.len(), ..expanded });
+            Expanded { is_incomplete: true, end: found, ..Expanded::default() }
+        }));
     }
 
-    /// Expands the state on the desk.
-    fn try_expand(&self, desk: &mut Desk, harvest: &mut Harvest) -> Result<Expanded, Gap> {
-        let Desk { state, successors, passage, .. } = desk;
-        self.semantics.expand(state.slots(), successors)?;
-        let mut expanded = Expanded {
-            is_quiet: successors.is_quiet,
-            is_stuck: self.semantics.is_stuck(state.slots(), successors),
-            transitions: successors.len() as u32,
-            ..Expanded::default()
-        };
-        for index in 0..successors.len() {
-            let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
-            if self.limits.reduce && fate == Fate::GoOn {
-                fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ())?;
-                changes = &passage.changes;
-            }
-            let bad = match fate {
-                Fate::GoOn => {
-                    if self.store.find(state, changes).is_none() {
-                        harvest.changes.extend_from_slice(changes);
-                        harvest.found.push(harvest.changes.len());
-                    }
-                    continue;
-                }
-                Fate::Settled => continue,
-                Fate::Violated => Bad::Violated,
-                Fate::Endless => Bad::Endless,
-            };
-            expanded.bad = Some((Some(index as u32), bad));
-            break;
+    /// What became of the state on the desk.
+    fn expanded(&self, desk: &Desk, bad: Option<(Option<u32>, Bad)>, harvest: &Harvest) -> Expanded {
+        Expanded {
+            is_incomplete: false,
+            is_quiet: desk.successors.is_quiet,
+            is_stuck: self.semantics.is_stuck(desk.state.slots(), &desk.successors),
+            transitions: desk.successors.len() as u32,
+            bad,
+            end: harvest.found.len(),
         }
-        Ok(expanded)
+    }
+
+    /// Follows one of the successors of the state on the desk. Adds it to the harvest, or says what is wrong with it.
+    fn follow(&self, index: usize, desk: &mut Desk, harvest: &mut Harvest) -> Result<Option<(Option<u32>, Bad)>, Gap> {
+        let Desk { state, successors, passage, .. } = desk;
+        let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
+        if self.reduce && fate == Fate::GoOn {
+            fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ())?;
+            changes = &passage.changes;
+        }
+        let bad = match fate {
+            Fate::GoOn => {
+                if self.store.find(state, changes).is_none() {
+                    harvest.changes.extend_from_slice(changes);
+                    harvest.found.push(harvest.changes.len());
+                }
+                return Ok(None);
+            }
+            Fate::Settled => return Ok(None),
+            Fate::Violated => Bad::Violated,
+            Fate::Endless => Bad::Endless,
+        };
+        Ok(Some((Some(index as u32), bad)))
     }
 
     /// Stores what was found from the states that begin with the `next` one. Returns how the search ends, if it does.
@@ -328,17 +362,22 @@ impl Search<'_> {
     fn complete(&mut self, number: u32, desk: &mut Desk) -> Result<Harvest, Refused> {
         let mut harvest = Harvest::default();
         self.store.unpack(number, &mut desk.state);
-        loop {
-            match self.try_expand(desk, &mut harvest) {
-                Ok(expanded) => {
-                    harvest.states.push(Expanded { end: harvest.found.len(), ..expanded });
-                    return Ok(harvest);
+        while let Err(gap) = self.semantics.expand(desk.state.slots(), &mut desk.successors) {
+            self.semantics.tables.fill(&gap)?;
+        }
+        let mut bad = None;
+        let mut index = 0;
+        while index < desk.successors.len() && bad.is_none() {
+            match self.follow(index, desk, &mut harvest) {
+                Ok(found) => {
+                    bad = found;
+                    index += 1;
                 }
                 Err(gap) => self.semantics.tables.fill(&gap)?,
             }
-            harvest.found.clear();
-            harvest.changes.clear();
         }
+        harvest.states.push(self.expanded(desk, bad, &harvest));
+        Ok(harvest)
     }
 
     /// The answer.

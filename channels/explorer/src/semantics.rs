@@ -9,7 +9,7 @@ use crate::local::{Local, REFUSED, Step, UNKNOWN, entry};
 use crate::model::Instant;
 use crate::path::PathStep;
 use crate::store::Change;
-use crate::tables::{Clock, ENDLESS, Gap, Start, Tables, Transit};
+use crate::tables::{Clock, ENDLESS, Gap, Moved, Start, Tables, Transit};
 
 /// Where in a vector each part of a system's state is.
 #[derive(Debug)]
@@ -400,10 +400,10 @@ impl Semantics {
         };
         let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
         let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
-        for index in 0..self.moves(state, instant)?.len() {
+        for (index, moved) in self.moves(state, instant)?.iter().enumerate() {
             let begin = out.changes.len();
             let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let mut fate = self.apply(&mut draft, state, instant, index)?;
+            let mut fate = self.apply(&mut draft, moved)?;
             fate = fate.and(self.pass_time(&mut draft, span)?);
             if !transit.held.is_empty() {
                 self.set_transit(&mut draft, transit.after(span))?;
@@ -469,12 +469,19 @@ impl Semantics {
         if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
             return Ok(());
         }
-        for index in 0..self.moves(state, Instant::Between)?.len() {
+        let mut vector = state.to_vec();
+        for (index, moved) in self.moves(state, Instant::Between)?.iter().enumerate() {
+            if moved.processes.is_empty() && !self.anywhere {
+                continue;
+            }
             let begin = out.changes.len();
             let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let fate = self.apply(&mut draft, state, Instant::Between, index)?;
-            let changes = draft.changes[begin..].iter().any(|(slot, value)| state[*slot as usize] != *value);
-            if changes && (self.anywhere || self.is_busy(&draft)?) {
+            let fate = self.apply(&mut draft, moved)?;
+            let changes = &out.changes[begin..];
+            changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
+            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved)? };
+            changes.iter().for_each(|(slot, _)| vector[*slot as usize] = state[*slot as usize]);
+            if is_told {
                 out.finish(Label::Drive { index: index as u32 }, fate);
             } else {
                 out.changes.truncate(begin);
@@ -483,20 +490,20 @@ impl Semantics {
         Ok(())
     }
 
-    /// Whether a process can move.
-    fn is_busy(&self, draft: &Draft<'_>) -> Result<bool, Gap> {
-        let mut vector = draft.from.to_vec();
-        draft.changes[draft.begin..].iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-        let transit = self.transit(&vector);
+    /// Whether a move of the environment lets a process of a quiet system move: one that has changed, or one that waits
+    /// for it to take part in a handshake.
+    fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
+        let transit = self.transit(vector);
         let mut out = Successors::default();
-        for process in self.populated() {
+        let changed = moved.processes.iter().map(|(process, _)| *process);
+        for process in changed.chain(self.tables.shakers.iter().copied()) {
             let number = vector[self.slots.processes[process] as usize];
             let local = self.tables.locals[process].get(number);
             for own in 0..local.own.len() {
-                self.take_own(&vector, transit, process, (number, local), own, &mut out)?;
+                self.take_own(vector, transit, process, (number, local), own, &mut out)?;
             }
             for receive in 0..local.receives.len() {
-                self.take_receive(&vector, transit, process, (number, local), receive, &mut out)?;
+                self.take_receive(vector, transit, process, (number, local), receive, &mut out)?;
             }
             if out.len() > 0 {
                 return Ok(true);
@@ -505,7 +512,7 @@ impl Semantics {
         Ok(false)
     }
 
-    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[crate::tables::Moved], Gap> {
+    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[Moved], Gap> {
         let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
         let key: Vec<u32> = std::iter::once(state[self.slots.environment as usize]).chain(driven).collect();
         match self.tables.moves[instant as usize].get(&key) {
@@ -514,14 +521,12 @@ impl Semantics {
         }
     }
 
-    fn apply(&self, draft: &mut Draft<'_>, state: &[u32], instant: Instant, index: usize) -> Result<Fate, Gap> {
-        let moved = &self.moves(state, instant)?[index];
+    fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {
         draft.set(self.slots.environment, moved.state);
-        let mut fate = Fate::GoOn;
-        for (process, step) in &moved.processes {
-            fate = fate.and(self.follow(draft, *process, *step)?);
-        }
-        Ok(fate)
+        let steps = moved.processes.iter();
+        steps
+            .map(|(process, step)| self.follow(draft, *process, *step))
+            .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))
     }
 
     /// Adds a successor.

@@ -139,6 +139,8 @@ pub(crate) struct Tables {
     pub(crate) monitors: Interner<Watching>,
     pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>>; 2],
     pub(crate) driven: Vec<usize>,
+    /// The processes that send on channels of capacity 0.
+    pub(crate) shakers: Vec<usize>,
     environment: Arc<dyn crate::Environment>,
     pub(crate) ticks: Option<Ticks>,
     /// The channel of the ticks.
@@ -187,6 +189,7 @@ impl Tables {
             monitors: Interner::default(),
             moves: [HashMap::new(), HashMap::new()],
             driven: model.environment.driven().iter().map(|id| id.index()).collect(),
+            shakers: topology.processes().filter(|id| shakes_hands(&topology, *id)).map(ProcessId::index).collect(),
             environment: Arc::clone(&model.environment),
             ticks: model.ticks,
             onlooker: model.onlooker.clone(),
@@ -493,8 +496,8 @@ impl Tables {
             for (process, state) in driven.iter().zip(states) {
                 let mut after = self.locals[*process].get(*state).process.clone();
                 (told.update)(self.id(*process), after.as_mut());
-                let step = self.settle(*process, *state, after)?;
-                if step != (Step { next: *state, renaming: 0 }) {
+                if !after.same_state(self.locals[*process].get(*state).process.as_ref()) {
+                    let step = self.settle(*process, *state, after)?;
                     processes.push((*process, step));
                 }
             }
@@ -550,6 +553,14 @@ fn renumbered(changes: &Renaming, channel: ChannelId, number: RequestNumber) -> 
 
 fn is_topic(topology: &Topology, channel: ChannelId, message: &Message) -> bool {
     topology.get(channel).domain.shape_of(message).is_some_and(|shape| shape.role() == Role::Topic)
+}
+
+/// Whether a process sends on a channel of capacity 0.
+fn shakes_hands(topology: &Topology, process: ProcessId) -> bool {
+    let is_composed = topology.processes().any(|part| part != process && topology.whole(part) == process);
+    let mut channels = topology.channels().map(|id| topology.get(id));
+    !is_composed
+        && channels.any(|channel| channel.capacity == Capacity::Zero && topology.is_part_of(process, channel.source))
 }
 
 /// The channel on which a generator sends its ticks.

@@ -7,7 +7,7 @@ use channels::{
     Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
     NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
 };
-use explorer::{Closed, Limits, Model, Outcome, Refused, explore};
+use explorer::{Closed, Limits, Model, Outcome, Reduction, Refused, explore};
 
 /// Two processes with a channel from the first to the second.
 fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
@@ -49,7 +49,7 @@ fn a_counter_without_end_is_refused() {
 
 #[test]
 fn a_search_ends_where_its_memory_does() {
-    let limits = Limits { memory: 5_000_000, reduce: false, ..Limits::default() };
+    let limits = Limits { memory: 5_000_000, reduction: Reduction::Off, ..Limits::default() };
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
     assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
     assert!(found.progress.states > 100 && found.progress.depth > 100, "{:?}", found.progress);

@@ -19,6 +19,7 @@ impl Macrostep<'_, '_> {
         domains.extend(enabled.iter().map(|transition| self.domain(*transition)));
         self.exit_states(&domains);
         for transition in &enabled {
+            self.machine.scratch.taken.insert(transition.index());
             self.execute(&self.chart.transition(*transition).content);
         }
         self.begin_entry();

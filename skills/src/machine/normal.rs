@@ -20,6 +20,7 @@ impl Machine {
     /// if too many delayed events wait.
     pub fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.check()?;
+        self.scratch.taken.clear();
         form.queue(self.timers.len(), || {
             format!("more than {} delayed events wait in {}", NormalForm::QUEUE, self.chart.name())
         })?;

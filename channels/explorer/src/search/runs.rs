@@ -38,7 +38,7 @@ impl Search<'_> {
         let Desk { state, successors, passage, .. } = desk;
         let found = (0..successors.len()).filter_map(|index| {
             let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
-            if self.limits.reduce && fate == Fate::GoOn {
+            if self.reduce && fate == Fate::GoOn {
                 fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ()).expect(KNOWN);
                 changes = &passage.changes;
             }
@@ -58,7 +58,7 @@ impl Search<'_> {
         self.unpack_and_expand(number, desk);
         let Desk { state, successors, passage, .. } = desk;
         let mut steps = self.semantics.path_steps(state.slots(), successors.label(index));
-        if self.limits.reduce && successors.fate(index) == Fate::GoOn {
+        if self.reduce && successors.fate(index) == Fate::GoOn {
             let visit = |state: &[u32], label: &_| steps.extend(self.semantics.path_steps(state, label));
             passage.follow(&self.semantics, state.slots(), successors.changes(index), visit).expect(KNOWN);
         }
