@@ -502,9 +502,73 @@ fn policy(
 }
 
 #[cfg(test)]
+#[path = "../../channels/tests/system/lockstep.rs"]
+mod lockstep;
+
+#[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use super::lockstep::Lockstep;
     use super::*;
     use crate::scenario::find;
+
+    fn wired(name: &str) -> Wired {
+        let found = find::find(name).expect("a scenario");
+        wire(&Scenario::load(&found, &[]).expect("a sound scenario"), &Streams::new(1)).expect("a system")
+    }
+
+    /// Lets a system run for a minute beside its normal form, and returns the number of steps.
+    fn walk_beside_normal_form(mut wired: Wired) -> usize {
+        let mut pair = Lockstep::new(&wired.system, Duration::ZERO);
+        let generator = wired.ids.tree.expect("it has a tree").tick_generator;
+        let mut steps = 0;
+        for tenth in 0..600 {
+            if tenth % 10 == 0 {
+                pair.tick(generator);
+            }
+            steps += (0..40).take_while(|_| pair.step(wired.scheduler.as_mut())).count();
+            pair.advance(Duration::from_millis(100));
+        }
+        steps
+    }
+
+    #[test]
+    fn nobody_can_tell_devices_from_their_normal_forms() {
+        let steps = walk_beside_normal_form(wired("parcel"));
+        assert!(steps > 100, "{steps} steps");
+    }
+
+    #[test]
+    fn nobody_can_tell_a_model_without_chance_from_its_normal_form() {
+        let lift = Path::new(env!("CARGO_MANIFEST_DIR")).join("roaml/tests/models/lift");
+        let folder = tempfile::tempdir().expect("a folder");
+        for entry in std::fs::read_dir(&lift).expect("its files") {
+            let file = entry.expect("a file").path();
+            let mut text = std::fs::read_to_string(&file).expect("a text");
+            if let Some((before, after)) = text.split_once("<target id=\"idle\">") {
+                let (_, after) = after.split_once("</target>").expect("its end");
+                text = format!("{before}{after}").replace(" prob=\"0.75\"", "");
+            }
+            std::fs::write(folder.path().join(file.file_name().expect("a name")), text).expect("a copy");
+        }
+        let steps = walk_beside_normal_form(wired(&folder.path().join("main.xml").display().to_string()));
+        assert!(steps > 100, "{steps} steps");
+
+        let mut by_chance = wired(&lift.join("main.xml").display().to_string()).system;
+        let refused = (0..600).find_map(|tenth| {
+            by_chance.advance(Duration::from_millis(100) * tenth);
+            let generator = by_chance.topology().find_process(TICK_GENERATOR).expect("it has a tree");
+            if tenth % 10 == 0 {
+                by_chance.generate_tick(generator);
+            }
+            let mut in_turn = channels::RoundRobin::default();
+            by_chance.run(&mut in_turn, 10_000).for_each(|event| drop(event.expect("a sound message")));
+            let (id, why) = by_chance.fork().normalize().err()?;
+            Some(format!("{}: {why}", by_chance.topology().name(id)))
+        });
+        assert_eq!(refused.as_deref(), Some("Lift: it draws random numbers"));
+    }
 
     #[test]
     fn starving_a_process_leaves_the_choice_among_the_others_to_the_policy() {
