@@ -1,5 +1,7 @@
 //! How fast states are found, and what they take: philosophers who ask for their forks and wait for an answer.
 
+use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use channels::{
@@ -8,7 +10,7 @@ use channels::{
 };
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use explorer::{Closed, Limits, Model, Reduction, explore};
+use explorer::{Closed, Limits, Model, Reduction, explore, promela};
 
 fn main() {
     divan::main();
@@ -66,4 +68,32 @@ fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
     let found = run().progress;
     eprintln!("{guests} guests: {} states, {:.1} bytes each", found.states, found.memory as f64 / found.states as f64);
     bencher.counter(ItemsCount::new(found.states)).bench(run);
+}
+
+/// The same model in SPIN, without its reduction: the items are the same states.
+#[divan::bench(args = [5, 6], sample_count = 3)]
+fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
+    let model = Model::new(&table(guests), None, Arc::new(Closed));
+    let exported = promela(&model, None, &Limits::default(), &mut |_| ()).expect("a finite system");
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("model.pml"), exported.text).expect("a file");
+    let compile = "spin -a -o1 -o2 -o3 model.pml && cc -O2 -w -DSAFETY -DNOREDUCE -o pan pan.c";
+    if Command::new("spin").arg("-V").output().is_err() || run(folder.path(), compile).is_none() {
+        return eprintln!("not run here: there is no spin, or no cc");
+    }
+    let search = || run(folder.path(), "./pan -m4000000 -n").expect("an answer of SPIN's");
+    let said = search();
+    let number = |words: &str| {
+        let line = said.lines().find(|line| line.contains(words));
+        line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).expect("a number")
+    };
+    let (states, megabytes) = (number("states, stored"), number("actual memory usage for states"));
+    eprintln!("{guests} guests in SPIN: {states} states, {:.1} bytes each", megabytes * 1024.0 * 1024.0 / states);
+    bencher.counter(ItemsCount::new(exported.states)).bench(search);
+}
+
+/// Runs a command in a folder; what it prints, if it succeeds.
+fn run(folder: &Path, command: &str) -> Option<String> {
+    let output = Command::new("sh").args(["-c", command]).current_dir(folder).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }

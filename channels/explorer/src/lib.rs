@@ -53,6 +53,12 @@
 //! which time passes, none of which is passed through. Nothing is passed through forever, since every 64th state in a
 //! row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so a run that the
 //! search finds may not be a shortest one.
+//!
+//! # Asking SPIN
+//!
+//! [`promela`] writes a model as a program for [SPIN](https://spinroot.com). It has a guarded step for each transition
+//! of each process, and SPIN composes them by itself. Without partial-order reduction and its dataflow optimizations
+//! (`spin -a -o1 -o2 -o3`, `-DNOREDUCE`), SPIN stores as many states as a search without [`Reduction`].
 
 mod error;
 mod interner;
@@ -60,6 +66,7 @@ mod local;
 mod model;
 mod passage;
 mod path;
+mod promela;
 mod search;
 mod semantics;
 mod store;
@@ -68,5 +75,6 @@ mod tables;
 pub use error::Refused;
 pub use model::{Closed, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
 pub use path::{Path, PathStep, Replay, ReplayError};
+pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limits, Outcome, Progress, Reduction, explore};
 pub use semantics::Damage;

@@ -129,24 +129,38 @@ fn search(
     reduce: bool,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Exploration, Refused> {
-    let (tables, start) = Tables::new(model, property)?;
-    let slots = Slots::new(&tables);
-    let store = Store::new(&slots.vector(&start));
-    let semantics = Semantics {
-        hold: model.faults.delayed.1,
-        anywhere: model.anywhere,
-        has_monitor: property.is_some(),
-        tables,
-        slots,
-    };
-    let mut search =
-        Search { semantics, store, limits, reduce, layers: vec![0], quiet: 0, transitions: 0, stuck: Vec::new() };
+    let mut search = Search::new(model, property, limits, reduce)?;
     let end = match property.map_or(Verdict::Inconclusive, Monitor::verdict) {
         Verdict::True => End::Complete,
         Verdict::False => End::Bad { from: None, kind: Bad::Violated },
         Verdict::Inconclusive => search.run(progress)?,
     };
     Ok(search.conclude(end, property.is_some()))
+}
+
+/// All states of a model, with what was computed about them.
+pub(crate) struct AllStates {
+    pub(crate) semantics: Semantics,
+    pub(crate) start: Vec<u32>,
+    pub(crate) states: u64,
+    /// Whether there was enough memory.
+    pub(crate) is_complete: bool,
+}
+
+/// Finds all states, also where the property is violated elsewhere.
+pub(crate) fn find_all(
+    model: &Model,
+    property: Option<&dyn Monitor>,
+    limits: &Limits,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<AllStates, Refused> {
+    let mut search = Search { goes_on: true, ..Search::new(model, property, limits, false)? };
+    let is_open = property.is_none_or(|property| property.verdict() == Verdict::Inconclusive);
+    let is_complete = !is_open || matches!(search.run(progress)?, End::Complete);
+    let mut start = Unpacked::default();
+    search.store.unpack(0, &mut start);
+    let states = u64::from(search.store.len());
+    Ok(AllStates { semantics: search.semantics, start: start.slots().to_vec(), states, is_complete })
 }
 
 /// How a search ended.
@@ -180,6 +194,8 @@ struct Search<'a> {
     transitions: u64,
     /// The quiet states in which a tick is lost, whatever the environment does.
     stuck: Vec<u32>,
+    /// Whether it goes on where it finds something bad.
+    goes_on: bool,
 }
 
 /// What became of states that were expanded without changing anything.
@@ -214,7 +230,22 @@ struct Desk {
     words: Vec<u64>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(model: &Model, property: Option<&dyn Monitor>, limits: &'a Limits, reduce: bool) -> Result<Self, Refused> {
+        let (tables, start) = Tables::new(model, property)?;
+        let slots = Slots::new(&tables);
+        let store = Store::new(&slots.vector(&start));
+        let semantics = Semantics {
+            hold: model.faults.delayed.1,
+            anywhere: model.anywhere,
+            has_monitor: property.is_some(),
+            tables,
+            slots,
+        };
+        let (layers, stuck) = (vec![0], Vec::new());
+        Ok(Self { semantics, store, limits, reduce, layers, quiet: 0, transitions: 0, stuck, goes_on: false })
+    }
+
     fn progress(&self) -> Progress {
         Progress {
             states: u64::from(self.store.len()),
@@ -326,7 +357,7 @@ impl Search<'_> {
             Fate::Violated => Bad::Violated,
             Fate::Endless => Bad::Endless,
         };
-        Ok(Some((Some(index as u32), bad)))
+        Ok((!self.goes_on).then_some((Some(index as u32), bad)))
     }
 
     /// Stores what was found from the states that begin with the `next` one. Returns how the search ends, if it does.

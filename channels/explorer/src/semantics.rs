@@ -614,7 +614,7 @@ impl Semantics {
     }
 
     /// The processes that are not composed of others.
-    fn populated(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn populated(&self) -> impl Iterator<Item = usize> {
         (0..self.tables.locals.len()).filter(|process| self.tables.locals[*process].len() > 0)
     }
 
@@ -629,7 +629,7 @@ impl Semantics {
 
 impl Local {
     /// Whether it waits for a tick on this channel.
-    fn awaits_any(&self, channel: usize) -> bool {
+    pub(crate) fn awaits_any(&self, channel: usize) -> bool {
         self.receives.iter().any(|receive| receive.channel == channel && receive.pattern == Pattern::Any)
     }
 }

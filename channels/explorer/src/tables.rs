@@ -508,6 +508,14 @@ impl Tables {
         Ok(())
     }
 
+    /// The moves of the environment, in the order of their keys.
+    pub(crate) fn sorted_moves(&self, instant: Instant) -> Vec<(&[u32], &[Moved])> {
+        let moves = self.moves[instant as usize].iter().map(|(key, moves)| (key.as_slice(), moves.as_slice()));
+        let mut moves: Vec<_> = moves.collect();
+        moves.sort_unstable_by_key(|(key, _)| *key);
+        moves
+    }
+
     fn refused(&self, process: usize, why: NoNormalForm) -> Refused {
         let (reason, help) = in_words(why);
         Refused::Process { process: self.names[process].clone(), reason, help }

@@ -7,7 +7,7 @@ use channels::{
     Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
     NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
 };
-use explorer::{Closed, Limits, Model, Outcome, Reduction, Refused, explore};
+use explorer::{Closed, Limits, Model, NotExported, Outcome, Reduction, Refused, explore, promela};
 
 /// Two processes with a channel from the first to the second.
 fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
@@ -95,6 +95,15 @@ fn messages_that_pile_up_are_shown_by_a_run() {
     let Outcome::Endless(path) = found.outcome else { panic!("{:?}", found.outcome) };
     assert_eq!(path.steps().len(), NormalForm::QUEUE + 1);
     path.replay(&model, None).expect("a run of the channel system");
+    let exported = promela(&model, None, &Limits::default(), &mut |_| ()).expect("a finite model");
+    assert_eq!(exported.text.matches("assert(false)").count(), 1, "{}", exported.text);
+}
+
+#[test]
+fn an_export_needs_all_states() {
+    let limits = Limits { memory: 5_000_000, ..Limits::default() };
+    let refused = promela(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).unwrap_err();
+    assert!(matches!(refused, NotExported::OutOfMemory { states } if states > 100), "{refused}");
 }
 
 /// Nobody has said which of its states are alike.

@@ -3,3 +3,4 @@
 mod limits;
 mod naive;
 mod random_systems;
+mod spin;

@@ -21,14 +21,14 @@ use crate::naive::{Counts, enumerate};
 const PERIOD: Duration = Duration::from_secs(10);
 
 /// A system, and what surrounds it.
-struct Sample {
-    system: ChannelSystem,
-    ticks: Ticks,
-    environment: Arc<dyn Environment>,
-    monitor: Option<GraphMonitor>,
+pub(crate) struct Sample {
+    pub(crate) system: ChannelSystem,
+    pub(crate) ticks: Ticks,
+    pub(crate) environment: Arc<dyn Environment>,
+    pub(crate) monitor: Option<GraphMonitor>,
 }
 
-fn sample(seed: u64) -> Sample {
+pub(crate) fn sample(seed: u64) -> Sample {
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut topology = Topology::default();
     let mut process = |name: &str| topology.process(name).expect("a new name");
@@ -326,7 +326,7 @@ impl Environment for Weather {
 }
 
 /// What may happen to the messages of some channels: nothing in most systems.
-fn message_faults(seed: u64, system: &ChannelSystem) -> MessageFaults {
+pub(crate) fn message_faults(seed: u64, system: &ChannelSystem) -> MessageFaults {
     let rng = &mut ChaCha8Rng::seed_from_u64(!seed);
     let topology = system.topology();
     let has_room = |id: &ChannelId| topology.get(*id).capacity == Capacity::One;

@@ -1,0 +1,197 @@
+//! The transitions of processes, and what the monitor makes of messages.
+
+use std::collections::BTreeMap;
+
+use channels::{Capacity, Verdict};
+
+use super::{MONITOR, Writer, any, choice, either, in_words};
+use crate::local::{Own, REFUSED, Step, UNKNOWN, Watching, entry};
+
+/// A transition of the system.
+pub(super) struct Transition {
+    /// The processes that take part, each in one of its states.
+    pub(super) of: Vec<(usize, u32)>,
+    pub(super) guard: String,
+    pub(super) body: String,
+    pub(super) words: String,
+}
+
+/// By channel and message: the processes that receive it, each in one of its states.
+type Receivers = BTreeMap<(usize, u32), Vec<(usize, u32, Step)>>;
+
+impl Writer<'_> {
+    /// All transitions of the processes.
+    pub(super) fn steps(&mut self) -> Vec<Transition> {
+        let semantics = self.semantics;
+        let receivers = self.receivers();
+        let mut steps = Vec::new();
+        for process in semantics.populated() {
+            for (state, local) in (0..).zip(semantics.tables.locals[process].iter()) {
+                for own in local.own.iter().filter(|own| own.step != Step::UNKNOWN) {
+                    self.own(process, state, own, &receivers, &mut steps);
+                }
+            }
+        }
+        for ((channel, content), receivers) in &receivers {
+            if semantics.tables.lines[*channel].capacity == Capacity::One {
+                for (process, state, step) in receivers {
+                    self.receive(*channel, *content, (*process, *state, *step), &mut steps);
+                }
+            }
+        }
+        steps
+    }
+
+    fn receivers(&self) -> Receivers {
+        let mut receivers = Receivers::new();
+        for process in self.semantics.populated() {
+            for (state, local) in (0..).zip(self.tables().locals[process].iter()) {
+                for receive in &local.receives {
+                    let known = (0..).zip(&receive.steps).filter(|(_, step)| ![UNKNOWN, REFUSED].contains(&step.next));
+                    for (content, step) in known {
+                        receivers.entry((receive.channel, content)).or_default().push((process, state, *step));
+                    }
+                }
+            }
+        }
+        receivers
+    }
+
+    /// An internal action or a send.
+    fn own(&mut self, process: usize, state: u32, own: &Own, receivers: &Receivers, steps: &mut Vec<Transition>) {
+        let semantics = self.semantics;
+        let name = &semantics.tables.names[process];
+        let is_here = format!("{} == {state}", self.process(process));
+        let follow = self.follow(process, own.step);
+        let of = vec![(process, state)];
+        let Some((channel, content)) = own.sends else {
+            let words = format!("{name} acts");
+            steps.push(Transition { of, guard: is_here, body: follow.join("; "), words });
+            return;
+        };
+        let line = &semantics.tables.lines[channel];
+        let words = format!("{name} sends {}", self.message(channel, content));
+        if line.capacity == Capacity::Zero {
+            let peers = receivers.get(&(channel, content)).into_iter().flatten();
+            for (receiver, on, receiving) in peers.filter(|(receiver, ..)| *receiver != process) {
+                let guard = format!("{is_here} && {} == {on}", self.process(*receiver));
+                let changes = [follow.clone(), self.follow(*receiver, *receiving)].concat();
+                let words = format!("{words} to {}", semantics.tables.names[*receiver]);
+                let of = vec![(process, state), (*receiver, *on)];
+                steps.push(Transition { of, guard, body: self.observed(channel, content, changes), words });
+            }
+            return;
+        }
+        let variable = self.channel(channel);
+        let has_room = self.has_room(channel, content);
+        let mut push = |guard: &str, change: &str, words: String| {
+            let guard = format!("{is_here} && {has_room}{guard}");
+            let body = [vec![change.to_owned()], follow.clone()].concat().join("; ");
+            steps.push(Transition { of: of.clone(), guard, body, words });
+        };
+        push("", &format!("{variable} = {content}"), words.clone());
+        if line.may_fail && semantics.tables.transits.get(0).losses > 0 {
+            push(" && losses > 0", &format!("{variable} = 0; losses--"), format!("{words}, which is lost"));
+        }
+        if self.may_hold(channel) {
+            let hold =
+                format!("{variable} = {content}; delays--; {} = {}", self.held(channel), self.time(semantics.hold));
+            push(" && delays > 0", &hold, format!("{words}, which is held back"));
+        }
+    }
+
+    /// Whether a channel is empty, or holds a message that gives way to this one.
+    fn has_room(&mut self, channel: usize, content: u32) -> String {
+        let (line, variable) = (&self.semantics.tables.lines[channel], self.channel(channel));
+        let is_empty = format!("{variable} == 0");
+        let messages = 1..line.contents.len() as u32;
+        let mut older = messages.filter(|waiting| line.gives_way(*waiting, content));
+        let Some(first) = older.next() else { return is_empty };
+        if let Some(known) = self.rooms.get(&(channel, first)) {
+            return known.clone();
+        }
+        let gives_way = any(&variable, std::iter::once(first).chain(older));
+        let room = match self.may_hold(channel) {
+            true => format!("({is_empty} || ({gives_way} && {} < 0))", self.held(channel)),
+            false => either(vec![is_empty, gives_way]),
+        };
+        self.rooms.insert((channel, first), room.clone());
+        room
+    }
+
+    fn receive(
+        &mut self,
+        channel: usize,
+        content: u32,
+        (process, state, step): (usize, u32, Step),
+        steps: &mut Vec<Transition>,
+    ) {
+        let semantics = self.semantics;
+        let variable = self.channel(channel);
+        let mut guard = format!("{} == {state} && {variable} == {content}", self.process(process));
+        if self.may_hold(channel) {
+            guard += &format!(" && {} < 0", self.held(channel));
+        }
+        let words = format!("{} receives {}", semantics.tables.names[process], self.message(channel, content));
+        let follow = self.follow(process, step);
+        let mut push = |guard: String, change: String, words: String| {
+            let body = self.observed(channel, content, [vec![change], follow.clone()].concat());
+            steps.push(Transition { of: vec![(process, state)], guard, body, words });
+        };
+        push(guard.clone(), format!("{variable} = 0"), words.clone());
+        if semantics.tables.lines[channel].may_fail && semantics.tables.transits.get(0).repeats > 0 {
+            let words = format!("{words}, which will be repeated");
+            push(format!("{guard} && repeats > 0"), "repeats--".to_owned(), words);
+        }
+    }
+
+    fn message(&self, channel: usize, content: u32) -> String {
+        self.tables().lines[channel].contents.get(content).as_ref().map(in_words).unwrap_or_default()
+    }
+
+    /// What a message becomes of each state of the monitor: the states with each verdict afterwards.
+    fn after(&self, channel: usize, content: u32) -> Vec<(u32, u32, Verdict)> {
+        if !self.semantics.has_monitor || self.tables().lines[channel].is_internal {
+            return Vec::new();
+        }
+        let monitors = &self.tables().monitors;
+        let after =
+            |watching: &Watching| watching.after.get(channel).map_or(UNKNOWN, |after| entry(after, content, UNKNOWN));
+        let known = (0..).zip(monitors.iter().map(after)).filter(|(_, after)| *after != UNKNOWN);
+        known.map(|(before, after)| (before, after, monitors.get(after).verdict)).collect()
+    }
+
+    /// Changes that the monitor observes; none if that decides the property.
+    fn observed(&self, channel: usize, content: u32, mut changes: Vec<String>) -> String {
+        let after = self.after(channel, content);
+        if after.iter().any(|(before, after, verdict)| *verdict == Verdict::Inconclusive && before != after) {
+            changes.push(format!("OBSERVE_{channel}_{content}"));
+        }
+        let before = |verdict| after.iter().filter(move |after| after.2 == verdict).map(|(before, ..)| *before);
+        let decided = [(Verdict::False, "assert(false)"), (Verdict::True, "skip")];
+        let decided = decided.into_iter().filter(|(verdict, _)| before(*verdict).next().is_some());
+        let options: Vec<String> =
+            decided.map(|(verdict, says)| format!(":: {} -> {says}", any(MONITOR, before(verdict)))).collect();
+        match options.is_empty() {
+            true => changes.join("; "),
+            false => format!("if {} :: else -> {} fi", options.join(" "), changes.join("; ")),
+        }
+    }
+
+    /// `OBSERVE_2_5`: the monitor observes message 5 of channel 2.
+    pub(super) fn observing_macros(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (channel, line) in self.tables().lines.iter().enumerate() {
+            for content in 1..line.contents.len() as u32 {
+                let after = self.after(channel, content).into_iter();
+                let changes =
+                    after.filter(|(before, after, verdict)| *verdict == Verdict::Inconclusive && before != after);
+                let options: Vec<String> = changes
+                    .map(|(before, after, _)| format!(":: {MONITOR} == {before} -> {MONITOR} = {after}"))
+                    .collect();
+                lines.extend(choice(&options).map(|choice| format!("#define OBSERVE_{channel}_{content} {choice}")));
+            }
+        }
+        lines
+    }
+}
