@@ -2,8 +2,8 @@
 //!
 //! The text is made from the tables of a search, not from the states that it found: SPIN composes those itself, by the
 //! rules of channel systems. There is a variable for each process, each channel, the environment, the monitor and the
-//! time; a `d_step` for each transition of a process in each of its states; and an `atomic` sequence that lets time pass
-//! when no transition is enabled. No other state is stored, so SPIN stores exactly the states of a search without
+//! time; a `d_step` for each transition of a process in each of its states; and an `atomic` sequence that lets time
+//! pass when no transition is enabled. No other state is stored, so SPIN stores exactly the states of a search without
 //! reduction.
 
 mod passing;
