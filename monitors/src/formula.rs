@@ -93,7 +93,7 @@ impl MessageCondition {
     }
 
     /// Calls `visit` with the field, relation and constant of each comparison.
-    pub(crate) fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
+    pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
         match self {
             Self::True | Self::False => {}
             Self::Compare { field, relation, value } => visit(*field, *relation, value),
@@ -128,8 +128,32 @@ impl Formula {
         Self::Always(Box::new(self))
     }
 
+    /// Whether its form shows that it is a safety property: every run that violates it has a beginning that does, too.
+    /// A formula that demands something without a bound in time is none.
+    #[must_use]
+    pub fn is_safety(&self) -> bool {
+        self.is_bounded(true)
+    }
+
+    /// Whether nothing unbounded is demanded by the formula, or by its negation.
+    fn is_bounded(&self, holds: bool) -> bool {
+        match self {
+            Self::True | Self::False | Self::Event(_) => true,
+            Self::TimeUntil { relation, .. } => {
+                !holds || matches!(relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
+            }
+            Self::Not(a) => a.is_bounded(!holds),
+            Self::Next(a) => a.is_bounded(holds),
+            Self::Always(a) => holds && a.is_bounded(true),
+            Self::Eventually(a) => !holds && a.is_bounded(false),
+            Self::Until(a, b) => !holds && a.is_bounded(false) && b.is_bounded(false),
+            Self::And(parts) | Self::Or(parts) => parts.iter().all(|part| part.is_bounded(holds)),
+            Self::Implies(a, b) => a.is_bounded(!holds) && b.is_bounded(holds),
+        }
+    }
+
     /// Calls `visit` with each event, including those inside `time_until`.
-    pub(crate) fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
+    pub fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
         match self {
             Self::True | Self::False => {}
             Self::Event(event) | Self::TimeUntil { event, .. } => visit(event),
@@ -139,6 +163,39 @@ impl Formula {
                 a.events(visit);
                 b.events(visit);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use channels::{Capacity, Domain, Topology};
+
+    use super::*;
+
+    #[test]
+    fn what_demands_something_without_a_bound_is_no_safety_property() {
+        let mut topology = Topology::default();
+        let [from, to] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
+        let channel = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");
+        let event = || EventAtom { channel, condition: MessageCondition::True };
+        let seen = || Formula::Event(event());
+        let within = |relation| Formula::TimeUntil { event: event(), relation, ticks: 10 };
+        let eventually = |formula| Formula::Eventually(Box::new(formula));
+        let until = |a, b| Formula::Until(Box::new(a), Box::new(b));
+        for (formula, is_safety) in [
+            (seen().implies(within(Relation::Less)).always(), true),
+            (seen().implies(within(Relation::Greater)).always(), false),
+            (within(Relation::Greater).negated().always(), true),
+            (eventually(seen()), false),
+            (eventually(seen()).negated(), true),
+            (seen().implies(eventually(seen())).always(), false),
+            (eventually(seen()).implies(seen()), true),
+            (until(seen().negated(), seen()), false),
+            (until(seen(), seen()).negated(), true),
+            (Formula::Or(vec![seen().always().negated(), seen()]), false),
+        ] {
+            assert_eq!(formula.is_safety(), is_safety, "{formula:?}");
         }
     }
 }

@@ -114,6 +114,7 @@ mod load;
 mod machine;
 mod mutation;
 mod process;
+mod quantity;
 mod random;
 mod rehearsal;
 mod shipped;

@@ -23,6 +23,5 @@ pub(crate) struct Code {
     pub(super) program: Arc<str>,
     /// The data that the code mentions.
     pub(super) mentions: Vec<DataId>,
-    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
     pub(super) mentions_event: bool,
 }
