@@ -23,6 +23,7 @@ mod names;
 mod navigate;
 mod output;
 mod progress;
+mod prove;
 mod render;
 mod report;
 mod reproduce;
@@ -98,6 +99,8 @@ enum Command {
     Matrix(matrix::MatrixArgs),
     /// Simulates the paper's experiments and checks them against each of its claims
     Reproduce(reproduce::ReproduceArgs),
+    /// Proves properties of every run, or shows a shortest run that violates one
+    Prove(prove::ProveArgs),
     /// Makes the report of a recorded run, with its page and pictures
     Report(report::ReportArgs),
     /// Checks recorded event logs against properties
@@ -172,6 +175,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command),
         Some(Command::Navigate(args)) => navigate::navigate(args),
+        Some(Command::Prove(args)) => prove::prove(args),
         Some(Command::Report(args)) => report::report(args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(args),
         Some(Command::Schema { file }) => help::schema(*file).map(|()| ExitCode::SUCCESS),

@@ -90,6 +90,43 @@ impl Bar {
     }
 }
 
+/// How a search is going. Only on a terminal, and only on stderr.
+#[derive(Debug)]
+pub(crate) struct ProofBar(Option<ProgressBar>);
+
+impl ProofBar {
+    /// A line for the proof of a property.
+    pub(crate) fn new(silent: bool, property: &str) -> Self {
+        if silent || !std::io::stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+        let rate = |state: &ProgressState, text: &mut dyn Write| {
+            let _ = write!(text, "{:.0}", state.per_sec());
+        };
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}: {pos} states, {rate} a second, {wide_msg}")
+        {
+            bar.set_style(style.with_key("rate", rate));
+        }
+        bar.set_prefix(property.to_owned());
+        Self(Some(bar))
+    }
+
+    pub(crate) fn show(&self, progress: &explorer::Progress) {
+        if let Some(bar) = &self.0 {
+            bar.set_position(progress.states);
+            bar.set_message(format!("depth {}, {} MiB", progress.depth, progress.memory >> 20));
+        }
+    }
+
+    /// Takes the line away.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 /// How long what the bar of a campaign says of probabilities stays as it is.
 const ESTIMATES_STAY: Duration = Duration::from_millis(500);
 

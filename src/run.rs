@@ -1,6 +1,6 @@
 //! `steward run`, and `steward --scenario`: runs scenarios.
 
-mod select;
+pub(crate) mod select;
 mod table;
 
 use std::path::{Path, PathBuf};

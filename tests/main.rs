@@ -24,6 +24,7 @@ mod notices;
 mod outputs;
 mod programs;
 mod protocol;
+mod prove_command;
 mod published;
 mod ready_made_monitors;
 mod recordings;

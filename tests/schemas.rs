@@ -127,6 +127,16 @@ events = [{ event = "e", when = "(BatteryReader, BatteryLevel, true)", data = { 
 [stop]
 [snapshots]
 [expect]
+[prove.battery]
+drain_pct_per_tick = 1
+[prove.trips]
+[prove.messages]
+delay = 1
+delay_s = 2
+[prove.components.NAME]
+machine = "b.scxml"
+[prove.expect]
+PROPERTY = "proved"
 "#;
 
 /// One campaign for each form that its tables may have.
@@ -158,6 +168,7 @@ fn examples() -> [(Kind, Vec<Value>); 3] {
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
     let figure = figure.replace("[[people]]", "[[people]]\nfollows = true");
+    let figure = figure.replace("delay = 1\ndelay_s = 2", "lose = 1");
     let component = "program = [\"program\", \"argument\"]\nasks = [\"Navigation\"]\n";
     assert!(SCENARIO.contains(component));
     let with_component = |other: &str| as_json(&SCENARIO.replace(component, &format!("{other}\n")));
@@ -255,7 +266,7 @@ fn probes(key: &Key) -> Vec<Value> {
 
 /// What only a reader knows: a file that is not there, what another file has, a rule that binds two keys, a language
 /// inside of a text.
-const ONLY_THE_READER: [&str; 27] = [
+const ONLY_THE_READER: [&str; 30] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
     "actions.NAME.result",
@@ -275,6 +286,9 @@ const ONLY_THE_READER: [&str; 27] = [
     "parameters[].normal.min",
     "parameters[].to",
     "people[].stands_s",
+    "prove.messages.delay",
+    "prove.messages.delay_s",
+    "prove.properties",
     "repeats",
     "robot.lasers[]",
     "robot.lasers[].at",
@@ -393,6 +407,8 @@ fn the_keys_are_those_for_which_the_reader_asks() {
             "leaves",
             "leaves.NAME.data",
             "monitors[].events[].data",
+            "prove.components",
+            "prove.expect",
             "faults[]",
             "services",
             "topics",

@@ -45,6 +45,13 @@ impl BatteryReader {
         self.latest = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
     }
 
+    /// The latest level, in percent, and whether it is charging; `None` before the first.
+    #[must_use]
+    pub fn reading(&self) -> Option<(f64, bool)> {
+        let Latest { level, charging } = self.latest.as_ref()?;
+        Some((level.as_number()?, *charging == true.into()))
+    }
+
     fn answer(&self, request: &Message) -> Option<Message> {
         let latest = self.latest.as_ref()?;
         let value = if request.head() == Some("get_charging") { &latest.charging } else { &latest.level };

@@ -40,6 +40,17 @@ impl Localization {
         self.at = places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
     }
 
+    /// Receives where the robot is among the known places: at one of them, or at none.
+    pub fn set_place<'p>(&mut self, places: impl IntoIterator<Item = &'p str>, place: Option<&str>) {
+        self.at = places.into_iter().map(|known| (known.to_owned(), Some(known) == place)).collect();
+    }
+
+    /// The place at which the robot is, if it is at one that is known.
+    #[must_use]
+    pub fn place(&self) -> Option<&str> {
+        self.at.iter().find(|(_, there)| **there).map(|(name, _)| name.as_str())
+    }
+
     fn answer(&self, request: &Message) -> Option<Message> {
         let Some(Value::Symbol(place)) = request.field(2) else {
             return Some(error("the request names no place"));

@@ -17,6 +17,7 @@ mod monitoring;
 pub mod names;
 mod occurrences;
 pub mod processes;
+pub mod prove;
 pub mod scenario;
 pub mod schema;
 mod skill_errors;

@@ -13,6 +13,7 @@ mod model;
 mod model_entry;
 mod places;
 mod premises;
+mod prove;
 mod ready_made;
 mod robot;
 pub(crate) mod settings;
@@ -39,6 +40,9 @@ pub use find::Found;
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
 pub use premises::{Premises, PremisesEntry, Sites, Start};
+pub use prove::{
+    BatteryAssumption, Drained, MessageAssumption, Passes, ProofOutcome, ProveEntry, StandIn, TripAssumption,
+};
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;
 pub use skill::Skill;

@@ -12,7 +12,7 @@ use crate::output::note;
 
 /// The scenarios that are asked for, each once, and of them those that the filters let pass; without names, all that
 /// come with the program.
-pub(super) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
+pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
     let mut found: Vec<Found> = match names {
         [] => shipped(|_| true)?,
         names => names.iter().map(|name| meant(name)).collect::<Result<Vec<_>, _>>()?.concat(),

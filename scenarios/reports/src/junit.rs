@@ -24,10 +24,22 @@ pub fn write(path: &Path, runs: &[(Expected, &Report)]) -> Result<(), Error> {
     Ok(diagnostics::write_whole(path, document(runs))?)
 }
 
+/// Writes test cases to a file, with the folders on the way.
+///
+/// # Errors
+/// [`Error::File`] if that is not possible.
+pub fn write_suites(path: &Path, suites: &[Suite]) -> Result<(), Error> {
+    Ok(diagnostics::write_whole(path, document_of(suites))?)
+}
+
 /// The results of runs as JUnit XML.
 #[must_use]
 pub fn document(runs: &[(Expected, &Report)]) -> String {
     let suites: Vec<Suite> = runs.iter().map(|(expected, report)| Suite::of(expected, report)).collect();
+    document_of(&suites)
+}
+
+fn document_of(suites: &[Suite]) -> String {
     let counts = Counts::of(suites.iter().flat_map(|suite| &suite.cases));
     let suites: String = suites.iter().map(Suite::element).collect();
     format!(
@@ -62,19 +74,27 @@ impl fmt::Display for Counts {
     }
 }
 
-/// The test cases of a run.
-struct Suite {
+/// Test cases that belong together: those of a run, or of the proofs of a scenario.
+#[derive(Clone, Debug)]
+pub struct Suite {
+    /// Its name, escaped for XML.
     name: String,
-    facts: [(&'static str, String); 5],
+    facts: Vec<(&'static str, String)>,
     cases: Vec<Case>,
 }
 
 impl Suite {
+    /// The test cases of a scenario, with facts about them.
+    #[must_use]
+    pub fn new(scenario: &str, facts: Vec<(&'static str, String)>, cases: Vec<Case>) -> Self {
+        Self { name: escape(scenario), facts, cases }
+    }
+
     fn of(expected: &Expected, report: &Report) -> Self {
         let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
         Self {
             name: escape(&report.scenario),
-            facts: [
+            facts: vec![
                 ("seed", report.seed.to_string()),
                 ("version", report.version.clone()),
                 ("sim_time_s", report.sim_time_s.to_string()),
@@ -99,17 +119,30 @@ impl Suite {
 }
 
 /// A test case.
-struct Case {
-    group: &'static str,
-    name: String,
-    result: CaseResult,
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What it is about: `properties`, `expectations`, `proofs`.
+    pub group: &'static str,
+    /// Its name.
+    pub name: String,
+    /// What came of it.
+    pub result: CaseResult,
 }
 
 /// What came of a test case.
-enum CaseResult {
+#[derive(Clone, Debug)]
+pub enum CaseResult {
+    /// What was expected.
     Passed,
+    /// Nothing, and why.
     Skipped(String),
-    Failed { message: String, details: String },
+    /// Something else.
+    Failed {
+        /// What, in a line.
+        message: String,
+        /// Details, line by line; may be empty.
+        details: String,
+    },
 }
 
 impl Case {

@@ -94,6 +94,23 @@ impl MachineMonitor {
         (monitor as &dyn std::any::Any).downcast_ref()
     }
 
+    /// The machine as it was written.
+    pub(crate) fn chart(&self) -> &Chart {
+        self.machine.chart()
+    }
+
+    /// What the machine learns from messages on such channels: the numbers with which the conditions of its events
+    /// compare their fields, and the members of `_event.data` that hold a field.
+    pub(crate) fn learns(&self, of: impl Fn(ChannelId) -> bool) -> (Vec<f64>, Vec<&str>) {
+        let (mut numbers, mut members) = (Vec::new(), Vec::new());
+        for rule in self.rules.iter().filter(|rule| of(rule.channel)) {
+            rule.condition.comparisons(&mut |_, _, value| numbers.extend(value.as_number()));
+            let fields = rule.data.iter().filter(|(_, content)| matches!(content, Content::Field(_)));
+            members.extend(fields.map(|(name, _)| &**name));
+        }
+        (numbers, members)
+    }
+
     /// The errors of the machine's scripts, each once.
     pub(crate) fn errors(&self) -> &[String] {
         &self.errors

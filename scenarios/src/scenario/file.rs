@@ -15,6 +15,7 @@ use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
 use super::model_entry::ModelEntry;
 use super::premises::PremisesEntry;
+use super::prove::ProveEntry;
 use super::ready_made::ReadyMade;
 use super::robot::STEP;
 use super::stop::Stop;
@@ -60,6 +61,8 @@ pub struct ScenarioFile {
     pub snapshots: Snapshots,
     /// The expected results of the run.
     pub expect: Expectations,
+    /// What a proof assumes and asks.
+    pub prove: ProveEntry,
 }
 
 /// The form of the tree's process.
@@ -247,6 +250,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
     let snapshots = root.table("snapshots").optional().map_or_else(Snapshots::default, read_snapshots);
     let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
+    let prove = root.table("prove").optional().map_or_else(|| Some(ProveEntry::default()), ProveEntry::read);
     Some(ScenarioFile {
         about,
         seed,
@@ -266,6 +270,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         stop,
         snapshots,
         expect: expect?,
+        prove: prove?,
     })
 }
 

@@ -4,6 +4,7 @@ use devices::DeviceKind;
 use serde_json::{Value, json};
 
 use super::component_entry::{Form, forms};
+use super::prove::MEMORY_MB;
 use crate::faults::KINDS;
 use crate::schema::{
     Key, flag, json_schema, list, number, one_of, or, plain, point, points, pose, scalar, seconds, some_seconds, table,
@@ -39,7 +40,7 @@ pub fn schema() -> Value {
 /// All keys of a scenario file but the parameters of its faults, which depend on their [kinds](KINDS).
 #[must_use]
 pub fn keys() -> Vec<Key> {
-    let parts = [files(), robot(), execution(), world(), monitors(), faults(), ending()];
+    let parts = [files(), robot(), execution(), world(), monitors(), faults(), ending(), prove()];
     parts.into_iter().flatten().collect()
 }
 
@@ -610,5 +611,98 @@ fn ending() -> Vec<Key> {
             "The largest localization error that is expected, in metres.",
             number(0.0, 1e6),
         ),
+    ]
+}
+
+fn prove() -> Vec<Key> {
+    let names = || list("an array of names", &text());
+    let per_tick = || number(0.0, 100.0);
+    let level = json!({
+        "title": "a number from 0 to 100, or [lowest, highest]",
+        "anyOf": [per_tick(), { "type": "array", "items": per_tick(), "minItems": 2, "maxItems": 2 }],
+    });
+    let count = || or(with(whole(0), json!({ "maximum": 9 })), 0);
+    let ends = json!({ "type": "array", "items": text(), "minItems": 2, "maxItems": 2 });
+    let passes = json!({ "title": "`\"any\"`, a name, or an array of names", "anyOf": [text(), names()] });
+    vec![
+        Key::new("prove", "What `steward prove` assumes and proves.", table(json!({}))),
+        Key::new(
+            "prove.properties",
+            "The properties to be proved. If not given, all.",
+            json!({ "title": "a name, or an array of names", "anyOf": [text(), names()] }),
+        ),
+        Key::new(
+            "prove.memory_mb",
+            "How much memory the proof of a property may take, in MiB.",
+            or(with(whole(1), json!({ "maximum": 1 << 20 })), MEMORY_MB),
+        ),
+        Key::new(
+            "prove.threads",
+            "How many threads explore. If not given, as many as there are cores. The result is always the same.",
+            with(whole(1), json!({ "maximum": 1024 })),
+        ),
+        Key::new("prove.battery", "What the battery's level may do.", table(json!({}))),
+        Key::new(
+            "prove.battery.drain_pct_per_tick",
+            "How much the level falls per tick at most, in percent; it rises only at the charging station. Without it, \
+             the level may jump to anything at any time.",
+            per_tick(),
+        ),
+        Key::new(
+            "prove.battery.charge_pct_per_tick",
+            "How much the level rises at least in a tick in which it is charged throughout, in percent.",
+            or(per_tick(), 0),
+        ),
+        Key::new(
+            "prove.battery.start_pct",
+            "The level at the start, in percent. If not given, `battery.initial_pct`.",
+            level,
+        ),
+        Key::new("prove.trips", "What the trips of the built-in Navigation may do.", table(json!({}))),
+        Key::new(
+            "prove.trips.ticks",
+            "A trip ends before this number of ticks have come since its start. Without it, a trip may take any time.",
+            with(whole(1), json!({ "maximum": 10_000 })),
+        ),
+        Key::new("prove.trips.fail", "Whether trips may fail.", or(flag(), true)),
+        Key::new(
+            "prove.trips.passes",
+            "The places at which the robot may be on its way, besides the one that it leaves and the one it is sent to.",
+            or(passes, json!([])),
+        ),
+        Key::new("prove.messages", "What may happen to messages in transit.", table(json!({}))),
+        Key::new("prove.messages.lose", "How many messages of a run may be lost.", count()),
+        Key::new("prove.messages.repeat", "How many messages of a run may be delivered twice.", count()),
+        Key::new("prove.messages.delay", "How many messages of a run may be delayed.", count()),
+        Key::new("prove.messages.delay_s", "How long a delayed message is held, in seconds.", or(some_seconds(), 1)),
+        Key::new(
+            "prove.messages.on",
+            "The channels on which this may happen, by sender and receiver. If not given, all.",
+            or(list("[[from, to], …]", &ends), json!([])),
+        ),
+        Key::new(
+            "prove.drivers",
+            "When the drivers of the built-in components exchange data with them: between the steps of a run \
+             (`between-steps`), as in the simulation, or also while processes communicate (`anywhere`).",
+            or(one_of(&["between-steps", "anywhere"]), "between-steps"),
+        ),
+        Key::new(
+            "prove.components",
+            "Machines in place of components, by the name of the component.",
+            table(json!({})),
+        ),
+        Key::new("prove.components.NAME", "A component that a proof replaces by a machine.", table(json!({}))),
+        Key::new(
+            "prove.components.NAME.machine",
+            "The file of the machine. It keeps the component's interface, and may do whatever the component may do.",
+            text(),
+        )
+        .required(),
+        Key::new(
+            "prove.expect",
+            "What must come of the properties: `proved`, unless said otherwise.",
+            table(json!({})),
+        ),
+        Key::new("prove.expect.PROPERTY", "What must come of a property.", one_of(&["proved", "violated"])),
     ]
 }

@@ -28,7 +28,16 @@ impl Scenario {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
     pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, None)
+        Self::load_with(found, overrides, None, |_| Ok(()))
+    }
+
+    /// Loads a scenario like [`load`](Self::load), with the machines that its `[prove.components]` puts in place of
+    /// components.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub fn load_for_proof(found: &Found, overrides: &[String]) -> Result<Self, Error> {
+        Self::load_with(found, overrides, None, |file| file.prove.put_stand_ins(&mut file.components))
     }
 
     /// Loads a scenario like [`load`](Self::load), but shares all common files, and the data computed from the map,
@@ -37,13 +46,19 @@ impl Scenario {
     /// # Errors
     /// As for [`load`](Self::load).
     pub fn load_like(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        Self::load_with(found, overrides, Some(like))
+        Self::load_with(found, overrides, Some(like), |_| Ok(()))
     }
 
-    fn load_with(found: &Found, overrides: &[String], like: Option<&Self>) -> Result<Self, Error> {
+    fn load_with(
+        found: &Found,
+        overrides: &[String],
+        like: Option<&Self>,
+        change: impl FnOnce(&mut ScenarioFile) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
         let assignments = overrides.iter().map(String::as_str);
-        let file =
+        let mut file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
+        change(&mut file)?;
         let mut found = found.clone();
         if let Some(folder) = &file.folder {
             found.files = found.files.in_folder(&folder.value);

@@ -68,8 +68,9 @@ impl FromItem<'_> for Start {
 const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
 
 /// The keys of tables that ask something of a robot on a map.
-const OF_A_ROBOT: [(&str, &[&str]); 2] = [
+const OF_A_ROBOT: [(&str, &[&str]); 3] = [
     ("stop", &["at"]),
+    ("prove", &["battery", "trips"]),
     ("expect", &["reached", "not_reached", "max_collisions", "min_battery_pct", "max_localization_m"]),
 ];
 

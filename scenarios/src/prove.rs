@@ -1,0 +1,320 @@
+//! Proofs: every schedule of a scenario's tree, skills and components, and everything that may happen around them.
+//!
+//! A [`Proof`] is a scenario that is ready to be explored. The drivers of the built-in components, and the world behind
+//! them, are replaced by all that the scenario's `[prove]` allows. Its [`assumptions`](Proof::assumptions) say in words
+//! what that is.
+
+mod assumptions;
+mod environment;
+mod levels;
+mod subject;
+mod thresholds;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use channels::{ChannelId, ChannelSystem, Monitor};
+use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
+use explorer::{Environment, Exploration, Limits, MessageFaults, Model, Outcome, Progress, Refused, Ticks};
+use monitors::scope_monitor;
+use robot::Streams;
+
+use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
+use self::levels::{Levels, Rates, micros};
+use self::subject::process_of;
+use crate::Error;
+use crate::error::Complaints;
+use crate::monitoring::Monitoring;
+use crate::names::unknown;
+use crate::scenario::{BatteryAssumption, Passes, ProofOutcome, STEP, Scenario};
+use crate::tick_clock::AFTER_THE_START;
+use crate::wiring::{Ids, wire};
+
+/// A scenario whose properties can be proved.
+#[derive(Debug)]
+pub struct Proof {
+    scenario: Arc<Scenario>,
+    system: ChannelSystem,
+    ids: Ids,
+    monitoring: Arc<Monitoring>,
+    /// What its machines compare levels with.
+    thresholds: BTreeSet<i64>,
+    damaged: Vec<ChannelId>,
+    questions: Vec<Question>,
+}
+
+/// A property to be proved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// Its name.
+    pub property: String,
+    /// What must come of it.
+    pub expected: ProofOutcome,
+    /// Its number among the monitors.
+    monitor: usize,
+}
+
+/// What has come of a property.
+#[derive(Debug)]
+pub struct Answer {
+    /// What was explored.
+    pub model: Model,
+    /// What was found.
+    pub exploration: Exploration,
+}
+
+impl Answer {
+    /// The answer as an outcome that can be expected; `None` if there is none.
+    #[must_use]
+    pub fn outcome(&self) -> Option<ProofOutcome> {
+        match self.exploration.outcome {
+            Outcome::Proved => Some(ProofOutcome::Proved),
+            Outcome::Violated(_) => Some(ProofOutcome::Violated),
+            _ => None,
+        }
+    }
+}
+
+impl Proof {
+    /// Makes a scenario ready: it was loaded by [`Scenario::load_for_proof`]. Of its properties, those with these names
+    /// are to be proved; if there are none, those that it names.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that stands in the way of proofs.
+    pub fn new(scenario: Arc<Scenario>, only: &[String]) -> Result<Self, Error> {
+        subject::check(&scenario)?;
+        let wired = wire(&scenario, &Streams::new(scenario.file.seed))?;
+        let system = wired.system;
+        let monitoring = scenario.monitoring(system.topology())?;
+        let mut complaints = Complaints::default();
+        subject::check_assumptions(&scenario, &mut complaints);
+        let thresholds =
+            if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
+        let damaged = damaged(&scenario, &system, &mut complaints);
+        let questions = questions(&scenario, &monitoring, only, &mut complaints);
+        complaints.check()?;
+        Ok(Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, questions, system })
+    }
+
+    /// The properties to be proved.
+    #[must_use]
+    pub fn questions(&self) -> &[Question] {
+        &self.questions
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
+    }
+
+    /// What is assumed, one sentence each.
+    #[must_use]
+    pub fn assumptions(&self) -> Vec<String> {
+        assumptions::in_words(&self.scenario, &self.system)
+    }
+
+    /// An ordinary monitor of a property, at its start.
+    #[must_use]
+    pub fn monitor(&self, question: &Question) -> &dyn Monitor {
+        self.monitoring.monitors()[question.monitor].1.as_ref()
+    }
+
+    /// Explores everything until the property is decided.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if there is no end of states, with the process to which that is due.
+    pub fn prove(
+        &self,
+        question: &Question,
+        limits: &Limits,
+        progress: &mut dyn FnMut(&Progress),
+    ) -> Result<Answer, Error> {
+        let monitor = self.monitor(question);
+        let model = self.model(monitor)?;
+        let exploration = explorer::explore(&model, Some(monitor), limits, progress).map_err(refused)?;
+        Ok(Answer { model, exploration })
+    }
+
+    /// The system, its environment, and the ticks.
+    fn model(&self, monitor: &dyn Monitor) -> Result<Model, Error> {
+        let environment: Arc<dyn Environment> = match self.ids.robot {
+            Some(_) => Arc::new(self.environment(monitor)?),
+            None => Arc::new(explorer::Closed),
+        };
+        let execution = &self.scenario.file.execution;
+        let ticks = self.ids.tree.map(|ids| Ticks {
+            generator: ids.tick_generator,
+            period: execution.tick,
+            first: AFTER_THE_START,
+            step: STEP,
+        });
+        let model = Model::new(&self.system, ticks, environment);
+        let messages = &self.scenario.file.prove.messages;
+        let model = model.with_message_faults(MessageFaults {
+            lost: messages.lose,
+            repeated: messages.repeat,
+            delayed: (messages.delay, messages.hold),
+            channels: self.damaged.clone(),
+        });
+        Ok(if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model })
+    }
+
+    fn environment(&self, monitor: &dyn Monitor) -> Result<RobotEnvironment, Error> {
+        let Self { scenario, system, .. } = self;
+        let prove = &scenario.file.prove;
+        let ground = subject::ground(scenario, system);
+        let spot = |name: &str| ground.places.iter().position(|place| place == name);
+        let passes = match &prove.trips.passes {
+            Passes::Any => (0..ground.places.len()).collect(),
+            Passes::These(names) => names.iter().filter_map(|name| spot(&name.value)).collect(),
+        };
+        let trips = Trips {
+            process: process_of::<Navigation>(system, NAVIGATION),
+            ticks: prove.trips.ticks.map(|ticks| i64::try_from(ticks).unwrap_or(i64::MAX)),
+            may_fail: prove.trips.fail,
+            passes,
+        };
+        let battery = self.battery(monitor)?;
+        let localization = process_of::<Localization>(system, LOCALIZATION);
+        Ok(RobotEnvironment::new(battery, localization, trips, ground))
+    }
+
+    fn battery(&self, monitor: &dyn Monitor) -> Result<Option<Battery>, Error> {
+        let Some(process) = process_of::<BatteryReader>(&self.system, BATTERY_READER) else { return Ok(None) };
+        let mut complaints = Complaints::default();
+        let mut thresholds = self.thresholds.clone();
+        thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
+        complaints.check()?;
+        let file = &self.scenario.file;
+        let sim = &file.premises.as_ref().expect("only a robot has a battery").sim.battery;
+        let many = || "the levels that are compared and the drain make too many classes of levels";
+        let Some(drained) = (match &file.prove.battery {
+            BatteryAssumption::Free => None,
+            BatteryAssumption::Drained(drained) => Some(drained),
+        }) else {
+            let levels = Levels::new(&thresholds, [], None);
+            let help = "compare levels with fewer constants";
+            let levels = levels.ok_or_else(|| Error::refused(many(), help))?;
+            return Ok(Some(Battery { process, levels, bounds: None }));
+        };
+        let exact = |percent: f64| {
+            micros(percent).ok_or_else(|| {
+                let problem = drained.place.problem(format!("{percent} % has more than six decimals"));
+                Error::bad_input(problem.with_label("of this battery").with_help("levels are exact to six decimals"))
+            })
+        };
+        let rates = Rates { drain: exact(drained.drain_pct)?, charge: exact(drained.charge_pct)? };
+        let start = drained.start_pct.clone().unwrap_or(sim.initial_pct..=sim.initial_pct);
+        let [low, high, full] = [exact(*start.start())?, exact(*start.end())?, exact(sim.recharge_below_pct)?];
+        let levels = Levels::new(&thresholds, [low, high, full], Some(rates)).ok_or_else(|| {
+            let problem = drained.place.problem(many());
+            Error::bad_input(
+                problem.with_label("this battery").with_help("make the drain or the charge per tick larger"),
+            )
+        })?;
+        let class = |level| levels.class(level);
+        let bounds = Bounds { rates, start: (class(low), class(high)), is_full_from: class(full) };
+        Ok(Some(Battery { process, levels, bounds: Some(bounds) }))
+    }
+}
+
+fn has_battery(system: &ChannelSystem) -> bool {
+    process_of::<BatteryReader>(system, BATTERY_READER).is_some()
+}
+
+/// The channels on which messages may be damaged.
+fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<ChannelId> {
+    let topology = system.topology();
+    let holds = |channel: &ChannelId| topology.get(*channel).capacity == channels::Capacity::One;
+    let named = &scenario.file.prove.messages.on;
+    if named.is_empty() {
+        return topology.channels().filter(holds).collect();
+    }
+    let mut damaged = Vec::new();
+    for [from, to] in named {
+        let names = || topology.processes().map(|id| topology.name(id));
+        let [source, target] = [from, to].map(|name| {
+            let found = topology.find_process(&name.value);
+            if found.is_none() {
+                complaints.push(unknown("process", name, names()));
+            }
+            found
+        });
+        let Some((source, target)) = source.zip(target) else { continue };
+        match topology.channels().find(|id| (topology.get(*id).source, topology.get(*id).target) == (source, target)) {
+            Some(channel) if holds(&channel) => damaged.push(channel),
+            Some(_) => {
+                let problem =
+                    from.span.problem(format!("the channel from {} to {} holds no message", from.value, to.value));
+                complaints.push(problem.with_label("this channel").with_help("its messages are handed over at once"));
+            }
+            None => {
+                let problem = from.span.problem(format!("there is no channel from {} to {}", from.value, to.value));
+                let help = "name a sender and a receiver that have one: [\"Navigation\", \"GoToDestination\"]";
+                complaints.push(problem.with_label("these processes").with_help(help));
+            }
+        }
+    }
+    damaged
+}
+
+/// The properties to be proved.
+fn questions(
+    scenario: &Scenario,
+    monitoring: &Monitoring,
+    only: &[String],
+    complaints: &mut Complaints,
+) -> Vec<Question> {
+    let prove = &scenario.file.prove;
+    let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
+    let is_known = |name: &str| known().any(|other| other == name);
+    let named = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
+    for name in named.filter(|name| !is_known(&name.value) && scenario.file.means(name)) {
+        complaints.push(unknown("property", name, known()));
+    }
+    for name in only.iter().filter(|name| !is_known(name)) {
+        let known: Vec<&str> = known().collect();
+        let help = diagnostics::nearest_or_all(name, "properties", &known);
+        complaints.push(diagnostics::Problem::new(format!("there is no property `{name}`")).with_help(help));
+    }
+    let is_asked = |name: &str| match only {
+        [] => prove.properties.is_empty() || prove.properties.iter().any(|asked| asked.value == name),
+        only => only.iter().any(|asked| asked == name),
+    };
+    let expected = |name: &str| {
+        let said = prove.expect.iter().find(|(property, _)| property.value == name);
+        said.map_or(ProofOutcome::Proved, |(_, outcome)| *outcome)
+    };
+    let question =
+        |(monitor, name): (usize, &str)| Question { property: name.to_owned(), expected: expected(name), monitor };
+    let questions: Vec<Question> = known().enumerate().filter(|(_, name)| is_asked(name)).map(question).collect();
+    for Question { property, monitor, .. } in &questions {
+        let scope = scope_monitor(monitoring.monitors()[*monitor].1.as_ref());
+        if scope.is_some_and(|scope| !scope.formula().is_safety()) {
+            let message =
+                format!("the property {property} demands something without a bound, for which no search can wait");
+            let help =
+                "bound it in ticks, `time_until (…) < 60`, or prove others: `--property NAME`, `prove.properties`";
+            complaints.push(diagnostics::Problem::new(message).with_help(help));
+        }
+    }
+    if questions.is_empty() {
+        let problem = diagnostics::Problem::new(format!("the scenario {} has no property to be proved", scenario.name));
+        complaints.push(problem.with_help("name property files in its `properties`"));
+    }
+    questions
+}
+
+/// Why a system cannot be explored, as bad input.
+fn refused(error: Refused) -> Error {
+    let help = match &error {
+        Refused::Process { help, .. } | Refused::Property { help, .. } => help.clone(),
+        _ => None,
+    };
+    let problem = diagnostics::Problem::new(error.to_string());
+    Error::bad_input(problem.with_help(help.unwrap_or_else(|| "see docs/src/how-to/prove.md".to_owned())))
+}
+
+#[cfg(test)]
+mod tests;

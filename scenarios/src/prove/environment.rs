@@ -1,0 +1,348 @@
+//! What may happen around tree, skills and components: the drivers of the built-in components, and the world behind
+//! them, as an environment of a proof.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Process, ProcessId};
+use components::{BatteryReader, Localization, Navigation, TripStatus};
+use explorer::{Environment, Instant, Move};
+use robot::BatteryState;
+
+use super::levels::{Class, FULL, Levels, Rates};
+
+/// The battery, Localization and Navigation of a robot, of which everything may be expected that is assumed of them.
+#[derive(Clone, Debug)]
+pub(crate) struct RobotEnvironment {
+    driven: Vec<ProcessId>,
+    battery: Option<Battery>,
+    trips: Trips,
+    /// The places that anybody asks for, drives to, or passes.
+    places: Arc<[String]>,
+    /// All places, which Localization knows.
+    known: Arc<[String]>,
+    station: Option<Spot>,
+    start: Option<Spot>,
+}
+
+/// A place at which the robot is, by its number.
+type Spot = usize;
+
+/// The battery and its driver.
+#[derive(Clone, Debug)]
+pub(crate) struct Battery {
+    pub(crate) process: ProcessId,
+    pub(crate) levels: Levels,
+    /// What bounds its level; `None` if it may jump.
+    pub(crate) bounds: Option<Bounds>,
+}
+
+/// The bounds of a battery's level.
+#[derive(Clone, Debug)]
+pub(crate) struct Bounds {
+    pub(crate) rates: Rates,
+    /// The lowest and the highest class at the start.
+    pub(crate) start: (Class, Class),
+    /// From this class on, it need not be charged at the station.
+    pub(crate) is_full_from: Class,
+}
+
+/// Navigation and its driver.
+#[derive(Clone, Debug)]
+pub(crate) struct Trips {
+    pub(crate) process: Option<ProcessId>,
+    /// A trip ends before this number of ticks have come.
+    pub(crate) ticks: Option<i64>,
+    pub(crate) may_fail: bool,
+    /// The places at which the robot may be on its way.
+    pub(crate) passes: Vec<Spot>,
+}
+
+/// The places of a robot.
+#[derive(Clone, Debug)]
+pub(crate) struct Ground {
+    /// The places that matter.
+    pub(crate) places: Vec<String>,
+    /// All places.
+    pub(crate) known: Vec<String>,
+    pub(crate) station: Option<Spot>,
+    /// Where the robot is at the start, if that is one of the places.
+    pub(crate) start: Option<Spot>,
+}
+
+/// What is remembered from instant to instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct State {
+    /// Whether the drivers have told the processes anything.
+    has_begun: bool,
+    at: Option<Spot>,
+    /// How many ticks have come since the trip began, if they are bounded.
+    elapsed: i64,
+    /// The battery, if its level is bounded.
+    charge: Charge,
+}
+
+/// A battery whose level is bounded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Charge {
+    level: Class,
+    /// The level at the last tick.
+    at_tick: Class,
+    is_charging: bool,
+    /// What it has done since the last tick.
+    since: Since,
+}
+
+/// What a battery has done since the last tick, all the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+enum Since {
+    /// It was not charged.
+    #[default]
+    Drained,
+    Charged,
+    /// First one, then the other.
+    Mixed,
+}
+
+impl State {
+    fn encoded(self) -> Vec<i64> {
+        let Charge { level, at_tick, is_charging, since } = self.charge;
+        let at = self.at.map_or(-1, |at| at as i64);
+        let since = [Since::Drained, Since::Charged, Since::Mixed].iter().position(|one| *one == since).unwrap_or(0);
+        let [has_begun, is_charging] = [self.has_begun, is_charging].map(i64::from);
+        vec![has_begun, at, self.elapsed, level as i64, at_tick as i64, is_charging, since as i64]
+    }
+
+    fn decoded(numbers: &[i64]) -> Self {
+        let &[has_begun, at, elapsed, level, at_tick, is_charging, since] = numbers else {
+            unreachable!("states are encoded by `encoded`");
+        };
+        let since = [Since::Drained, Since::Charged, Since::Mixed][since as usize];
+        let charge = Charge { level: level as Class, at_tick: at_tick as Class, is_charging: is_charging == 1, since };
+        Self { has_begun: has_begun == 1, at: Spot::try_from(at).ok(), elapsed, charge }
+    }
+}
+
+/// Where a trip stands after a move.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    at: Option<Spot>,
+    elapsed: i64,
+    /// The status that Navigation is told, if there is a trip.
+    status: Option<TripStatus>,
+}
+
+/// What the battery's driver tells after a move.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    class: Class,
+    is_charging: bool,
+    charge: Charge,
+}
+
+impl RobotEnvironment {
+    pub(crate) fn new(
+        battery: Option<Battery>,
+        localization: Option<ProcessId>,
+        trips: Trips,
+        Ground { places, known, station, start }: Ground,
+    ) -> Self {
+        let battery_reader = battery.as_ref().map(|battery| battery.process);
+        let driven = [battery_reader, localization, trips.process].into_iter().flatten().collect();
+        let (places, known) = (places.into(), known.into());
+        Self { driven, battery, trips, places, known, station, start }
+    }
+
+    fn process<'p, P: Process>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p P> {
+        let index = self.driven.iter().position(|known| Some(*known) == id)?;
+        driven[index].as_any().downcast_ref()
+    }
+
+    /// How the trip may go on.
+    fn legs(&self, state: State, navigation: Option<&Navigation>, instant: Instant) -> Vec<Leg> {
+        let trip = navigation.and_then(|navigation| Some((navigation.trip_place()?, navigation.trip_status()?)));
+        let Some((to, TripStatus::Running)) = trip else {
+            let status = trip.map(|(_, status)| status);
+            return vec![Leg { at: state.at, elapsed: 0, status }];
+        };
+        let to = self.places.iter().position(|place| place == to.name());
+        let is_new = navigation.is_some_and(Navigation::has_orders);
+        let bound = self.trips.ticks;
+        let ticked = bound.is_some() && instant == Instant::Tick;
+        let elapsed = if is_new { 0 } else { state.elapsed } + i64::from(ticked);
+        let mut on_the_way = vec![state.at, None, to];
+        on_the_way.extend(self.trips.passes.iter().copied().map(Some));
+        on_the_way.sort_unstable();
+        on_the_way.dedup();
+        let everywhere = |status: TripStatus, elapsed| {
+            on_the_way.iter().map(move |at| Leg { at: *at, elapsed, status: Some(status) }).collect::<Vec<_>>()
+        };
+        let mut legs = vec![Leg { at: to, elapsed: 0, status: Some(TripStatus::Success) }];
+        if self.trips.may_fail {
+            legs.extend(everywhere(TripStatus::Failure, 0));
+        }
+        if bound.is_none_or(|bound| elapsed < bound) {
+            legs.extend(everywhere(TripStatus::Running, elapsed));
+        }
+        legs
+    }
+
+    /// What the battery's driver may tell.
+    fn readings(&self, state: State, leg: Leg, instant: Instant) -> Vec<Option<Reading>> {
+        let Some(battery) = &self.battery else { return vec![None] };
+        let is_docked = leg.at.is_some() && leg.at == self.station;
+        let mut readings = Vec::new();
+        let Some(bounds) = &battery.bounds else {
+            for class in 0..battery.levels.len() {
+                readings.push(Some(Reading { class, is_charging: false, charge: Charge::default() }));
+                if is_docked {
+                    readings.push(Some(Reading { class, is_charging: true, charge: Charge::default() }));
+                }
+            }
+            return readings;
+        };
+        for is_charging in [false, true] {
+            if is_charging && !is_docked {
+                continue;
+            }
+            for class in battery.levels_after(bounds, state, is_charging, instant) {
+                let is_driving = leg.status == Some(TripStatus::Running);
+                if is_docked && !is_charging && !is_driving && class < bounds.is_full_from {
+                    continue;
+                }
+                let charge = state.charge.after(state.has_begun, class, is_charging, instant);
+                readings.push(Some(Reading { class, is_charging, charge }));
+            }
+        }
+        readings
+    }
+
+    fn made(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> Move {
+        let charge = reading.map(|reading| reading.charge).unwrap_or_default();
+        let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
+        let words = self.words(before, leg, reading, told);
+        let level = reading.zip(self.battery.as_ref());
+        let level = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
+        let (known, places) = (Arc::clone(&self.known), Arc::clone(&self.places));
+        let update = move |_: ProcessId, process: &mut dyn Process| {
+            let process = process.as_any_mut();
+            if let (Some(reader), Some((level_pct, is_charging))) = (process.downcast_mut::<BatteryReader>(), level) {
+                reader.update(&BatteryState { time: Duration::ZERO, charge_pct: level_pct, charging: is_charging });
+            }
+            if let Some(localization) = process.downcast_mut::<Localization>() {
+                localization.set_place(known.iter().map(String::as_str), leg.at.map(|at| places[at].as_str()));
+            }
+            if let Some(navigation) = process.downcast_mut::<Navigation>() {
+                while navigation.next_order().is_some() {}
+                leg.status.into_iter().for_each(|status| navigation.set_trip_status(status));
+            }
+        };
+        Move { state: state.encoded(), update: Arc::new(update), words }
+    }
+
+    /// What changes for the processes, in words.
+    fn words(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> String {
+        let mut parts = Vec::new();
+        let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
+        let to = told.navigation.and_then(Navigation::trip_place);
+        let was_running = told.navigation.and_then(Navigation::trip_status) == Some(TripStatus::Running);
+        match (leg.status, to) {
+            (Some(TripStatus::Success), Some(to)) if was_running => {
+                parts.push(format!("the robot arrives at {}", to.name()))
+            }
+            (status, to) => {
+                if let (Some(TripStatus::Failure), true, Some(to)) = (status, was_running, to) {
+                    parts.push(format!("the trip to {} fails", to.name()));
+                }
+                match (place(leg.at), place(before.at)) {
+                    (Some(at), _) if !before.has_begun => parts.push(format!("the robot is at {at}")),
+                    (Some(at), was) if was != Some(at) => parts.push(format!("the robot comes to {at}")),
+                    (None, Some(was)) => parts.push(format!("the robot leaves {was}")),
+                    _ => {}
+                }
+            }
+        }
+        if let Some((Reading { class, is_charging, .. }, Battery { levels, .. })) = reading.zip(self.battery.as_ref()) {
+            let was = told.battery.and_then(BatteryReader::reading);
+            let level_pct = levels.level_pct(class);
+            if was.is_none_or(|(was_pct, _)| was_pct.total_cmp(&level_pct).is_ne()) {
+                parts.push(format!("the level is {}", levels.words(class)));
+            }
+            match was.is_some_and(|(_, was_charging)| was_charging) {
+                false if is_charging => parts.push("charging begins".to_owned()),
+                true if !is_charging => parts.push("charging ends".to_owned()),
+                _ => {}
+            }
+        }
+        parts.join(", ")
+    }
+}
+
+/// What the processes have been told so far.
+struct Told<'a> {
+    battery: Option<&'a BatteryReader>,
+    navigation: Option<&'a Navigation>,
+}
+
+impl Battery {
+    /// The classes in which the level may be at an instant.
+    fn levels_after(&self, bounds: &Bounds, state: State, is_charging: bool, instant: Instant) -> Vec<Class> {
+        let Bounds { rates: Rates { drain, charge }, start, .. } = *bounds;
+        let Charge { level, at_tick, since, .. } = state.charge;
+        if !state.has_begun {
+            return (start.0..=start.1).collect();
+        }
+        // What is charged throughout a tick gains at least `charge`.
+        let gain = if instant == Instant::Tick { charge } else { 0 };
+        match (since.and(is_charging), instant) {
+            (Since::Drained, _) => self.levels.reached(at_tick, -drain..=0).filter(|class| *class <= level).collect(),
+            (Since::Charged, _) => self.levels.reached(at_tick, gain..=FULL).filter(|class| *class >= level).collect(),
+            (Since::Mixed, _) => self.levels.reached(at_tick, -drain..=FULL).collect(),
+        }
+    }
+}
+
+impl Since {
+    /// The same, after some more time.
+    fn and(self, is_charging: bool) -> Self {
+        match (self, is_charging) {
+            (Self::Drained, false) => Self::Drained,
+            (Self::Charged, true) => Self::Charged,
+            _ => Self::Mixed,
+        }
+    }
+}
+
+impl Charge {
+    fn after(self, has_begun: bool, level: Class, is_charging: bool, instant: Instant) -> Self {
+        let as_now = if is_charging { Since::Charged } else { Since::Drained };
+        if instant == Instant::Tick || !has_begun {
+            return Self { level, at_tick: level, is_charging, since: as_now };
+        }
+        Self { level, is_charging, since: self.since.and(is_charging), ..self }
+    }
+}
+
+impl Environment for RobotEnvironment {
+    fn driven(&self) -> &[ProcessId] {
+        &self.driven
+    }
+
+    fn start(&self) -> Vec<i64> {
+        State { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }.encoded()
+    }
+
+    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
+        let state = State::decoded(state);
+        let navigation = self.process(driven, self.trips.process);
+        let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
+        let told = Told { battery, navigation };
+        let mut moves = Vec::new();
+        for leg in self.legs(state, navigation, instant) {
+            for reading in self.readings(state, leg, instant) {
+                moves.push(self.made(state, leg, reading, &told));
+            }
+        }
+        moves
+    }
+}

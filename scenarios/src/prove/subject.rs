@@ -1,0 +1,133 @@
+//! What can be proved, and what a proof knows of the robot's places.
+
+use std::collections::BTreeSet;
+
+use channels::{ChannelSystem, Process, ProcessId, Use, Value};
+use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
+use devices::DeviceKind;
+use diagnostics::Problem;
+
+use super::environment::Ground;
+use crate::Error;
+use crate::error::Complaints;
+use crate::names::unknown;
+use crate::scenario::{BatteryAssumption, ComponentEntry, Passes, Premises, RunsEntry, Scenario};
+
+/// Checks that a scenario's parts can be explored at all.
+pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
+    let mut complaints = Complaints::default();
+    if let Some(model) = &scenario.file.model {
+        let problem = model.path.span.problem("a RoAML model cannot be proved: its properties look into its processes");
+        let help = "run it many times instead: `steward campaign`";
+        complaints.push(problem.with_label("this model").with_help(help));
+    }
+    for ComponentEntry { name, runs, .. } in &scenario.file.components {
+        let (what, place) = match runs {
+            RunsEntry::Program { command, .. } => {
+                ("is a program, of which nobody knows all that it may do", &command.span)
+            }
+            RunsEntry::Device { settings, .. } if is_of_the_world(settings.value.kind()) => {
+                ("senses and changes the world, which a proof does not have", &settings.span)
+            }
+            RunsEntry::Machine(_) | RunsEntry::Device { .. } => continue,
+        };
+        let problem = place.problem(format!("the component {} cannot be proved: it {what}", name.value));
+        let help = format!(
+            "put a machine in its place that may do whatever it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
+            name.value
+        );
+        complaints.push(problem.with_label("this component").with_help(help));
+    }
+    let of_the_world = ["robot_pose", "robot_speed"];
+    let tree = scenario.tree.as_ref().filter(|_| scenario.premises.is_some());
+    if let Some(key) = tree.and_then(|tree| of_the_world.into_iter().find(|key| tree.names_entry(key))) {
+        let place = &scenario.file.tree.span;
+        let problem = place.problem(format!("the tree reads `{key}`, which depends on physics, and a proof has none"));
+        complaints.push(
+            problem.with_label("this tree").with_help("prove a tree without nodes that measure speed or distance"),
+        );
+    }
+    complaints.check()
+}
+
+/// Whether the world drives devices of this kind; others depend on messages and time alone.
+fn is_of_the_world(kind: DeviceKind) -> bool {
+    match kind {
+        DeviceKind::Door | DeviceKind::People | DeviceKind::Tray => true,
+        DeviceKind::Speaker | DeviceKind::Button | DeviceKind::Microphone => false,
+    }
+}
+
+/// Checks that what is assumed is about something, and does not contradict anything.
+pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints) {
+    let prove = &scenario.file.prove;
+    let is_builtin = |name: &str| scenario.premises.is_some() && !scenario.components.contains_key(name);
+    if let BatteryAssumption::Drained(drained) = &prove.battery {
+        if !is_builtin(BATTERY_READER) {
+            let problem = drained.place.problem(format!("the component {BATTERY_READER} is from a file"));
+            let help = "its machine says what the level does; remove `[prove.battery]`";
+            complaints.push(problem.with_label("this says what the built-in one reads").with_help(help));
+        }
+        let has_station = scenario.premises.as_ref().is_some_and(|premises| premises.station.is_some());
+        if drained.charge_pct > 0.0 && !has_station {
+            let problem =
+                drained.place.problem("`charge_pct_per_tick` contradicts a scenario without a charging station");
+            complaints
+                .push(problem.with_label("this battery").with_help("name the station, `sites.station`, or remove it"));
+        }
+    }
+    let Some(premises) = &scenario.premises else { return };
+    if let Passes::These(names) = &prove.trips.passes {
+        for name in names.iter().filter(|name| premises.places.get(&name.value).is_none()) {
+            complaints.push(unknown("place", name, premises.places.iter().map(|(name, _)| name)));
+        }
+    }
+    if !is_builtin(NAVIGATION) && is_builtin(LOCALIZATION) {
+        let problem = Problem::new(format!("{NAVIGATION} is from a file, and {LOCALIZATION} is built in"));
+        let help = "a proof cannot know where such a Navigation drives; give Localization a machine, too";
+        complaints.push(problem.with_help(help));
+    }
+}
+
+/// The places that matter: those that somebody asks for, drives to, or passes.
+pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
+    let Premises { places, start, entry, .. } = scenario.premises.as_ref().expect("only a robot has places");
+    let known: Vec<String> = places.iter().map(|(name, _)| name.to_owned()).collect();
+    let mut meant: BTreeSet<String> = BTreeSet::new();
+    let topology = system.topology();
+    let processes = topology.processes().filter_map(|id| system.clone_process(id));
+    for used in processes.flat_map(|process| process.uses()) {
+        let Use::Sends(channel, message) = used else { continue };
+        if ![LOCALIZATION, NAVIGATION].contains(&topology.ends(channel).1) {
+            continue;
+        }
+        match message {
+            Some(message) => meant.extend(message.fields().iter().filter_map(|field| match field {
+                Value::Symbol(symbol) if known.iter().any(|place| place == symbol.name()) => {
+                    Some(symbol.name().to_owned())
+                }
+                _ => None,
+            })),
+            None => meant.extend(known.iter().cloned()),
+        }
+    }
+    match &scenario.file.prove.trips.passes {
+        Passes::Any => meant.extend(known.iter().cloned()),
+        Passes::These(names) => meant.extend(names.iter().map(|name| name.value.clone())),
+    }
+    let station = entry.sites.station.as_ref().map(|name| name.value.clone());
+    meant.extend(station.clone());
+    let meant: Vec<String> = meant.into_iter().collect();
+    let is_there = |name: &String| places.get(name).is_some_and(|place| place.contains(start));
+    Ground {
+        station: station.and_then(|name| meant.iter().position(|place| *place == name)),
+        start: meant.iter().position(is_there),
+        places: meant,
+        known,
+    }
+}
+
+/// The process with this name, if it is the built-in one.
+pub(super) fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Option<ProcessId> {
+    system.topology().find_process(name).filter(|id| system.process::<P>(*id).is_some())
+}

@@ -1,0 +1,311 @@
+//! What a proof assumes and asks: the `[prove]` of a scenario file.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::{Problem, Span, Spanned};
+
+use super::component_entry::{ComponentEntry, RunsEntry};
+use super::stop::Names;
+use crate::error::{Complaints, Error};
+use crate::files::named;
+use crate::names::unknown;
+
+/// What a proof assumes of everything around tree, skills and components, and what it is about.
+#[derive(Clone, Debug)]
+pub struct ProveEntry {
+    /// The properties to be proved; all if empty.
+    pub properties: Vec<Spanned<String>>,
+    /// What should come of them; `Proved` where nothing is said.
+    pub expect: Vec<(Spanned<String>, ProofOutcome)>,
+    /// How much memory the proof of a property may take, in bytes.
+    pub memory_bytes: u64,
+    /// How many threads explore; as many as there are cores if not given.
+    pub threads: Option<u64>,
+    /// The battery.
+    pub battery: BatteryAssumption,
+    /// The trips of Navigation.
+    pub trips: TripAssumption,
+    /// What may happen to messages.
+    pub messages: MessageAssumption,
+    /// Whether drivers may act while processes communicate, and not only between steps.
+    pub drivers_anywhere: bool,
+    /// Machines in place of components, by the name of the component.
+    pub components: Vec<StandIn>,
+}
+
+/// What comes of a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProofOutcome {
+    /// It holds in every run.
+    Proved,
+    /// It does not hold in some run.
+    Violated,
+}
+
+impl ProofOutcome {
+    /// All outcomes.
+    pub const ALL: [Self; 2] = [Self::Proved, Self::Violated];
+
+    /// The outcome in a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Proved => "proved",
+            Self::Violated => "violated",
+        }
+    }
+}
+
+/// What the level of the battery may do.
+#[derive(Clone, Debug)]
+pub enum BatteryAssumption {
+    /// It may jump to anything at any time.
+    Free,
+    /// It falls slowly, and rises only at the charging station.
+    Drained(Drained),
+}
+
+/// A battery that is drained and charged.
+#[derive(Clone, Debug)]
+pub struct Drained {
+    /// It falls by this much per tick at most, in percent.
+    pub drain_pct: f64,
+    /// Where the table that says so stands.
+    pub place: Span,
+    /// It rises by this much at least in a tick in which it is charged throughout, in percent.
+    pub charge_pct: f64,
+    /// Its level at the start, in percent; the scenario's `battery.initial_pct` if not given.
+    pub start_pct: Option<RangeInclusive<f64>>,
+}
+
+/// What the trips of Navigation may do.
+#[derive(Clone, Debug)]
+pub struct TripAssumption {
+    /// A trip ends before this number of ticks have come; it may take any time if not given.
+    pub ticks: Option<u64>,
+    /// Whether trips may fail.
+    pub fail: bool,
+    /// The places at which the robot may be on its way.
+    pub passes: Passes,
+}
+
+/// The places at which a robot may be on its way.
+#[derive(Clone, Debug)]
+pub enum Passes {
+    /// Any.
+    Any,
+    /// These.
+    These(Vec<Spanned<String>>),
+}
+
+/// What may happen to messages in a run.
+#[derive(Clone, Debug, Default)]
+pub struct MessageAssumption {
+    /// How many may be lost.
+    pub lose: u8,
+    /// How many may be delivered twice.
+    pub repeat: u8,
+    /// How many may be delayed.
+    pub delay: u8,
+    /// How long a delayed message is held.
+    pub hold: Duration,
+    /// The channels on which this may happen, by sender and receiver; all if empty.
+    pub on: Vec<[Spanned<String>; 2]>,
+}
+
+/// A machine that a proof uses in place of a component.
+#[derive(Clone, Debug)]
+pub struct StandIn {
+    /// The component.
+    pub component: Spanned<String>,
+    /// The machine's file.
+    pub machine: Spanned<PathBuf>,
+}
+
+/// How much memory the proof of a property may take if nothing is said, in MiB.
+pub(super) const MEMORY_MB: u64 = 2048;
+
+impl Default for ProveEntry {
+    fn default() -> Self {
+        Self {
+            properties: Vec::new(),
+            expect: Vec::new(),
+            memory_bytes: MEMORY_MB << 20,
+            threads: None,
+            battery: BatteryAssumption::Free,
+            trips: TripAssumption::default(),
+            messages: MessageAssumption::default(),
+            drivers_anywhere: false,
+            components: Vec::new(),
+        }
+    }
+}
+
+impl Default for TripAssumption {
+    fn default() -> Self {
+        Self { ticks: None, fail: true, passes: Passes::These(Vec::new()) }
+    }
+}
+
+impl ProveEntry {
+    /// Reads the table `prove`. `None` after recording problems.
+    pub(super) fn read(table: Table<'_>) -> Option<Self> {
+        let Names(properties) = table.get("properties").or(Names(Vec::new()));
+        let memory_mb = table.get::<u64>("memory_mb").within(1..=1 << 20).or(MEMORY_MB);
+        let threads = table.get::<u64>("threads").within(1..=1024).optional();
+        let battery = table.table("battery").optional().map_or(Some(BatteryAssumption::Free), read_battery);
+        let trips = table.table("trips").optional().map_or_else(TripAssumption::default, read_trips);
+        let messages = table.table("messages").optional().map_or_else(MessageAssumption::default, read_messages);
+        let drivers = table.one_of("drivers", &[("between-steps", false), ("anywhere", true)]).or(false);
+        let components = table.table("components").optional().map_or_else(Vec::new, read_stand_ins);
+        let expect = table.table("expect").optional().map_or_else(Vec::new, read_expect);
+        // What a base expects does not matter where its properties are not asked for.
+        let is_asked = |name: &Spanned<String>| {
+            let here: Vec<_> =
+                properties.iter().filter(|asked| asked.span.source().name() == name.span.source().name()).collect();
+            here.is_empty() || here.iter().any(|asked| asked.value == name.value)
+        };
+        for (name, _) in expect.iter().filter(|(name, _)| !is_asked(name)) {
+            let problem = name.span.problem(format!("`{}` is not among `prove.properties`", name.value));
+            table.report(problem.with_label("this expectation").with_help("add it there, or remove it here"));
+        }
+        let memory_bytes = memory_mb << 20;
+        Some(Self {
+            properties,
+            expect,
+            memory_bytes,
+            threads,
+            battery: battery?,
+            trips,
+            messages,
+            drivers_anywhere: drivers,
+            components,
+        })
+    }
+
+    /// Puts machines in place of components.
+    pub(super) fn put_stand_ins(&self, components: &mut [ComponentEntry]) -> Result<(), Error> {
+        let mut complaints = Complaints::default();
+        for StandIn { component, machine } in &self.components {
+            match components.iter_mut().find(|entry| entry.name.value == component.value) {
+                Some(entry) => {
+                    entry.runs = RunsEntry::Machine(machine.clone());
+                    entry.data.clear();
+                }
+                None => {
+                    let known = components.iter().map(|entry| entry.name.value.as_str());
+                    complaints.push(unknown("component", component, known));
+                }
+            }
+        }
+        complaints.check()
+    }
+}
+
+fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
+    let drain_pct = table.number("drain_pct_per_tick").within(0.0..=100.0).optional();
+    let charge_pct = table.number("charge_pct_per_tick").within(0.0..=100.0).optional();
+    let start_pct = table.get::<Range>("start_pct").optional();
+    if drain_pct.is_none() && !table.has("drain_pct_per_tick") {
+        for (key, span) in table.keys().filter(|(key, _)| ["charge_pct_per_tick", "start_pct"].contains(key)) {
+            let problem = span.problem(format!("`{key}` contradicts a battery whose level may jump to anything"));
+            let help = "add `drain_pct_per_tick`, which bounds how fast the level falls";
+            table.report_missing("drain_pct_per_tick", problem.with_label("this assumption").with_help(help));
+        }
+        return Some(BatteryAssumption::Free);
+    }
+    Some(BatteryAssumption::Drained(Drained {
+        drain_pct: drain_pct?,
+        place: table.span().clone(),
+        charge_pct: charge_pct.unwrap_or(0.0),
+        start_pct: start_pct.map(|Range(range)| range),
+    }))
+}
+
+/// A level, or the lowest and the highest.
+struct Range(RangeInclusive<f64>);
+
+impl FromItem<'_> for Range {
+    fn wanted() -> String {
+        "a number from 0 to 100, or [lowest, highest]".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        let (low, high) = match (item.as_number(), item.get::<[f64; 2]>()) {
+            (Some(level), _) => (level, level),
+            (None, Ok([low, high])) => (low, high),
+            (None, Err(_)) => return Err(vec![item.wrong(&Self::wanted())]),
+        };
+        if !(0.0..=100.0).contains(&low) || !(0.0..=100.0).contains(&high) || low > high {
+            return Err(vec![item.wrong(&Self::wanted())]);
+        }
+        Ok(Self(low..=high))
+    }
+}
+
+fn read_trips(table: Table<'_>) -> TripAssumption {
+    TripAssumption {
+        ticks: table.get::<u64>("ticks").within(1..=10_000).optional(),
+        fail: table.boolean("fail").or(true),
+        passes: table.get("passes").or(Passes::These(Vec::new())),
+    }
+}
+
+impl FromItem<'_> for Passes {
+    fn wanted() -> String {
+        "\"any\", the name of a place, or an array of names".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        if item.as_text() == Some("any") {
+            return Ok(Self::Any);
+        }
+        if item.as_text().is_none() && item.as_array().is_none() {
+            return Err(vec![item.wrong(&Self::wanted())]);
+        }
+        item.get().map(|Names(names)| Self::These(names))
+    }
+}
+
+fn read_messages(table: Table<'_>) -> MessageAssumption {
+    let count = |key| u8::try_from(table.get::<u64>(key).within(0..=9).or(0)).unwrap_or(u8::MAX);
+    let (lose, repeat, delay) = (count("lose"), count("repeat"), count("delay"));
+    let hold = table.seconds("delay_s").check(|time| !time.is_zero(), "be above 0").or(Duration::from_secs(1));
+    let on = table.get("on").or(Vec::new());
+    let report = |key: &str, needs: &str| {
+        for (_, span) in table.keys().filter(|(known, _)| *known == key) {
+            let problem = span.problem(format!("`{key}` says nothing where no message may be {needs}"));
+            table.report(
+                problem.with_label("this assumption").with_help(format!("remove it, or say how many may be {needs}")),
+            );
+        }
+    };
+    if delay == 0 {
+        report("delay_s", "delayed");
+    }
+    if lose + repeat + delay == 0 {
+        report("on", "lost, repeated or delayed");
+    }
+    MessageAssumption { lose, repeat, delay, hold, on }
+}
+
+fn read_stand_ins(table: Table<'_>) -> Vec<StandIn> {
+    let read = |(name, span): (&str, &Span)| {
+        let machine = table.table(name).required()?.text("machine");
+        let machine = machine.try_map(|path, span| Ok(named(path, span))).spanned().required()?;
+        Some(StandIn { component: Spanned { value: name.to_owned(), span: span.clone() }, machine })
+    };
+    table.keys().filter_map(read).collect()
+}
+
+fn read_expect(table: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {
+    let outcomes = ProofOutcome::ALL.map(|outcome| (outcome.name(), outcome));
+    let read = |(name, span): (&str, &Span)| {
+        let outcome = table.one_of(name, &outcomes).required()?;
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome))
+    };
+    table.keys().filter_map(read).collect()
+}

@@ -1,0 +1,131 @@
+//! `steward prove`: all runs of a scenario, against its properties.
+
+mod finding;
+mod table;
+mod violation;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use campaigns::Error;
+use clap::Args;
+use explorer::Limits;
+use reports::junit::{self, Suite};
+use scenarios::Complaints;
+use scenarios::prove::{Proof, Question};
+use scenarios::scenario::{Found, Scenario};
+
+use self::finding::{Finding, Findings};
+use self::table::Table;
+use self::violation::Violation;
+use crate::names::ScenarioName;
+use crate::output::{print_json, say};
+use crate::progress::ProofBar;
+use crate::run::select::select;
+
+/// What to prove, and how.
+#[derive(Debug, Args)]
+pub(crate) struct ProveArgs {
+    /// Scenarios: names (see `steward list`), files, folders, or patterns of names
+    #[arg(value_name = "NAME|FILE", required = true, value_parser = ScenarioName, hide_possible_values = true)]
+    scenarios: Vec<String>,
+    /// Proves only this property; may be given more than once [default: those that `[prove]` names, or all]
+    #[arg(long = "property", value_name = "NAME")]
+    properties: Vec<String>,
+    /// Changes a value of the scenario: `prove.trips.ticks=8`, `execution.tree=nodes`
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// How much memory the proof of a property may take, in MiB [default: what `[prove]` says, or 2048]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    memory: Option<u64>,
+    /// How many threads explore; the result is the same with any number [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    threads: Option<u64>,
+    /// Shows all messages of a run that violates a property, and not only those that the property is about
+    #[arg(long)]
+    messages: bool,
+    /// Writes the results as JUnit XML: one test case per property, one suite per scenario
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Prints the results as JSON instead of words; of several scenarios, an array
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Proves what is asked for. Exit status 1 if something is not as expected.
+pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
+    let found = select(&args.scenarios, &[])?;
+    let mut complaints = Complaints::default();
+    let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
+    complaints.check()?;
+    let mut all = Vec::new();
+    for proof in proofs {
+        let mut findings = Vec::new();
+        if !args.json {
+            say(table::head(&proof))?;
+        }
+        let table = Table::of(proof.questions());
+        if !args.json {
+            say(table.titles())?;
+        }
+        for question in proof.questions() {
+            let finding = args.explore(&proof, question)?;
+            if !args.json {
+                say(table.line(&finding))?;
+            }
+            findings.push(finding);
+        }
+        if !args.json {
+            for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
+                say(violation.in_words(&finding.question.property, args.messages))?;
+            }
+        }
+        all.push(Findings { proof, findings });
+    }
+    if let Some(path) = &args.junit {
+        let suites: Vec<Suite> = all.iter().map(Findings::suite).collect();
+        junit::write_suites(path, &suites)?;
+    }
+    if args.json {
+        let reports: Vec<serde_json::Value> = all.iter().map(Findings::as_json).collect();
+        match reports.as_slice() {
+            [report] => print_json(report)?,
+            reports => print_json(&reports)?,
+        }
+    }
+    let is_as_expected = all.iter().flat_map(|it| &it.findings).all(Finding::is_as_expected);
+    Ok(ExitCode::from(u8::from(!is_as_expected)))
+}
+
+impl ProveArgs {
+    fn load(&self, found: &Found) -> Result<Proof, scenarios::Error> {
+        Proof::new(Arc::new(Scenario::load_for_proof(found, &self.set)?), &self.properties)
+    }
+
+    fn limits(&self, proof: &Proof) -> Limits {
+        let said = &proof.scenario().file.prove;
+        let memory = self.memory.map_or(said.memory_bytes, |memory_mb| memory_mb << 20);
+        let threads = self.threads.or(said.threads).and_then(|threads| usize::try_from(threads).ok());
+        Limits {
+            memory: usize::try_from(memory).unwrap_or(usize::MAX),
+            threads: threads.unwrap_or_else(batch::threads),
+            ..Limits::default()
+        }
+    }
+
+    fn explore(&self, proof: &Proof, question: &Question) -> Result<Finding, Error> {
+        #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of a proof")]
+        let began = Instant::now();
+        let bar = ProofBar::new(self.quiet || self.json, &question.property);
+        let answer = proof.prove(question, &self.limits(proof), &mut |progress| bar.show(progress));
+        bar.finish();
+        let answer = answer?;
+        let violation = Violation::of(proof, question, &answer)?;
+        Ok(Finding { question: question.clone(), seconds: began.elapsed().as_secs_f64(), answer, violation })
+    }
+}

@@ -1,0 +1,99 @@
+//! What was found: in words, as a test case, and as JSON.
+
+use explorer::Outcome;
+use reports::junit::{Case, CaseResult, Suite};
+use scenarios::prove::{Answer, Proof, Question};
+use serde_json::json;
+
+use super::violation::Violation;
+
+/// A property that was explored.
+pub(crate) struct Finding {
+    pub(crate) question: Question,
+    pub(crate) answer: Answer,
+    pub(crate) seconds: f64,
+    /// A run in which something goes wrong.
+    pub(crate) violation: Option<Violation>,
+}
+
+/// What was found of a scenario.
+pub(crate) struct Findings {
+    pub(crate) proof: Proof,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl Finding {
+    pub(crate) fn is_as_expected(&self) -> bool {
+        let is_replayed = self.violation.as_ref().is_none_or(|violation| violation.is_replayed);
+        self.answer.outcome() == Some(self.question.expected) && is_replayed
+    }
+
+    /// What was found, in a word or two.
+    pub(crate) fn word(&self) -> &'static str {
+        match self.answer.exploration.outcome {
+            Outcome::Proved => "proved",
+            Outcome::Violated(_) => "violated",
+            Outcome::Endless(_) => "endless",
+            Outcome::Deadlock(_) => "deadlock",
+            Outcome::Livelock(_) => "livelock",
+            Outcome::Undecided => "not decided",
+        }
+    }
+
+    /// What was expected of it instead, if anything was.
+    pub(crate) fn difference(&self) -> Option<String> {
+        let Question { property, expected, .. } = &self.question;
+        if self.is_as_expected() {
+            return None;
+        }
+        let explorer::Progress { states, depth, .. } = self.answer.exploration.progress;
+        Some(match self.answer.exploration.outcome {
+            Outcome::Undecided => format!("{property} is not decided: explored {states} states to depth {depth}"),
+            _ => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
+        })
+    }
+}
+
+impl Findings {
+    pub(crate) fn suite(&self) -> Suite {
+        let case = |finding: &Finding| {
+            let details = finding.violation.as_ref();
+            let details = details.map_or_else(String::new, |found| found.in_words(&finding.question.property, false));
+            let failed = |message| CaseResult::Failed { message, details };
+            Case {
+                group: "proofs",
+                name: finding.question.property.clone(),
+                result: finding.difference().map_or(CaseResult::Passed, failed),
+            }
+        };
+        let facts = vec![
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("assumptions", self.proof.assumptions().join(" ")),
+        ];
+        Suite::new(&self.proof.scenario().name, facts, self.findings.iter().map(case).collect())
+    }
+
+    pub(crate) fn as_json(&self) -> serde_json::Value {
+        let of = |finding: &Finding| {
+            let explorer::Progress { states, quiet, depth, memory } = finding.answer.exploration.progress;
+            json!({
+                "property": finding.question.property,
+                "result": finding.word(),
+                "expected": finding.question.expected.name(),
+                "as_expected": finding.is_as_expected(),
+                "states": states,
+                "quiet_states": quiet,
+                "transitions": finding.answer.exploration.transitions,
+                "depth": depth,
+                "memory_bytes": memory,
+                "time_s": finding.seconds,
+                "run": finding.violation.as_ref().map(Violation::as_json),
+            })
+        };
+        json!({
+            "scenario": self.proof.scenario().name,
+            "assumptions": self.proof.assumptions(),
+            "properties": self.findings.iter().map(of).collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! A run in which something goes wrong, in words, and its replay.
+
+use std::fmt::Write;
+
+use campaigns::Error;
+use channels::{ChannelId, EnabledKind, EventKind, Message, Topology, Verdict};
+use explorer::{Damage, Outcome, Path, PathStep};
+use monitors::scope_monitor;
+use recording::message_json;
+use scenarios::prove::{Answer, Proof, Question};
+use serde_json::json;
+
+/// A run in which something goes wrong, replayed in the channel system with the ordinary monitor.
+pub(crate) struct Violation {
+    /// What goes wrong, to follow the name of the property.
+    what: &'static str,
+    lines: Vec<Line>,
+    ticks: usize,
+    /// Whether the replay came to what the search has found.
+    pub(crate) is_replayed: bool,
+}
+
+/// What happens, and after which tick.
+struct Line {
+    tick: Option<u64>,
+    what: What,
+}
+
+enum What {
+    Environment(String),
+    Tick {
+        is_delivered: bool,
+    },
+    Message {
+        from: String,
+        to: String,
+        message: Message,
+        /// Whether the property is about such messages.
+        is_watched: bool,
+    },
+    Damage {
+        from: String,
+        to: String,
+        how: &'static str,
+    },
+}
+
+impl Violation {
+    /// The run that the search has found, if it has found one.
+    pub(crate) fn of(proof: &Proof, question: &Question, answer: &Answer) -> Result<Option<Self>, Error> {
+        let (path, what) = match &answer.exploration.outcome {
+            Outcome::Violated(path) => (path, "is violated"),
+            Outcome::Endless(path) => (path, "is not decided: messages pile up without end"),
+            Outcome::Deadlock(path) => (path, "is not decided: nothing happens any more"),
+            Outcome::Livelock(path) => (path, "is not decided: processes communicate forever within a tick"),
+            Outcome::Proved | Outcome::Undecided => return Ok(None),
+        };
+        let monitor = proof.monitor(question);
+        let replay = path.replay(&answer.model, Some(monitor)).map_err(|error| {
+            let help = "this is a mistake of steward: please report it with the scenario";
+            Error::refused(format!("a run that violates {} cannot be replayed: {error}", question.property), help)
+        })?;
+        let mut watched: Vec<ChannelId> = Vec::new();
+        if let Some(scope) = scope_monitor(monitor) {
+            scope.formula().events(&mut |event| watched.push(event.channel));
+        }
+        let is_violated = matches!(answer.exploration.outcome, Outcome::Violated(_));
+        Ok(Some(Self {
+            what,
+            lines: lines(path, &replay.events, replay.system.topology(), &watched),
+            ticks: path.ticks(),
+            is_replayed: !is_violated || replay.verdict() == Verdict::False,
+        }))
+    }
+
+    /// The tick in which it is decided.
+    fn tick(&self) -> Option<u64> {
+        self.lines.last().and_then(|line| line.tick)
+    }
+
+    /// The run, line by line; with `all` messages, or only with those that the property is about.
+    pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
+        let mut text = format!("\n{property} {}:\n", self.what);
+        for Line { tick, what } in &self.lines {
+            // Writing to a string cannot fail.
+            let _ = match (what, tick) {
+                (What::Environment(words), _) => writeln!(text, "  {words}"),
+                (What::Tick { is_delivered: true }, Some(tick)) => writeln!(text, "  tick {tick}"),
+                (What::Tick { .. }, tick) => {
+                    writeln!(text, "  tick {}, lost: the tree has not finished the last one", tick.unwrap_or(0))
+                }
+                (What::Message { from, to, message, is_watched }, _) if all || *is_watched => {
+                    writeln!(text, "    {from} → {to}  {message:.3}")
+                }
+                (What::Message { .. }, _) => Ok(()),
+                (What::Damage { from, to, how }, _) => writeln!(text, "    {from} → {to}  {how}"),
+            };
+        }
+        let replayed = match (self.is_replayed, self.tick()) {
+            (true, Some(tick)) => format!("{} at tick {tick}, as found", self.outcome()),
+            (true, None) => format!("{} before the first tick, as found", self.outcome()),
+            (false, _) => "NOT violated, so the search is wrong: please report it".to_owned(),
+        };
+        let _ = writeln!(text, "  replayed in the channel system: {replayed}");
+        text
+    }
+
+    fn outcome(&self) -> &'static str {
+        self.what.strip_prefix("is ").unwrap_or(self.what)
+    }
+
+    pub(crate) fn as_json(&self) -> serde_json::Value {
+        let line = |Line { tick, what }: &Line| match what {
+            What::Environment(words) => json!({ "after_tick": tick, "environment": words }),
+            What::Tick { is_delivered } => json!({ "tick": tick, "delivered": is_delivered }),
+            What::Message { from, to, message, .. } => {
+                json!({ "after_tick": tick, "from": from, "to": to, "message": message_json(message) })
+            }
+            What::Damage { from, to, how } => json!({ "after_tick": tick, "from": from, "to": to, "damage": how }),
+        };
+        json!({
+            "ticks": self.ticks,
+            "decided_at_tick": self.tick(),
+            "replayed": self.is_replayed,
+            "steps": self.lines.iter().map(line).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// What happens in a run, in order.
+fn lines(path: &Path, events: &[(usize, channels::Event)], topology: &Topology, watched: &[ChannelId]) -> Vec<Line> {
+    let ends = |channel: ChannelId| {
+        let (from, to) = topology.ends(channel);
+        (from.to_owned(), to.to_owned())
+    };
+    let mut lines = Vec::new();
+    let mut tick = None;
+    for (number, step) in path.steps().iter().enumerate() {
+        let event = events.iter().find(|(after, _)| *after == number).map(|(_, event)| event);
+        let mut push = |tick: Option<u64>, what| lines.push(Line { tick, what });
+        match step {
+            PathStep::Environment { words, .. } if words.is_empty() => {}
+            PathStep::Environment { words, .. } => push(tick, What::Environment(words.clone())),
+            PathStep::Wait(_) => {}
+            PathStep::Tick { delivered } => {
+                tick = event.map(|event| event.tick);
+                push(tick, What::Tick { is_delivered: *delivered });
+            }
+            PathStep::Take { enabled, damage } => {
+                let how = match damage {
+                    Damage::None => None,
+                    Damage::Lost => Some("is lost"),
+                    Damage::Held => Some("is delayed"),
+                    Damage::Repeated => Some("will be delivered again"),
+                };
+                if let (EnabledKind::Send(channel) | EnabledKind::Receive(channel), Some(how)) = (&enabled.kind, how) {
+                    let (from, to) = ends(*channel);
+                    push(tick, What::Damage { from, to, how });
+                }
+            }
+        }
+        if let Some(EventKind::Received { channel, message }) = event.map(|event| &event.kind) {
+            let (from, to) = ends(*channel);
+            let is_watched = watched.contains(channel);
+            lines.push(Line { tick, what: What::Message { from, to, message: message.clone(), is_watched } });
+        }
+    }
+    lines
+}
