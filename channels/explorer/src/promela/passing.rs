@@ -250,7 +250,8 @@ impl Writer<'_> {
         let tick = [Some(delivered), choice(&changes)].into_iter().flatten().collect::<Vec<_>>().join("; ");
         let period = self.time(ticks.period);
         Some(format!(
-            "if :: next == TICK -> {tick}; has_ticked = 1; until_tick = {period} :: else -> until_tick = until_tick - span fi"
+            "if :: next == TICK -> {tick}; has_ticked = 1; until_tick = {period} \
+             :: else -> until_tick = until_tick - span fi"
         ))
     }
 }
