@@ -17,9 +17,14 @@ pub(crate) fn list() -> Result<(), Error> {
     text.push_str(
         "faults/KIND      One kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
     );
-    text.push_str("\nWhat may go wrong in `guide`; `steward run 'guide/*'` runs all of them:\n");
-    for name in scenario_names().filter(|name| name.starts_with("guide/")) {
-        text.push_str(&format!("{name:<23}  {}\n", about(name)?));
+    for (folder, title) in [
+        ("guide/", "What may go wrong in `guide`; `steward run 'guide/*'` runs all of them:"),
+        ("nav2/", "Defects of Nav2, and how they were mended; `steward prove 'nav2/*'` finds them:"),
+    ] {
+        text.push_str(&format!("\n{title}\n"));
+        for name in scenario_names().filter(|name| name.starts_with(folder)) {
+            text.push_str(&format!("{name:<25}  {}\n", about(name)?));
+        }
     }
     text.push_str("\nCampaigns, for `steward campaign NAME`:\n");
     for (name, source) in shipped_campaigns() {

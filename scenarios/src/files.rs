@@ -9,11 +9,12 @@ use diagnostics::Span;
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
-static FOLDERS: [(&str, Dir<'static>); 6] = [
+static FOLDERS: [(&str, Dir<'static>); 7] = [
     ("components/guide", include_dir!("$CARGO_MANIFEST_DIR/../components/guide")),
     ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),
     ("scenarios/faults", include_dir!("$CARGO_MANIFEST_DIR/faults")),
     ("scenarios/guide", include_dir!("$CARGO_MANIFEST_DIR/guide")),
+    ("scenarios/nav2", include_dir!("$CARGO_MANIFEST_DIR/nav2")),
     ("skills", include_dir!("$CARGO_MANIFEST_DIR/../skills/machines")),
     ("trees", include_dir!("$CARGO_MANIFEST_DIR/../bt/trees")),
 ];

@@ -87,8 +87,8 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// What has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole tree, to
-/// the children of its node if the tree's nodes are processes, and nothing for any other process.
+/// What has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole tree,
+/// to the children of its node if the tree's nodes are processes, and nothing for any other process.
 #[must_use]
 pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
     if let Some(tree) = process.as_any().downcast_ref::<TreeProcess>() {

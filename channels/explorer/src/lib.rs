@@ -7,7 +7,9 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use channels::{Capacity, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProgramGraph, Shape, Topology};
+//! use channels::{
+//!     Capacity, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProgramGraph, Shape, Topology,
+//! };
 //! use explorer::{Closed, Limits, Model, Outcome, explore};
 //!
 //! let mut topology = Topology::default();
@@ -26,7 +28,8 @@
 //!     let graph = graph.initial(if is_first { answering } else { waiting }).build()?;
 //!     Ok(Box::new(GraphProcess::new(Arc::new(graph))))
 //! };
-//! let processes = [(anna, polite(names[0], to_anna, to_ben, true)?), (ben, polite(names[1], to_ben, to_anna, false)?)];
+//! let [first, second] = [polite(names[0], to_anna, to_ben, true)?, polite(names[1], to_ben, to_anna, false)?];
+//! let processes = [(anna, first), (ben, second)];
 //! let system = ChannelSystem::new(Arc::new(topology), processes)?;
 //!
 //! let model = Model::new(&system, None, Arc::new(Closed));
@@ -37,17 +40,17 @@
 //!
 //! # States
 //!
-//! A state is the [normal form](channels::NormalForm) of all processes, channels and the monitor, of the environment and
-//! of the clock. Each state of a process is stored once and has a number, and what it offers and becomes is computed
-//! once. So a state of the system is a vector of small numbers, packed into a few words.
+//! A state is the [normal form](channels::NormalForm) of all processes, channels and the monitor, of the environment
+//! and of the clock. Each state of a process is stored once and has a number, and what it offers and becomes is
+//! computed once. So a state of the system is a vector of small numbers, packed into a few words.
 //!
 //! In a state in which no process can move, time passes until the next timer or tick: the environment makes one of its
 //! moves, timers that are due fire, and the tick comes. It is lost if the tree has not finished the last one.
 //!
 //! # What the reduction leaves out
 //!
-//! With a [`Reduction`], a state with a single successor, in which no time passes, is passed through: the search goes on
-//! to its successor and stores that. Every run of the model is still a run through the stored states, with the same
+//! With a [`Reduction`], a state with a single successor, in which no time passes, is passed through: the search goes
+//! on to its successor and stores that. Every run of the model is still a run through the stored states, with the same
 //! transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the search
 //! does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the states in
 //! which time passes, none of which is passed through. Nothing is passed through forever, since every 64th state in a
@@ -73,8 +76,7 @@ mod store;
 mod tables;
 
 pub use error::Refused;
-pub use model::{Closed, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
+pub use model::{Closed, Damage, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
 pub use path::{Path, PathStep, Replay, ReplayError};
 pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limits, Outcome, Progress, Reduction, explore};
-pub use semantics::Damage;

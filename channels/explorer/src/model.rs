@@ -49,6 +49,19 @@ pub struct MessageFaults {
     pub channels: Vec<ChannelId>,
 }
 
+/// What happens to a message besides what should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Damage {
+    /// Nothing.
+    None,
+    /// It is lost as soon as it is sent.
+    Lost,
+    /// It is held back.
+    Held,
+    /// It stays in the channel when it is received.
+    Repeated,
+}
+
 /// What drives a system from outside: between its steps, something else happens in the world.
 ///
 /// Its state is encoded in numbers. The moves depend only on it and on the processes that it drives.

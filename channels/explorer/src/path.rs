@@ -8,8 +8,7 @@ use channels::{
     TransitionId, Verdict,
 };
 
-use crate::model::{Model, Update};
-use crate::semantics::Damage;
+use crate::model::{Damage, Model, Update};
 
 /// A run, step by step.
 #[derive(Clone, Debug, Default)]

@@ -190,17 +190,18 @@ impl Writer<'_> {
     fn renaming_macros(&self) -> Vec<String> {
         let tables = self.tables();
         let define = |(renaming, mover): &(u32, usize)| {
-            let mut changes = Vec::new();
+            let (mut changes, mut receivers) = (Vec::new(), BTreeSet::new());
             for (channel, _) in tables.renamings.get(*renaming) {
                 let line = &tables.lines[*channel];
+                receivers.extend(line.receivers.iter().copied().filter(|process| process != mover));
                 for channel in std::iter::once(*channel).chain(line.opposite) {
                     let renamed = tables.lines[channel].renamed.get(*renaming as usize);
                     changes.extend(mapping(&self.channel(channel), renamed.into_iter().flatten().copied()));
                 }
-                for process in line.receivers.iter().copied().filter(|process| process != mover) {
-                    let renamed = |local: &Local| entry(&local.renamed, *renaming, UNKNOWN);
-                    changes.extend(mapping(&self.process(process), tables.locals[process].iter().map(renamed)));
-                }
+            }
+            for process in receivers {
+                let renamed = |local: &Local| entry(&local.renamed, *renaming, UNKNOWN);
+                changes.extend(mapping(&self.process(process), tables.locals[process].iter().map(renamed)));
             }
             format!("#define RENAME_{renaming}_{mover} {}", or_skip(&changes.join("; ")))
         };

@@ -102,7 +102,8 @@ impl Exploration {
 /// The number of states that are expanded before their successors are stored.
 const BATCH: u32 = 4096;
 
-/// Explores a model until the property is decided; without a property, until no run can end in a deadlock or a livelock.
+/// Explores a model until the property is decided; without a property, for deadlocks, livelocks and messages that pile
+/// up.
 ///
 /// # Errors
 /// [`Refused`] if the model has no finite form.

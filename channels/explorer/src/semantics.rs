@@ -6,7 +6,7 @@ use std::time::Duration;
 use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 
 use crate::local::{Local, REFUSED, Step, UNKNOWN, entry};
-use crate::model::Instant;
+use crate::model::{Damage, Instant};
 use crate::path::PathStep;
 use crate::store::Change;
 use crate::tables::{Clock, ENDLESS, Gap, Moved, Start, Tables, Transit};
@@ -84,19 +84,6 @@ pub(crate) enum Label {
         index: u32,
         delivered: bool,
     },
-}
-
-/// What happens to a message besides what should.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
-    /// Nothing.
-    None,
-    /// It is lost as soon as it is sent.
-    Lost,
-    /// It is held back.
-    Held,
-    /// It stays in the channel when it is received.
-    Repeated,
 }
 
 /// How the search goes on with a successor.
@@ -557,8 +544,10 @@ impl Semantics {
     }
 
     fn rename(&self, draft: &mut Draft<'_>, mover: usize, renaming: u32) -> Result<(), Gap> {
+        let mut receivers = Vec::new();
         for (channel, _) in self.tables.renamings.get(renaming) {
             let line = &self.tables.lines[*channel];
+            receivers.extend(line.receivers.iter().copied().filter(|process| *process != mover));
             for channel in std::iter::once(*channel).chain(line.opposite) {
                 let slot = self.slots.channels[channel];
                 let content = draft.get(slot);
@@ -571,13 +560,16 @@ impl Semantics {
                     renamed => draft.set(slot, renamed),
                 }
             }
-            for process in line.receivers.iter().copied().filter(|process| *process != mover) {
-                let slot = self.slots.processes[process];
-                let state = draft.get(slot);
-                match entry(&self.tables.locals[process].get(state).renamed, renaming, UNKNOWN) {
-                    UNKNOWN => return Err(Gap::RenamedProcess { process, state, renaming }),
-                    renamed => draft.set(slot, renamed),
-                }
+        }
+        // Once each, whichever of these channels they receive from.
+        receivers.sort_unstable();
+        receivers.dedup();
+        for process in receivers {
+            let slot = self.slots.processes[process];
+            let state = draft.get(slot);
+            match entry(&self.tables.locals[process].get(state).renamed, renaming, UNKNOWN) {
+                UNKNOWN => return Err(Gap::RenamedProcess { process, state, renaming }),
+                renamed => draft.set(slot, renamed),
             }
         }
         Ok(())

@@ -102,7 +102,7 @@ fn help(path: &Path, before: &str, after: &str) -> String {
 fn names() -> String {
     let names: Vec<String> = shipped_scenarios().into_iter().map(|name| format!("`{name}`")).collect();
     format!(
-        "{}, `guide/…` with something wrong, `faults/KIND` for each kind of fault (`steward faults`)",
+        "{}, `guide/…` with something wrong, `nav2/…`, `faults/KIND` for each kind of fault (`steward faults`)",
         names.join(", ")
     )
 }
