@@ -46,6 +46,9 @@ pub(crate) struct ProveArgs {
     /// Shows all messages of a run that violates a property, and not only those that the property is about
     #[arg(long)]
     messages: bool,
+    /// Writes what is explored as a model in Promela, one file per property, so that SPIN can be asked the same
+    #[arg(long, value_name = "FOLDER")]
+    promela: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property, one suite per scenario
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
@@ -125,6 +128,14 @@ impl ProveArgs {
         let answer = proof.prove(question, &self.limits(proof), &mut |progress| bar.show(progress));
         bar.finish();
         let answer = answer?;
+        if let Some(folder) = &self.promela {
+            let monitor = Some(proof.monitor(question));
+            let model = explorer::promela(&answer.model, monitor, &self.limits(proof), &mut |_| ());
+            let help = "`--memory` gives it more memory; a coarser `execution.tick_s` makes times shorter";
+            let model = model.map_err(|error| Error::refused(error.to_string(), help))?;
+            let name = format!("{}-{}.pml", proof.scenario().name, question.property).replace('/', "-");
+            diagnostics::write_whole(&folder.join(name), model.text)?;
+        }
         let violation = Violation::of(proof, question, &answer)?;
         Ok(Finding { question: question.clone(), seconds: began.elapsed().as_secs_f64(), answer, violation })
     }
