@@ -27,7 +27,6 @@ use crate::error::Complaints;
 use crate::monitoring::Monitoring;
 use crate::names::unknown;
 use crate::scenario::{BatteryAssumption, Passes, ProofOutcome, STEP, Scenario};
-use crate::tick_clock::AFTER_THE_START;
 use crate::wiring::{Ids, wire};
 
 /// A scenario whose properties can be proved.
@@ -146,7 +145,7 @@ impl Proof {
         let ticks = self.ids.tree.map(|ids| Ticks {
             generator: ids.tick_generator,
             period: execution.tick,
-            first: AFTER_THE_START,
+            first: STEP,
             step: STEP,
         });
         let model = Model::new(&self.system, ticks, environment);
