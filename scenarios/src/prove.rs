@@ -298,7 +298,7 @@ fn questions(
             complaints.push(diagnostics::Problem::new(message).with_help(help));
         }
     }
-    if questions.is_empty() {
+    if questions.is_empty() && only.is_empty() {
         let problem = diagnostics::Problem::new(format!("the scenario {} has no property to be proved", scenario.name));
         complaints.push(problem.with_help("name property files in its `properties`"));
     }
