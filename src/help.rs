@@ -4,18 +4,18 @@ use campaigns::Error;
 use clap::{Args, Command, ValueEnum};
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::scenario::keys as scenario;
-use scenarios::schema::{Key, interface};
+use scenarios::schema::{Key, interface, mapping};
 
 use crate::entry::{column, entry, meaning};
 use crate::output::{explain, print};
 
 /// What there is help on besides commands.
-const TOPICS: [&str; 4] = ["scenario", "campaign", "faults", "scope"];
+const TOPICS: [&str; 5] = ["scenario", "campaign", "faults", "scope", "mapping"];
 
 /// What to explain.
 #[derive(Debug, Args)]
 pub(crate) struct HelpArgs {
-    /// A command, or one of the topics: scenario, campaign, faults, scope
+    /// A command, or one of the topics: scenario, campaign, faults, scope, mapping
     topic: Vec<String>,
 }
 
@@ -28,6 +28,8 @@ pub(crate) enum SchemaFile {
     Campaign,
     /// Interface files
     Interface,
+    /// Mappings of bags
+    Mapping,
 }
 
 /// Prints the help of a command of `cli`, or of a topic.
@@ -37,6 +39,7 @@ pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
         ["scenario"] => return explain(format!("{SCENARIO}{}", listed(&scenario::keys()))),
         ["faults"] => return explain(crate::faults::overview()),
         ["scope"] => return explain(scope()),
+        ["mapping"] => return explain(format!("{MAPPING}{}", listed(&mapping::keys()))),
         _ => {}
     }
     cli.build();
@@ -61,6 +64,7 @@ pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
         SchemaFile::Scenario => scenario::schema(),
         SchemaFile::Campaign => campaigns::keys::schema(),
         SchemaFile::Interface => interface::schema(),
+        SchemaFile::Mapping => mapping::schema(),
     };
     print(&format!("{schema:#}\n"))
 }
@@ -74,6 +78,11 @@ program. `steward init DIR` writes a scenario to start from, `steward check FILE
 const CAMPAIGN: &str = "\
 A campaign is one TOML file. `steward check FILE` says what is wrong with one, and `steward schema campaign` prints \
 its JSON schema, for editors.
+";
+
+const MAPPING: &str = "\
+A mapping says which messages of a bag of ROS 2 are which messages of channels; it is one TOML file. `steward verify \
+--list BAG` proposes one, and `steward schema mapping` prints its JSON schema, for editors.
 ";
 
 /// All keys, table by table.

@@ -37,6 +37,8 @@ enum Template {
     Guide,
     /// The least that runs: one leaf, its machine and a property, without a map
     Empty,
+    /// A minute of a recorded robot that Nav2 drives, with a mapping and properties, to check with `steward verify`
+    Recording,
 }
 
 /// The files of the empty application; the first one is its scenario.
@@ -45,6 +47,18 @@ const EMPTY: [(&str, &str); 4] = [
     ("tree.xml", include_str!("init/empty/tree.xml")),
     ("skills/Greet.scxml", include_str!("init/empty/skills/Greet.scxml")),
     ("properties.scope", include_str!("init/empty/properties.scope")),
+];
+
+/// The files around a recording.
+const RECORDING: [(&str, &[u8]); 5] = [
+    ("nav2.mcap", include_bytes!("init/recording/nav2.mcap")),
+    ("mapping.toml", include_bytes!("init/recording/mapping.toml")),
+    ("nav2.scope", include_bytes!("init/recording/nav2.scope")),
+    ("make_bag.py", include_bytes!("init/recording/make_bag.py")),
+    (
+        "definitions/nav2_msgs/action/NavigateToPose.action",
+        include_bytes!("init/recording/definitions/nav2_msgs/action/NavigateToPose.action"),
+    ),
 ];
 
 /// What a file of an application is, by how its name ends.
@@ -68,22 +82,35 @@ const README: &str = "README.md";
 /// Writes an application to its folder, where the paths in its files hold.
 pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<(), Error> {
     let mut application = match (scenario, template) {
+        (None, Template::Recording) => {
+            copy(dir, RECORDING.map(|(name, bytes)| (PathBuf::from(name), bytes.to_vec())).into(), RECORDING[0].0)?;
+            let folder = dir.display();
+            return say(format!(
+                "wrote {folder}/nav2.mcap; check it with: steward verify {folder}/nav2.mcap --property {folder}/nav2.scope \
+                 --map-channels {folder}/mapping.toml\n"
+            ));
+        }
         (Some(scenario), _) => Application::of(find::find(scenario)?)?,
         (None, Template::Recharge) => Application::of(find::find("battery_fault")?)?,
         (None, Template::Guide) => Application::with_variants("guide")?,
         (None, Template::Empty) => Application::empty(),
     };
     application.describe();
+    copy(dir, application.files, &application.start)?;
+    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
+}
+
+/// Writes files into a new folder; the first to look at comes last.
+fn copy(dir: &Path, files: BTreeMap<PathBuf, Vec<u8>>, start: &str) -> Result<(), Error> {
     let copies = Staging::begin(dir)?;
     if !copies.is_alone()? {
         let message = format!("{} is not empty", dir.display());
         return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
     }
-    for (path, contents) in &application.files {
+    for (path, contents) in &files {
         copies.write(path, contents)?;
     }
-    copies.publish(&[&application.start])?;
-    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
+    Ok(copies.publish(&[start])?)
 }
 
 /// Files that together can be run.

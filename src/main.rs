@@ -103,7 +103,7 @@ enum Command {
     Prove(prove::ProveArgs),
     /// Makes the report of a recorded run, with its page and pictures
     Report(report::ReportArgs),
-    /// Checks recorded event logs against properties
+    /// Checks event logs of runs and bags of ROS 2 against properties
     Verify(verify::VerifyArgs),
     /// Behavior trees: checks files, shows them, ticks them without a robot
     #[command(subcommand)]
@@ -120,9 +120,9 @@ enum Command {
     Localize(localize::LocalizeArgs),
     /// Makes a map from a log's corrected poses and scans
     Map(map::MapArgs),
-    /// Explains a command or a topic: scenario, campaign, faults, scope
+    /// Explains a command or a topic: scenario, campaign, faults, scope, mapping
     Help(help::HelpArgs),
-    /// Prints the JSON schema of scenario, campaign or interface files, for editors
+    /// Prints the JSON schema of scenario, campaign, interface or mapping files, for editors
     Schema {
         /// Of which files
         file: help::SchemaFile,

@@ -1,62 +1,57 @@
-//! `steward verify LOG… --property FILE.scope`: checks recorded runs against properties.
+//! `steward verify LOG… --property FILE.scope`: checks recorded runs and robots against properties.
+
+mod args;
+mod bag;
+mod judge;
 
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
+use bags::Contents;
 use campaigns::Error;
-use channels::Monitor;
-use clap::Args;
-use monitors::{Channels, EventLog, Outcome, Property};
+use monitors::{Channels, EventLog, LogError, Outcome, Property};
 use recording::message_json;
 use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::monitor::System;
-use crate::output::{complain, note, print_json, say, warn};
+use crate::output::{complain, note, print, print_json, say};
+use judge::{Verified, judge, load};
 
-/// Recorded runs, and what is asked of them.
-#[derive(Debug, Args)]
-pub(crate) struct VerifyArgs {
-    /// Event logs, as `--record FILE.jsonl` writes them; `-` reads one from standard input
-    #[arg(value_name = "LOG", required = true)]
-    logs: Vec<PathBuf>,
-    /// A property file, or the name of a shipped one; may be given more than once
-    #[arg(long = "property", value_name = "FILE", required = true)]
-    properties: Vec<PathBuf>,
-    /// The scenario whose processes and channels they mention [default: the log's own]
-    #[arg(long, value_name = "NAME|FILE")]
-    scenario: Option<String>,
-    /// Prints the verdicts as JSON instead of words; of several logs, an array
-    #[arg(long)]
-    json: bool,
-}
+pub(crate) use args::VerifyArgs;
 
 /// Checks each log. Status 2 if one cannot be checked, else 1 if a property is violated.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let (mut violated, mut refused, mut reports) = (false, false, Vec::new());
     let several = args.logs.len() > 1;
     for log in &args.logs {
-        let (properties, end) = match verify_log(args, log) {
-            Ok(verified) => verified,
+        let told =
+            if args.list { bag::list(log).map(Told::Contents) } else { verify_log(args, log).map(Told::Verdicts) };
+        let told = match told {
+            Ok(told) => told,
             Err(error) => {
                 complain(&error);
                 refused = true;
                 continue;
             }
         };
-        violated |= properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
+        violated |= told.is_violated();
         if args.json {
-            reports.push(as_json(&properties, log));
+            reports.push(told.as_json(log));
             continue;
         }
         if several {
             say(format!("{}:\n", log.display()))?;
         }
-        say(in_words(&properties, end))?;
+        match told {
+            Told::Verdicts(verified) => say(in_words(&verified))?,
+            // It is to be pasted, and so its lines are not broken.
+            Told::Contents(contents) => print(&bag::in_words(&contents))?,
+        }
     }
     match reports.as_slice() {
         [report] if !several => print_json(report)?,
@@ -66,8 +61,44 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(if refused { 2 } else { u8::from(violated) }))
 }
 
+/// What is told of a log.
+enum Told {
+    Verdicts(Verified),
+    Contents(Contents),
+}
+
+impl Told {
+    fn is_violated(&self) -> bool {
+        let Self::Verdicts(Verified { properties, .. }) = self else { return false };
+        properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated)
+    }
+
+    fn as_json(&self, log: &Path) -> serde_json::Value {
+        match self {
+            Self::Verdicts(verified) => as_json(verified, log),
+            Self::Contents(contents) => bag::as_json(contents, log),
+        }
+    }
+}
+
+fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+    let verified = if bags::is_bag(path) { bag::verify(args, path) } else { verify_event_log(args, path) }?;
+    verified.notes.iter().for_each(|text| note(text));
+    if verified.end.messages + verified.end.ticks == 0 {
+        note("the log has no event: every verdict is that of a run in which nothing happened");
+    }
+    if verified.properties.is_empty() {
+        note("there is no property to check the log against");
+    }
+    Ok(verified)
+}
+
 /// Reads a log once, from start to end, in constant memory.
-fn verify_log(args: &VerifyArgs, path: &Path) -> Result<(Vec<Property>, monitors::LogEnd), Error> {
+fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+    if args.map_channels.is_some() {
+        let message = format!("{} is not a bag of ROS 2, so it needs no mapping", path.display());
+        return Err(Error::refused(message, "leave `--map-channels` out"));
+    }
     let unreadable = |error: std::io::Error| {
         let message = format!("cannot read the log {}: {error}", path.display());
         Error::refused(message, "a log is what `steward run … --record FILE.jsonl` writes")
@@ -79,34 +110,17 @@ fn verify_log(args: &VerifyArgs, path: &Path) -> Result<(Vec<Property>, monitors
     described.check_version()?;
     let mut system = System::of(described.scenario(args.scenario.as_deref())?)?;
     system.tick = described.tick.unwrap_or(system.tick);
-    let mut properties: Vec<Property> = Vec::new();
-    for path in &args.properties {
-        let file = system.load(path)?;
-        if !file.warnings.is_empty() {
-            warn(&file.warnings);
-        }
-        let known = |name: &str| properties.iter().any(|property| property.name == name);
-        if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
-            let message = format!("there are two properties `{}`, one in {}", again.name, path.display());
-            return Err(Error::refused(message, "give each property a name of its own"));
-        }
-        properties.extend(file.properties);
-    }
+    let mut properties = load(args, &system)?;
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
-    let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
-    let end = monitors::verify(&mut log, monitors).map_err(|error| {
+    let refused = |error: LogError| {
         Error::refused(format!("{}: {error}", path.display()), "each line of a log is one JSON object")
-    })?;
-    if log.skipped() > 0 {
-        note(&format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
-    }
-    if end.messages + end.ticks == 0 {
-        note("the log has no event: every verdict is that of a run in which nothing happened");
-    }
-    if properties.is_empty() {
-        note("there is no property to check the log against");
-    }
-    Ok((properties, end))
+    };
+    let events = log.by_ref().map(|event| event.map_err(refused));
+    let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
+    let end = judge(args, path, about, String::new(), &system, &mut properties, events)?;
+    let skipped = (log.skipped() > 0)
+        .then(|| format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
+    Ok(Verified { properties, end, start_ns: None, notes: skipped.into_iter().collect() })
 }
 
 /// The log's bytes: a file's, a pipe's, or those of standard input.
@@ -172,12 +186,14 @@ fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
-fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
+fn in_words(Verified { properties, end, start_ns, .. }: &Verified) -> String {
     let mut text = String::new();
+    let since = start_ns.map_or_else(String::new, |ns| format!(" since {} s", bags::seconds(ns)));
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{} messages, {} ticks", end.messages, end.ticks);
+    let _ = writeln!(text, "{} messages, {} ticks{since}", end.messages, end.ticks);
+    let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);
     for property in properties {
-        let _ = writeln!(text, "{:<12} {}", property.name, Outcome::of(property.monitor.as_ref()));
+        let _ = writeln!(text, "{:<widest$} {}", property.name, Outcome::of(property.monitor.as_ref()));
         let Some(monitor) = property.scope_monitor() else { continue };
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
@@ -196,7 +212,7 @@ fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
     text
 }
 
-fn as_json(properties: &[Property], log: &Path) -> serde_json::Value {
+fn as_json(Verified { properties, start_ns, notes, .. }: &Verified, log: &Path) -> serde_json::Value {
     let moment =
         |at: &monitors::EventTime| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
     let of = |property: &Property| {
@@ -230,12 +246,19 @@ fn as_json(properties: &[Property], log: &Path) -> serde_json::Value {
             "never_asked_for_anything": vacuous.iter().map(|vacuity| &vacuity.clause).collect::<Vec<_>>(),
         })
     };
-    json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() })
+    let mut told =
+        json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() });
+    if let Some(start_ns) = start_ns {
+        told["start_s"] = bags::seconds(*start_ns).into();
+        told["notes"] = notes.as_slice().into();
+    }
+    told
 }
 
 #[cfg(test)]
 mod tests {
     use std::io::Write as _;
+    use std::path::PathBuf;
 
     use super::*;
 
@@ -253,6 +276,9 @@ mod tests {
                 logs: vec![file.path().to_owned()],
                 properties: vec![PathBuf::from(name)],
                 scenario: None,
+                map_channels: None,
+                out: None,
+                list: false,
                 json: true,
             };
             format!("{:?}", verify(&args).expect("a readable log"))
@@ -290,8 +316,9 @@ mod tests {
             let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
             lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
             std::fs::write(&log, lines.join("\n")).expect("room for a log");
+            let (logs, properties) = (vec![log.clone()], vec![property.clone()]);
             let args =
-                VerifyArgs { logs: vec![log.clone()], properties: vec![property.clone()], scenario: None, json: true };
+                VerifyArgs { logs, properties, scenario: None, map_channels: None, out: None, list: false, json: true };
             format!("{:?}", verify(&args).expect("a readable log"))
         };
         assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 23] = [
+const ROOMS: [(&str, &[&str]); 24] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -26,6 +26,7 @@ const ROOMS: [(&str, &[&str]); 23] = [
     ("devices", &["channels", "interfaces", "skills"]),
     ("programs", &["channels", "diagnostics", "skills"]),
     ("monitors", &["channels", "diagnostics"]),
+    ("bags", &["channels", "diagnostics", "interfaces"]),
     ("batch", &[]),
     ("drawing", &["maps"]),
     ("recording", &["channels", "maps", "robot", "monitors", "bt"]),
@@ -71,6 +72,7 @@ const ROOMS: [(&str, &[&str]); 23] = [
             "skills",
             "programs",
             "monitors",
+            "bags",
             "batch",
             "drawing",
             "recording",

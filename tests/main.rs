@@ -4,6 +4,7 @@
 
 mod architecture;
 mod bad_input;
+mod bags;
 mod campaign;
 mod campaign_results;
 mod check_command;

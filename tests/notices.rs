@@ -11,7 +11,7 @@ const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 fn to_be_named(expression: &str) -> BTreeSet<String> {
     let chosen = expression.split(" AND ").filter_map(|part| {
         let choices: Vec<&str> =
-            part.trim_matches(['(', ')']).split(" OR ").flat_map(|choice| choice.split('/')).collect();
+            part.trim_matches(['(', ')']).split(" OR ").flat_map(|choice| choice.split('/')).map(str::trim).collect();
         // Public domain asks for nothing.
         let is_free = choices.iter().any(|choice| ["Apache-2.0", "CC0-1.0"].contains(choice));
         let chosen = choices.iter().find(|choice| **choice == "MIT").or(choices.first());

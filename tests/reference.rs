@@ -78,6 +78,11 @@ fn scenario() {
 }
 
 #[test]
+fn mappings() {
+    compare_part("mappings", "keys", &keys(&scenarios::schema::mapping::keys()));
+}
+
+#[test]
 fn interfaces() {
     let rows = KEYS.iter().map(|key| [code(key.path), key.about.to_owned(), key.takes.to_owned()]);
     compare_part("interfaces", "keys", &table(["key", "meaning", "takes"], rows));

@@ -1,4 +1,4 @@
-//! The JSON schemas of scenario, campaign and interface files, against the readers of these files.
+//! The JSON schemas of scenario, campaign, interface and mapping files, against the readers of these files.
 //!
 //! A schema may accept what only the reader knows to be wrong. It never refuses what the reader accepts.
 
@@ -7,6 +7,7 @@ mod validator;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use bags::Mapping;
 use campaigns::CampaignFile;
 use channels::Symbol;
 use diagnostics::FileProblems;
@@ -14,7 +15,7 @@ use interfaces::Interface;
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::files::{Files, shipped_campaigns, shipped_paths};
 use scenarios::scenario::ScenarioFile;
-use scenarios::schema::{Key, interface};
+use scenarios::schema::{Key, interface, mapping};
 use serde_json::{Value, json};
 
 use self::validator::problem;
@@ -55,6 +56,15 @@ fn interfaces() -> Kind {
         }
     };
     Kind { schema: interface::schema(), keys: interface::keys(), read }
+}
+
+fn mappings() -> Kind {
+    let read = |text: &str| match Mapping::load(Path::new("a.toml"), &|_| Ok(text.as_bytes().to_vec())) {
+        Ok(mapping) => Ok(without_places(&format!("{mapping:?}"))),
+        Err(diagnostics::Error::Problems(problems)) => Err(problems),
+        Err(other) => panic!("{other}"),
+    };
+    Kind { schema: mapping::schema(), keys: mapping::keys(), read }
 }
 
 /// What was read without the places where it stands: `range: 3..7`.
@@ -162,8 +172,13 @@ const INTERFACES: [&str; 2] = [
      actions.NAME = { ros = \"p/action/A.action\" }",
 ];
 
+/// A mapping with every form that a field can have.
+const MAPPING: &str = "tick_s = 0.5\ntime = \"header.stamp\"\n[[messages]]\ntopic = \"/a\"\nfrom = \"source\"\nto = \"target\"\n\
+     fields = { a = \"b\", c = { path = \"d\", symbols = { 1 = \"open\" } }, e = { path = \"f\", scale = 2 }, \
+     g = { symbol = \"ok\" }, h = { value = 3 } }\nwhere = { i = [1, 2], j = \"k\" }";
+
 /// Every kind of files, with examples that together have all of their tables; faults apart.
-fn examples() -> [(Kind, Vec<Value>); 3] {
+fn examples() -> [(Kind, Vec<Value>); 4] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
@@ -192,6 +207,7 @@ fn examples() -> [(Kind, Vec<Value>); 3] {
         ),
         (campaigns(), CAMPAIGNS.map(as_json).to_vec()),
         (interfaces(), INTERFACES.map(as_json).to_vec()),
+        (mappings(), vec![as_json(MAPPING)]),
     ]
 }
 
@@ -519,6 +535,7 @@ fn the_program_prints_the_schemas_that_the_repository_has() {
         ("scenario", "scenarios/scenario.schema.json"),
         ("campaign", "scenarios/campaigns/campaign.schema.json"),
         ("interface", "channels/interfaces/interface.schema.json"),
+        ("mapping", "scenarios/bags/mapping.schema.json"),
     ] {
         let printed = String::from_utf8(steward(&["schema", name]).stdout).unwrap();
         crate::reference::compare(file, &printed);

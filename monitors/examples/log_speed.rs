@@ -85,12 +85,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     report("reading the bytes", start);
     let start = Instant::now();
     let none: [&mut dyn Monitor; 0] = [];
-    let end = verify(&mut EventLog::new(open(path)?, &topology, Channels::All), none)?;
+    let end = verify(EventLog::new(open(path)?, &topology, Channels::All), none)?;
     report("reading the events", start);
     let mut properties = properties(&topology)?;
     let start = Instant::now();
     let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
-    verify(&mut EventLog::new(open(path)?, &topology, Channels::All), monitors)?;
+    verify(EventLog::new(open(path)?, &topology, Channels::All), monitors)?;
     report("and with three monitors", start);
     for property in &properties {
         println!("{}: {:?}", property.name, property.scope_monitor().map(|monitor| monitor.outcome()));

@@ -344,17 +344,26 @@ pub struct LogEnd {
     pub last: Option<EventTime>,
 }
 
-/// Feeds a log to monitors, event by event, to its end.
+impl<R: BufRead> Iterator for EventLog<R> {
+    type Item = Result<Event, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_event().transpose()
+    }
+}
+
+/// Feeds recorded events to monitors, one by one, to their end.
 ///
 /// # Errors
-/// [`LogError`] if the log cannot be read.
-pub fn verify<'a, R: BufRead>(
-    log: &mut EventLog<R>,
+/// What the events themselves give, such as [`LogError`] if a log cannot be read.
+pub fn verify<'a, E>(
+    events: impl IntoIterator<Item = Result<Event, E>>,
     monitors: impl IntoIterator<Item = &'a mut dyn Monitor>,
-) -> Result<LogEnd, LogError> {
+) -> Result<LogEnd, E> {
     let mut monitors: Vec<&mut dyn Monitor> = monitors.into_iter().collect();
     let mut end = LogEnd::default();
-    while let Some(event) = log.next_event()? {
+    for event in events {
+        let event = event?;
         match event.kind {
             EventKind::Tick => end.ticks += 1,
             EventKind::Received { .. } => end.messages += 1,

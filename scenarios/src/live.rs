@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, GraphMonitor, Monitor, Scheduler, Verdict};
+use channels::{ChannelSystem, Event, Monitor, Scheduler, Verdict};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
 use recording::{
@@ -441,19 +441,8 @@ impl Live {
 }
 
 fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
-    let scope = scope_monitor(monitor);
-    let graph = (monitor as &dyn std::any::Any).downcast_ref::<GraphMonitor>();
-    let visits = |graph: &GraphMonitor| {
-        let locations = monitor.graph().map_or(&[][..], |(graph, _)| graph.locations());
-        locations.iter().map(|location| graph.visits(location)).collect()
-    };
-    MonitorEnd {
-        state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
-        open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
-        vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
-        errors: MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec()),
-        visits: graph.map(visits).unwrap_or_default(),
-    }
+    let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
+    MonitorEnd { errors, ..MonitorEnd::of(monitor) }
 }
 
 fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {

@@ -4,6 +4,7 @@
 //! `steward help` says of it. Tests check it against the reader: keys, types, ranges and defaults.
 
 pub mod interface;
+pub mod mapping;
 
 use serde_json::{Value, json};
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use diagnostics::document::Table;
 use diagnostics::{ReadFile, Spanned, read_text};
 
-use crate::ros::{self, Base, Count, TypeName};
+use crate::ros::{self, TypeName};
 
 /// The packages in which most types are, each with the repository that has them.
 const HOMES: [(&str, &[&str]); 4] = [
@@ -217,19 +217,12 @@ fn package_of(path: &Path) -> Option<&Path> {
     ["msg", "srv", "action"].contains(&kind).then(|| folder.parent())?
 }
 
-/// The types that ROS's own compiler knows.
+/// The types that everybody has.
 fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
-    let is_builtin = name.package.as_deref() == Some("builtin_interfaces");
-    if !is_builtin || !["Time", "Duration"].contains(&name.name.as_str()) {
-        return None;
-    }
-    let field = |name: &str, base| {
-        let kind = ros::Type { base, count: Count::One };
-        ros::Field { name: name.to_owned(), kind, default: None, is_optional: false, is_key: false }
-    };
-    let fields = vec![field("sec", Base::Int32), field("nanosec", Base::Uint32)];
-    let path = Path::new("builtin_interfaces/msg").join(format!("{}.msg", name.name));
-    Some(Arc::new(Definition { parts: vec![ros::Message { constants: Vec::new(), fields }], path }))
+    let message = ros::Message::known(name)?;
+    let package = name.package.as_deref().unwrap_or_default();
+    let path = Path::new(package).join("msg").join(format!("{}.msg", name.name));
+    Some(Arc::new(Definition { parts: vec![message], path }))
 }
 
 /// What to add, where a type's definition is missing.

@@ -19,13 +19,18 @@
 //! ```
 //!
 //! An array of an element type, as CDR needs to know it, is a [`Type`] with its [`Count`].
+//!
+//! [`Bundle`] reads what recordings have, in this language or in the IDL that ROS makes of it. [`Service::messages`]
+//! and [`Action::messages`] are the messages that ROS sends for services and actions.
 
 mod bundle;
 mod definition;
+mod idl;
 mod line;
 mod literal;
 mod mark;
 mod print;
+mod sent;
 mod stretch;
 mod types;
 

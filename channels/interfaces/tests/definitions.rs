@@ -176,3 +176,95 @@ fn a_bundle_has_all_types_of_a_message() {
     let text = "A a\n===\nIDL: p/A\nint x\n===\nint8 x\n===\nMSG: B\n===\nMSG: q/B\n@key\n===\nMSG: q/B\n";
     insta::assert_snapshot!(Bundle::parse("p/msg/Test", text).unwrap_err().plain());
 }
+
+/// What rosidl makes of a message, with what people write by hand.
+const IDL: &str = r#"================================================================================
+IDL: arm_msgs/msg/Grip
+// generated from rosidl_adapter/resource/msg.idl.em
+#include "geometry_msgs/msg/Pose.idl"
+
+module arm_msgs {
+  module msg {
+    typedef double double__36[36];
+    module Grip_Constants {
+      @verbatim (language="comment", text=
+        "how (not) to" "\n" "hold")
+      const uint8 SOFT = 1;
+      const string NAME = "gr" "ip";
+      const double LIMIT = -1.5e3;
+    };
+    enum Side { LEFT, RIGHT };
+    struct Grip {
+      @default (value=3)
+      @unit (value="N")
+      unsigned long force;
+      geometry_msgs::msg::Pose pose;
+      double__36 covariance;
+      sequence<string<8>, 4> names;
+      sequence<arm_msgs::msg::Finger> fingers;
+      long long a, b[2];
+      Side side;
+      octet raw; /* one byte */ wstring text;
+    };
+  };
+};
+================================================================================
+IDL: arm_msgs/msg/Finger
+module arm_msgs { module msg { struct Finger { boolean is_bent; }; }; };
+"#;
+
+#[test]
+fn idl_says_the_same_as_the_definition_that_it_was_made_of() {
+    let name = |name| TypeName::new(Some("arm_msgs"), name);
+    let read = Bundle::parse_idl(&name("Grip"), IDL).unwrap_or_else(|problems| panic!("{}", problems.plain()));
+    let same = message(
+        "uint8 SOFT=1\nstring NAME=grip\nfloat64 LIMIT=-1500\nuint32 force\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n\
+         string<=8[<=4] names\narm_msgs/Finger[] fingers\nint64 a\nint64[2] b\nuint32 side\nbyte raw\nwstring text\n",
+    );
+    assert_eq!(read.message, same);
+    assert_eq!(read.types, [(name("Finger"), message("bool is_bent"))].into());
+}
+
+#[test]
+fn broken_idl_is_refused_at_its_place() {
+    let name = TypeName::new(Some("a"), "B");
+    let problems = |text: &str| Bundle::parse_idl(&name, text).expect_err("broken IDL").plain();
+    let of_fields = |fields: &str| problems(&format!("module a {{ module msg {{\nstruct B {{\n{fields}\n}}; }}; }};"));
+    insta::assert_snapshot!(
+        [
+            problems(""),
+            problems("module a { struct C { long x; };"),
+            problems("union B switch (long) {};"),
+            of_fields("long double x;"),
+            of_fields("sequence<sequence<long>> x;"),
+            of_fields("long x[many];"),
+            of_fields("@default (value=\"x long y;"),
+            of_fields("long x"),
+        ]
+        .concat()
+    );
+    // However it is cut off, it is an error or a definition, and no panic.
+    for end in (0..IDL.len()).filter(|end| IDL.is_char_boundary(*end)) {
+        let _ = Bundle::parse_idl(&TypeName::new(Some("arm_msgs"), "Grip"), &IDL[..end]);
+    }
+}
+
+#[test]
+fn services_and_actions_have_the_messages_that_ros_sends() {
+    let service = Service::parse("Set.srv", "bool on\n---\nstring why\n").expect("a service");
+    let [request, response, event] = service.messages("Set");
+    assert_eq!((request.0.as_str(), request.1.to_string()), ("Set_Request", "bool on\n".to_owned()));
+    assert_eq!(response.0, "Set_Response");
+    assert_eq!((event.0.as_str(), event.1.fields[1].kind.to_string()), ("Set_Event", "Set_Request[<=1]".to_owned()));
+    let action = Action::parse("Go.action", "int8 to\n---\nbool done\n---\nfloat32 left\n").expect("an action");
+    let messages = action.messages("Go");
+    let names: Vec<&str> = messages.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names.join(" "),
+        "Go_Goal Go_Result Go_Feedback Go_FeedbackMessage Go_SendGoal_Request Go_SendGoal_Response Go_SendGoal_Event \
+         Go_GetResult_Request Go_GetResult_Response Go_GetResult_Event"
+    );
+    assert_eq!(messages[3].1.to_string(), "unique_identifier_msgs/UUID goal_id\nGo_Feedback feedback\n");
+    assert_eq!(messages[8].1.to_string(), "int8 status\nGo_Result result\n");
+    assert!(Message::known(&TypeName::new(Some("action_msgs"), "GoalStatusArray")).is_some());
+}

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use monitors::{OpenObligation, Vacuity};
+use channels::{GraphMonitor, Monitor};
+use monitors::{OpenObligation, ScopeMonitor, Vacuity, scope_monitor};
 use serde::{Deserialize, Serialize};
 
 use crate::{MonitorState, Scene};
@@ -39,6 +40,8 @@ pub enum Ended {
     TimeLimit(Duration),
     /// Whoever ran it broke it off.
     Interrupted,
+    /// It was no run of a simulation, and its recording ends here.
+    Recorded,
 }
 
 impl Ended {
@@ -51,6 +54,7 @@ impl Ended {
             Self::Settled => "settled",
             Self::TimeLimit(_) => "time_limit",
             Self::Interrupted => "interrupted",
+            Self::Recorded => "recorded",
         }
     }
 }
@@ -63,6 +67,7 @@ impl fmt::Display for Ended {
             Self::Settled => f.write_str("every property had its verdict"),
             Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", limit.as_secs_f64()),
             Self::Interrupted => f.write_str("the run was interrupted"),
+            Self::Recorded => f.write_str("the recording ends here"),
         }
     }
 }
@@ -80,6 +85,26 @@ pub struct MonitorEnd {
     pub errors: Vec<String>,
     /// How often each location of the monitor's graph was entered, if the monitor counts visits.
     pub visits: Vec<u64>,
+}
+
+impl MonitorEnd {
+    /// The final state of a monitor, but for the errors of one that is a machine.
+    #[must_use]
+    pub fn of(monitor: &dyn Monitor) -> Self {
+        let scope = scope_monitor(monitor);
+        let graph = (monitor as &dyn std::any::Any).downcast_ref::<GraphMonitor>();
+        let visits = |graph: &GraphMonitor| {
+            let locations = monitor.graph().map_or(&[][..], |(graph, _)| graph.locations());
+            locations.iter().map(|location| graph.visits(location)).collect()
+        };
+        Self {
+            state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
+            open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
+            vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
+            errors: Vec::new(),
+            visits: graph.map(visits).unwrap_or_default(),
+        }
+    }
 }
 
 /// An error in a skill's machine.

@@ -14,7 +14,7 @@ use crate::{End, Header, Inconsistent, RunView, Step};
 /// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
 /// The version of the format. It goes up with every change of the records.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 /// A chunk is written once its records take this many bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
 /// No chunk takes more bytes than this, compressed or not; a step is at most a part of one.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::Topology;
 use maps::{OccupancyGrid, Point, Pose};
-use monitors::{Formula, Outcome};
+use monitors::{Formula, Outcome, Property, ScopeMonitor};
 use robot::LaserSpec;
 use serde::{Deserialize, Serialize};
 
@@ -109,6 +109,9 @@ pub struct Origin {
     pub text: String,
     /// What the command line changed, in the syntax of `--set`.
     pub overrides: Vec<String>,
+    /// If it is no scenario but a recording of something else: the command line that judges it again. The text is then
+    /// the mapping of its messages, if it has one.
+    pub recorded: Option<String>,
 }
 
 /// Parameters of one subject, with their values in words.
@@ -157,6 +160,20 @@ pub struct Monitor {
     pub formula: Option<Formula>,
     /// The monitor's graph, if it has one.
     pub graph: Option<Graph>,
+}
+
+impl Monitor {
+    /// A property of the messages on those channels.
+    #[must_use]
+    pub fn of(property: &Property, topology: &Topology) -> Self {
+        Self {
+            name: property.name.clone(),
+            property: property.formula.clone(),
+            summary: property.summary.clone(),
+            formula: property.scope_monitor().map(ScopeMonitor::formula).cloned(),
+            graph: Graph::of(property.monitor.as_ref(), topology),
+        }
+    }
 }
 
 /// A fault of the scenario.

@@ -81,6 +81,8 @@
 //! angle of the first beam and the angle between beams, the number of beams, the time between scans, and the shortest
 //! and longest range; a scan is its time, the index of its laser, and one range per beam.
 //!
+//! A [`Judge`] makes the records of events that were recorded elsewhere, such as those of a real robot.
+//!
 //! This crate also has the hash of a trace ([`TraceHash`]) and the event log ([`EventLogWriter`]), which contains less
 //! and is meant for other programs.
 
@@ -89,6 +91,7 @@ mod end;
 mod event_log;
 mod file;
 mod header;
+mod judge;
 mod monitor;
 mod plain;
 mod scene_clock;
@@ -104,6 +107,7 @@ pub use header::{
     Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, Premises, RobotBody, SettingGroup,
     SnapshotOccasion, Snapshots, TREE,
 };
+pub use judge::Judge;
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use scene_clock::SceneClock;
 pub use step::{

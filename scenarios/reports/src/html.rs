@@ -37,6 +37,7 @@ use crate::report::{MonitorReport, Report};
 use crate::timeline::Timeline;
 
 pub use pictures::Picture;
+pub use settings::quoted;
 
 pub use figure::{Drawing, Layout, NARROW, figure};
 pub use markup::{row, section, table, text};
@@ -64,11 +65,13 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
 /// The page of a run in its last step.
 #[must_use]
 pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
-    let title = format!("{} · seed {} · {}", report.scenario, report.seed, in_a_word(report));
+    let recorded = view.header().origin.recorded.is_some();
+    let seed = if recorded { String::new() } else { format!(" · seed {}", report.seed) };
+    let title = format!("{}{seed} · {}", report.scenario, in_a_word(report));
     let before = html! {
         (head(view, report))
         (verdicts::section(view, timeline, report))
-        (way(view, timeline, report))
+        @if !recorded { (way(view, timeline, report)) }
         (course(view, timeline))
         (violations::section(view, timeline))
     };
@@ -111,6 +114,12 @@ fn in_a_word(report: &Report) -> String {
 
 fn head(view: &RunView, report: &Report) -> Markup {
     let has_map = view.header().premises.is_some();
+    let recorded = view.header().origin.recorded.is_some();
+    let what = match () {
+        () if recorded => "A recording under runtime monitors",
+        () if has_map => "A run of a service robot under runtime monitors",
+        () => "A run of a behavior tree under runtime monitors",
+    };
     let links = [
         ("verdicts", "Verdicts"),
         ("way", if has_map { "Map" } else { "Tree" }),
@@ -118,17 +127,22 @@ fn head(view: &RunView, report: &Report) -> Markup {
         ("violations", "Messages"),
         ("pictures", "Pictures"),
         ("parameters", "Parameters"),
-        ("reproduce", "Run it again"),
+        ("reproduce", if recorded { "Check it again" } else { "Run it again" }),
     ];
     let violated = report.monitors.iter().any(|monitor| monitor.verdict == Outcome::Violated);
-    let is_there = |id| (id != "violations" || violated) && (id != "pictures" || !report.snapshots.is_empty());
+    let is_there = |id| {
+        (id != "violations" || violated)
+            && (id != "way" || !recorded)
+            && (id != "pictures" || !report.snapshots.is_empty())
+    };
     html! {
         header.head {
-            p.over { (if has_map { "A run of a service robot under runtime monitors" } else { "A run of a behavior tree under runtime monitors" }) }
+            p.over { (what) }
             h1 { (report.scenario) }
             p.about { (text(&words::sentence(&view.header().about))) }
             p.quiet {
-                "seed " (report.seed) " · " (words::time(view.time())) " simulated · " (words::count(report.ticks, "tick"))
+                @if !recorded { "seed " (report.seed) " · " }
+                (words::time(view.time())) (if recorded { " recorded · " } else { " simulated · " }) (words::count(report.ticks, "tick"))
             }
             nav { @for (id, words) in links.into_iter().filter(|(id, _)| is_there(*id)) { a href={ "#" (id) } { (words) } } }
         }

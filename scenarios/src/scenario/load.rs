@@ -157,6 +157,7 @@ impl<'a> Loader<'a> {
                 argument: self.found.argument.clone(),
                 text: self.found.text.clone(),
                 overrides: self.overrides.to_vec(),
+                recorded: None,
             },
             file,
         })

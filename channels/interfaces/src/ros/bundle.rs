@@ -6,12 +6,14 @@ use std::fmt;
 use diagnostics::{FileProblems, Problem, Source, Span};
 
 use super::definition::{Part, lines};
+use super::idl;
 use super::line::message_name;
 use super::{Message, TypeName};
 
-/// A message and all types in it, in one text: the schema `ros2msg` of MCAP, and what rosbag2 records.
+/// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, and what rosbag2 records.
 ///
-/// Behind the message, each type has a line of `=`, a line with its name, and its definition:
+/// Behind the message, each type has a line of `=`, a line with its name, and its definition. (In IDL, the message
+/// itself has these lines, too.)
 ///
 /// ```
 /// use interfaces::ros::{Bundle, TypeName};
@@ -60,6 +62,21 @@ impl Bundle {
         FileProblems::none_of(problems)?;
         Ok(Self { message, types })
     }
+
+    /// Reads the message `name` with all types in it, in IDL.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it. A type that is used and missing is not.
+    pub fn parse_idl(name: &TypeName, text: &str) -> Result<Self, FileProblems> {
+        let source = Source::new(&name.to_string(), text);
+        let mut types = idl::types(&source)?;
+        let message = types.remove(name).ok_or_else(|| {
+            let problem =
+                source.span(0..0).problem(format!("{name} is not defined")).with_label("nowhere in this text");
+            problem.with_help("a message is a `struct` in the modules of its package")
+        })?;
+        Ok(Self { message, types })
+    }
 }
 
 impl fmt::Display for Bundle {
@@ -81,7 +98,7 @@ fn title(line: &Span) -> Result<TypeName, Problem> {
     name.filter(|name| name.package.is_some()).ok_or_else(|| {
         let problem = line.problem("this is not the name of a message").with_label("behind a line of `=`");
         problem.with_help(if line.text().starts_with("IDL:") {
-            "definitions in IDL are not read"
+            "this is IDL; the text says that it is not"
         } else {
             "for example `MSG: geometry_msgs/Pose`"
         })

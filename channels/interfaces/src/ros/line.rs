@@ -128,7 +128,7 @@ fn read_base(kind: &Span) -> Result<Base, Problem> {
 pub(super) fn message_name(text: &str) -> Option<TypeName> {
     let name = match *text.split('/').collect::<Vec<_>>() {
         [name] => TypeName::new(None, name),
-        [package, name] | [package, "msg", name] => TypeName::new(Some(package), name),
+        [package, name] | [package, "msg" | "srv" | "action", name] => TypeName::new(Some(package), name),
         _ => return None,
     };
     let is_sound = name.package.as_deref().is_none_or(is_field_name) && is_type_name(&name.name);

@@ -10,6 +10,16 @@ use crate::report::Report;
 
 /// The section of the parameters.
 pub(super) fn section(view: &RunView) -> Markup {
+    let origin = &view.header().origin;
+    if origin.recorded.is_some() {
+        let mapping = html! {
+            div.panel {
+                h3 { "What the mapping says" }
+                div.scroll { table.parameters { tbody { @for given in given::of(origin) { (given.row()) } } } }
+            }
+        };
+        return markup::section("parameters", "Parameters", mapping);
+    }
     let content = html! {
         div.panel {
             h3 { "What the scenario says" }
@@ -40,25 +50,30 @@ pub(super) fn section(view: &RunView) -> Markup {
 
 /// The section with the command line.
 pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
+    let is_recorded = view.header().origin.recorded.is_some();
     let content = html! {
         div.panel {
             pre.command { code { (command(view, report)) } }
-            p {
+            @if is_recorded { p { "The hash of the events is " code { (report.trace_hash) } "." } }
+            @else { p {
                 "With version " (report.version) " of the program this gives the same run to the last bit, on any \
                  machine of its kind. The hash of its trace is " code { (report.trace_hash) } "."
-            }
+            } }
             p { "Beside this page: " a href="report.json" { "report.json" } ", the same for programs." }
             @if !report.snapshots.is_empty() {
                 ul.files { @for picture in &report.snapshots { li { a href=(picture.file) { (picture.file) } } } }
             }
         }
     };
-    markup::section("reproduce", "Run it again", content)
+    markup::section("reproduce", if is_recorded { "Check it again" } else { "Run it again" }, content)
 }
 
 /// The command line that runs the scenario again.
 pub(super) fn command(view: &RunView, report: &Report) -> String {
     let origin = &view.header().origin;
+    if let Some(command) = &origin.recorded {
+        return command.clone();
+    }
     let mut command = format!("steward run {} --seed {}", quoted(&origin.argument), report.seed);
     for assignment in &origin.overrides {
         command += &format!(" --set {}", quoted(assignment));
@@ -70,7 +85,8 @@ pub(super) fn command(view: &RunView, report: &Report) -> String {
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+#[must_use]
+pub fn quoted(word: &str) -> String {
     let plain = |character: char| character.is_ascii_alphanumeric() || "-_./=:,+@%".contains(character);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()

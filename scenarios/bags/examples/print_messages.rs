@@ -1,0 +1,66 @@
+//! Prints the messages of a bag as JSON, one per line, with all their fields: `print_messages BAG [FOLDER…]`, where the
+//! folders have definitions that the bag lacks.
+
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use bags::{Bag, Definitions, Item, Layout, Value, Want, decode};
+use serde_json::{Map, json};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args_os().skip(1).map(PathBuf::from);
+    let bag = Bag::open(&arguments.next().ok_or("which bag?")?)?;
+    let folders: Vec<PathBuf> = arguments.collect();
+    let topics = &bag.survey().topics;
+    let definitions = Definitions { topics, folders: &folders, read: &|path: &Path| diagnostics::from_disk(path) };
+    let mut layouts = BTreeMap::new();
+    for (index, topic) in topics.iter().enumerate() {
+        match definitions.layout(topic) {
+            Ok(layout) => drop(layouts.insert(index, layout)),
+            Err(undefined) => eprintln!("{}: {undefined}", topic.name),
+        }
+    }
+    let wanted: Vec<usize> = layouts.keys().copied().collect();
+    let (mut messages, mut body) = (bag.messages(&wanted), Vec::new());
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    while let Some(head) = messages.next_into(&mut body) {
+        let layout = &layouts[&head.topic];
+        let message = match decode(&body, layout, &Want::All) {
+            Ok(message) => of_message(&message, layout),
+            Err(mismatch) => json!({ "mismatch": mismatch.to_string() }),
+        };
+        let (topic, kind) = (&topics[head.topic].name, &topics[head.topic].kind);
+        writeln!(out, "{}", json!({ "topic": topic, "type": kind, "log_ns": head.log_ns, "message": message }))?;
+    }
+    out.flush()?;
+    messages.lost().iter().for_each(|lost| eprintln!("{lost}"));
+    Ok(())
+}
+
+fn of_message(message: &Value, layout: &Layout) -> serde_json::Value {
+    let Value::Message(values) = message else { return json!(null) };
+    let fields = layout.fields.iter().zip(values).map(|(slot, value)| {
+        let json = match value {
+            Value::List(items) => items.iter().map(|item| of_item(item, &slot.item)).collect(),
+            single => of_item(single, &slot.item),
+        };
+        (slot.name.clone(), json)
+    });
+    fields.collect::<Map<_, _>>().into()
+}
+
+fn of_item(value: &Value, item: &Item) -> serde_json::Value {
+    match (value, item) {
+        (Value::Bool(truth), _) => json!(truth),
+        // JSON has neither infinite numbers nor NaN.
+        (Value::Real(number), _) if !number.is_finite() => json!(number.to_string()),
+        (Value::Real(number), _) => json!(number),
+        (Value::Int(number), _) => {
+            i64::try_from(*number).map_or_else(|_| json!(*number as u64), |number| json!(number))
+        }
+        (Value::Text(text), _) => json!(text),
+        (message, Item::Message(layout)) => of_message(message, layout),
+        _ => json!(null),
+    }
+}

@@ -1,0 +1,203 @@
+//! CDR, as ROS 2 encodes messages: version 1, big- or little-endian.
+
+use interfaces::ros::{Base, Count};
+
+use crate::layout::{Item, Layout, Slot};
+
+/// A decoded value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// It was not wanted.
+    Passed,
+    /// A truth value.
+    Bool(bool),
+    /// An integer of up to 64 bits.
+    Int(i128),
+    /// A number; those of 32 bits are exact, too.
+    Real(f64),
+    /// A text. What is not UTF-8 or UTF-16 in it is replaced.
+    Text(String),
+    /// The items of an array.
+    List(Vec<Self>),
+    /// The fields of a message, in the order of its layout.
+    Message(Vec<Self>),
+}
+
+/// What is wanted of a value. The rest is passed without being stored.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Want {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// All of it.
+    All,
+    /// That much of each field of the message, or of the messages in the array.
+    Fields(Vec<Want>),
+}
+
+/// Why bytes are not a message of that type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum Mismatch {
+    /// They end too early.
+    #[error("they end before their definition does")]
+    Short,
+    /// They go on.
+    #[error("they are longer than their definition")]
+    Long,
+    /// A truth value is neither 0 nor 1.
+    #[error("they have a truth value that is neither true nor false")]
+    Bool,
+    /// An array or a text has more items than its definition allows.
+    #[error("they have more items than their definition allows")]
+    Bound,
+    /// They are encoded in another way.
+    #[error("they are not in CDR of version 1 (XCDR2 and parameter lists are not read)")]
+    Encoding,
+}
+
+/// Decodes what is wanted of a message.
+///
+/// # Errors
+/// [`Mismatch`] if the bytes are not a message of that type, whatever is wanted of it.
+pub fn decode(bytes: &[u8], layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
+    let [0, order @ (0 | 1), _, _, body @ ..] = bytes else { return Err(Mismatch::Encoding) };
+    let mut cdr = Cdr { bytes: body, at: 0, is_big: *order == 0 };
+    let value = cdr.message(layout, want)?;
+    // Some writers fill the last eight bytes.
+    if cdr.bytes.len() - cdr.at < 8 { Ok(value) } else { Err(Mismatch::Long) }
+}
+
+struct Cdr<'b> {
+    bytes: &'b [u8],
+    at: usize,
+    is_big: bool,
+}
+
+/// Takes a number of that type.
+macro_rules! number {
+    ($cdr:expr, $type:ty) => {{
+        let bytes = *$cdr.aligned::<{ size_of::<$type>() }>()?;
+        if $cdr.is_big { <$type>::from_be_bytes(bytes) } else { <$type>::from_le_bytes(bytes) }
+    }};
+}
+
+impl<'b> Cdr<'b> {
+    fn take(&mut self, count: usize) -> Result<&'b [u8], Mismatch> {
+        let taken = self.at.checked_add(count).and_then(|end| self.bytes.get(self.at..end)).ok_or(Mismatch::Short)?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    fn align(&mut self, size: usize) {
+        self.at = self.at.next_multiple_of(size);
+    }
+
+    fn aligned<const N: usize>(&mut self) -> Result<&'b [u8; N], Mismatch> {
+        self.align(N);
+        self.take(N)?.try_into().map_err(|_| Mismatch::Short)
+    }
+
+    fn message(&mut self, layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
+        // In IDL, a struct without members has one of one byte.
+        if layout.fields.is_empty() {
+            self.take(1)?;
+        }
+        match want {
+            Want::Nothing => {
+                layout.fields.iter().try_for_each(|slot| self.slot(slot, want).map(drop))?;
+                Ok(Value::Passed)
+            }
+            Want::All => {
+                layout.fields.iter().map(|slot| self.slot(slot, want)).collect::<Result<_, _>>().map(Value::Message)
+            }
+            Want::Fields(wants) => {
+                let fields = layout.fields.iter().zip(wants);
+                fields.map(|(slot, want)| self.slot(slot, want)).collect::<Result<_, _>>().map(Value::Message)
+            }
+        }
+    }
+
+    fn slot(&mut self, slot: &Slot, want: &Want) -> Result<Value, Mismatch> {
+        let count = match slot.count {
+            Count::One => return self.item(&slot.item, want),
+            Count::Exactly(count) => count,
+            Count::UpTo(bound) => self.length(bound)?,
+            Count::Any => self.length(usize::MAX)?,
+        };
+        // Each item has at least one byte, so a broken length is noticed before anything is allocated.
+        if count > self.bytes.len().saturating_sub(self.at) {
+            return Err(Mismatch::Short);
+        }
+        if *want != Want::Nothing {
+            return (0..count).map(|_| self.item(&slot.item, want)).collect::<Result<_, _>>().map(Value::List);
+        }
+        match &slot.item {
+            Item::Plain(base) if count > 0 && size(base).is_some() => {
+                let size = size(base).unwrap_or(1);
+                self.align(size);
+                self.take(count.checked_mul(size).ok_or(Mismatch::Short)?)?;
+            }
+            item => (0..count).try_for_each(|_| self.item(item, want).map(drop))?,
+        }
+        Ok(Value::Passed)
+    }
+
+    fn length(&mut self, bound: usize) -> Result<usize, Mismatch> {
+        let length = number!(self, u32) as usize;
+        if length > bound { Err(Mismatch::Bound) } else { Ok(length) }
+    }
+
+    fn item(&mut self, item: &Item, want: &Want) -> Result<Value, Mismatch> {
+        match item {
+            Item::Message(layout) => self.message(layout, want),
+            Item::Plain(base) => self.plain(base, *want != Want::Nothing),
+        }
+    }
+
+    fn plain(&mut self, base: &Base, is_wanted: bool) -> Result<Value, Mismatch> {
+        Ok(match base {
+            Base::Bool => match self.take(1)?[0] {
+                byte @ (0 | 1) => Value::Bool(byte == 1),
+                _ => return Err(Mismatch::Bool),
+            },
+            Base::Byte | Base::Char | Base::Uint8 => Value::Int(self.take(1)?[0].into()),
+            Base::Int8 => Value::Int(number!(self, i8).into()),
+            Base::Int16 => Value::Int(number!(self, i16).into()),
+            Base::Uint16 => Value::Int(number!(self, u16).into()),
+            Base::Int32 => Value::Int(number!(self, i32).into()),
+            Base::Uint32 => Value::Int(number!(self, u32).into()),
+            Base::Int64 => Value::Int(number!(self, i64).into()),
+            Base::Uint64 => Value::Int(number!(self, u64).into()),
+            Base::Float32 => Value::Real(number!(self, f32).into()),
+            Base::Float64 => Value::Real(number!(self, f64)),
+            Base::String(bound) => {
+                // The length includes a zero at the end. Some writers leave both out of an empty text.
+                let length = self.length(bound.map_or(usize::MAX, |bound| bound.saturating_add(1)))?;
+                let text = self.take(length)?;
+                let text = text.strip_suffix(&[0]).unwrap_or(text);
+                if is_wanted { Value::Text(String::from_utf8_lossy(text).into_owned()) } else { Value::Passed }
+            }
+            Base::WString(bound) => {
+                // ROS gives each unit of UTF-16 four bytes.
+                let length = self.length(bound.unwrap_or(usize::MAX))?;
+                if length > self.bytes.len().saturating_sub(self.at) {
+                    return Err(Mismatch::Short);
+                }
+                let units = (0..length).map(|_| Ok(number!(self, u32) as u16)).collect::<Result<Vec<u16>, _>>()?;
+                Value::Text(String::from_utf16_lossy(&units))
+            }
+            Base::Message(_) => Value::Passed,
+        })
+    }
+}
+
+/// The bytes of an item, and the multiple at which it begins; none if it has no fixed size.
+fn size(base: &Base) -> Option<usize> {
+    match base {
+        Base::Byte | Base::Char | Base::Int8 | Base::Uint8 => Some(1),
+        Base::Int16 | Base::Uint16 => Some(2),
+        Base::Int32 | Base::Uint32 | Base::Float32 => Some(4),
+        Base::Int64 | Base::Uint64 | Base::Float64 => Some(8),
+        Base::Bool | Base::String(_) | Base::WString(_) | Base::Message(_) => None,
+    }
+}

@@ -1,0 +1,271 @@
+//! The events of a bag, in order.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
+
+use crate::cdr::{self, decode};
+use crate::mapping::{Clock, Compiled, Entry, Mapping, Rule};
+use crate::path::{End, Path};
+use crate::storage::{Bag, Head, Messages};
+
+/// A pause of more ticks than this is taken for a wrong stamp.
+const LONGEST_PAUSE: i64 = 10_000_000;
+
+/// The ticks and messages of a bag, one after the other, as a mapping makes them of its messages.
+///
+/// The first mapped message is at time 0, and with it the first tick. Messages that are no event, for whatever reason,
+/// are [counted](Self::notes).
+pub struct Events {
+    messages: Messages,
+    compiled: Compiled,
+    topics: Vec<String>,
+    body: Vec<u8>,
+    /// What has been read and not yet given, by time and order in the bag.
+    waiting: BTreeMap<(i64, u64), (ChannelId, Message)>,
+    read: u64,
+    /// The latest time that has been read.
+    newest_ns: i64,
+    is_over: bool,
+    tick_ns: i64,
+    reorder_ns: i64,
+    start_ns: Option<i64>,
+    last_ns: i64,
+    ticks: u64,
+    steps: u64,
+    left_out: BTreeMap<(usize, Reason), (u64, String)>,
+    /// How many messages came too late, and the latest of them by how much.
+    late: (u64, i64),
+}
+
+/// Why a message is no event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Reason {
+    /// It is not a message of its type.
+    Mismatch(cdr::Mismatch),
+    /// It has no stamp, or one of another age.
+    Stamp,
+    /// A value has no symbol.
+    Symbol,
+    /// The channel does not carry it.
+    Channel,
+}
+
+impl Events {
+    /// The events of a bag.
+    #[must_use]
+    pub fn new(bag: &Bag, mapping: &Mapping, compiled: Compiled) -> Self {
+        let wanted = compiled.entries.iter().enumerate().filter(|(_, entries)| !entries.is_empty());
+        let wanted: Vec<usize> = wanted.map(|(topic, _)| topic).collect();
+        let ns = |duration: Duration| i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX);
+        Self {
+            messages: bag.messages(&wanted),
+            compiled,
+            topics: bag.survey().topics.iter().map(|topic| topic.name.clone()).collect(),
+            body: Vec::new(),
+            waiting: BTreeMap::new(),
+            read: 0,
+            newest_ns: i64::MIN,
+            is_over: false,
+            tick_ns: ns(mapping.tick).max(1),
+            reorder_ns: ns(mapping.reorder),
+            start_ns: None,
+            last_ns: 0,
+            ticks: 0,
+            steps: 0,
+            left_out: BTreeMap::new(),
+            late: (0, 0),
+        }
+    }
+
+    /// The time of the first event, in nanoseconds since 1970 if the stamps are; none before it.
+    #[must_use]
+    pub fn start_ns(&self) -> Option<i64> {
+        self.start_ns
+    }
+
+    /// What is missing in the events so far, in words: what is damaged, and which messages are no events, and why.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
+            let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
+            let why = match reason {
+                Reason::Mismatch(mismatch) => {
+                    format!("their bytes do not fit the definition: {mismatch}; the first is of {first}")
+                }
+                Reason::Stamp => format!("their stamps are 0, or far from the others'; the first: {first}"),
+                Reason::Symbol => format!("the mapping has no symbol for their value; the first: {first}"),
+                Reason::Channel => format!("their channel does not carry them; the first: {first}"),
+            };
+            format!("{count} {messages} of {} {are} left out: {why}", self.topics[*topic])
+        });
+        let late = (self.late.0 > 0).then(|| {
+            format!(
+                "{} messages come up to {} s too late, and get the time of the message before them; `reorder_s` says how \
+                 long to wait for them",
+                self.late.0,
+                crate::seconds(self.late.1)
+            )
+        });
+        self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
+    }
+
+    /// Reads the next message of the bag.
+    fn fill(&mut self) {
+        let Some(head) = self.messages.next_into(&mut self.body) else {
+            self.is_over = true;
+            return;
+        };
+        for (channel, entry) in &self.compiled.entries[head.topic] {
+            match event(entry, head, &self.body) {
+                Ok(None) => {}
+                Ok(Some((time_ns, message))) => {
+                    let reference = self.waiting.keys().next().map_or(self.last_ns, |(time_ns, _)| *time_ns);
+                    let is_first = self.start_ns.is_none() && self.waiting.is_empty();
+                    let pause = time_ns.saturating_sub(reference).saturating_abs() / self.tick_ns;
+                    if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause > LONGEST_PAUSE {
+                        note(&mut self.left_out, head.topic, Reason::Stamp, || {
+                            format!("{} s", crate::seconds(time_ns))
+                        });
+                    } else if !self.compiled.topology.carries(*channel, &message) {
+                        note(&mut self.left_out, head.topic, Reason::Channel, || message.to_string());
+                    } else {
+                        self.newest_ns = self.newest_ns.max(time_ns);
+                        self.waiting.insert((time_ns, self.read), (*channel, message));
+                        self.read += 1;
+                    }
+                }
+                Err((reason, first)) => note(&mut self.left_out, head.topic, reason, || first),
+            }
+        }
+    }
+
+    fn since_start(&self, time_ns: i64) -> Duration {
+        Duration::from_nanos(time_ns.saturating_sub(self.start_ns.unwrap_or(time_ns)).max(0).unsigned_abs())
+    }
+}
+
+impl Iterator for Events {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        loop {
+            let first = self.waiting.first_key_value().map(|((time_ns, _), _)| *time_ns);
+            match first {
+                Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
+                    let start_ns = *self.start_ns.get_or_insert(time_ns);
+                    let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
+                    let now_ns = time_ns.max(begun);
+                    let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
+                    let tick_ns = start_ns.saturating_add(ticks.saturating_mul(self.tick_ns));
+                    if tick_ns <= now_ns {
+                        let (tick, time) = (self.ticks, self.since_start(tick_ns));
+                        self.ticks += 1;
+                        self.last_ns = tick_ns;
+                        return Some(Event { step: self.steps, tick, time, kind: EventKind::Tick });
+                    }
+                    let (_, (channel, message)) = self.waiting.pop_first()?;
+                    if time_ns < now_ns {
+                        self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
+                    }
+                    self.last_ns = now_ns;
+                    self.steps += 1;
+                    let kind = EventKind::Received { channel, message };
+                    let time = self.since_start(now_ns);
+                    return Some(Event { step: self.steps, tick: self.ticks - 1, time, kind });
+                }
+                _ if self.is_over => return None,
+                _ => self.fill(),
+            }
+        }
+    }
+}
+
+fn note(
+    left_out: &mut BTreeMap<(usize, Reason), (u64, String)>,
+    topic: usize,
+    reason: Reason,
+    first: impl FnOnce() -> String,
+) {
+    left_out.entry((topic, reason)).or_insert_with(|| (0, first())).0 += 1;
+}
+
+/// The time and the message of an event; none if the mapping's tests say that it is none.
+fn event(entry: &Entry, head: Head, body: &[u8]) -> Result<Option<(i64, Message)>, (Reason, String)> {
+    let decoded = decode(body, &entry.layout, &entry.want)
+        .map_err(|mismatch| (Reason::Mismatch(mismatch), format!("{} s", crate::seconds(head.log_ns))))?;
+    let holds = entry.tests.iter().all(|test| {
+        let value = value_at(&decoded, &test.path, None);
+        test.values.iter().any(|wanted| is_same(wanted, &value))
+    });
+    if !holds {
+        return Ok(None);
+    }
+    let time_ns = match &entry.clock {
+        Clock::Log => head.log_ns,
+        Clock::Publish => head.publish_ns,
+        // The item that has the stamp may be missing.
+        Clock::Field(path) => path.find(&decoded).and_then(stamp_ns).unwrap_or(0),
+    };
+    let mut values = Vec::with_capacity(entry.fields.len());
+    for rule in &entry.fields {
+        values.push(match rule {
+            Rule::Constant(value) => value.clone(),
+            Rule::Path { path, scale } => value_at(&decoded, path, *scale),
+            Rule::Symbols { path, text, symbols } => {
+                let value = as_written(&value_at(&decoded, path, None));
+                let symbol = symbols.iter().find(|(written, _)| *written == value);
+                let (_, symbol) = symbol.ok_or_else(|| (Reason::Symbol, format!("`{text}` is {value}")))?;
+                Value::Symbol(symbol.clone())
+            }
+        });
+    }
+    Ok(Some((time_ns, Message::new(values))))
+}
+
+/// The value at a path. What no value of a channel can be is `<none>`.
+fn value_at(message: &cdr::Value, path: &Path, scale: Option<f64>) -> Value {
+    let value = match (path.find(message), path.end) {
+        (Some(cdr::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
+        (Some(cdr::Value::Int(number)), _) => match scale {
+            Some(scale) => Some(Value::Real(*number as f64 * scale)),
+            None => i64::try_from(*number).ok().map(Value::Int),
+        },
+        (Some(cdr::Value::Real(number)), _) => {
+            Some(number * scale.unwrap_or(1.0)).filter(|number| !number.is_nan()).map(Value::Real)
+        }
+        (Some(cdr::Value::Text(text)), _) => Some(Value::from(text.as_str())),
+        (Some(cdr::Value::List(bytes)), End::Bytes) => {
+            let digits = bytes
+                .iter()
+                .map(|byte| if let cdr::Value::Int(byte) = byte { format!("{byte:02x}") } else { String::new() });
+            Some(Value::from(digits.collect::<String>().as_str()))
+        }
+        (Some(time), End::Time) => stamp_ns(time).map(|ns| Value::Real(ns as f64 * 1e-9)),
+        _ => None,
+    };
+    value.unwrap_or_else(|| Value::symbol(FieldKind::NONE))
+}
+
+fn stamp_ns(stamp: &cdr::Value) -> Option<i64> {
+    let cdr::Value::Message(fields) = stamp else { return None };
+    let [cdr::Value::Int(seconds), cdr::Value::Int(ns)] = fields.as_slice() else { return None };
+    i64::try_from(seconds * 1_000_000_000 + ns).ok()
+}
+
+fn is_same(wanted: &Value, value: &Value) -> bool {
+    match (wanted.as_number(), value.as_number()) {
+        (Some(wanted), Some(number)) => wanted == number,
+        _ => wanted == value,
+    }
+}
+
+/// A value as the key of a table writes it.
+fn as_written(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.to_string(),
+        Value::Symbol(symbol) => symbol.name().to_owned(),
+        other => other.to_string(),
+    }
+}

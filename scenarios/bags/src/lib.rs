@@ -1,0 +1,93 @@
+//! Recordings of ROS 2: their messages as the events of channels.
+//!
+//! A [`Bag`] is what rosbag2 writes: MCAP files with any of their compressions, SQLite files (with the feature
+//! `sqlite`), folders of several. It need not have been closed: what is before the damage is read, and what is lost is
+//! said in words.
+//!
+//! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields are
+//! the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are decoded by
+//! the [definitions](Definitions) in the bag itself, or in folders. [`Events`] then gives the ticks and messages one
+//! after the other, as an event log does, so the same monitors judge them. Only mapped topics are decoded, and memory
+//! does not grow with the bag.
+//!
+//! [`Contents`] lists what a bag has, and proposes a mapping.
+
+mod cdr;
+mod contents;
+mod events;
+mod layout;
+mod mapping;
+mod path;
+mod storage;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+pub use cdr::{Mismatch, Value, Want, decode};
+pub use contents::{Contents, Listed};
+pub use events::Events;
+pub use layout::{Definitions, Item, Layout, Slot, Undefined};
+pub use mapping::{Compiled, Mapping};
+pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
+
+/// Why a bag cannot be read at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system could not read it.
+    #[error(transparent)]
+    Read(#[from] diagnostics::Error),
+    /// It is neither a file of a known format nor a folder with one.
+    #[error("{} is not a bag", .0.display())]
+    NoBag(PathBuf),
+    /// It has no byte.
+    #[error("{} is empty", .0.display())]
+    Empty(PathBuf),
+    /// The whole file is compressed.
+    #[error("{} is compressed as a whole", .0.display())]
+    Packed(PathBuf),
+    /// It is a file of SQLite, which this build does not read.
+    #[error("{} is a file of SQLite, which this build does not read", .0.display())]
+    NoSqlite(PathBuf),
+    /// SQLite could not read it.
+    #[error("{}: {problem}", path.display())]
+    Sqlite {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// What to do about it.
+    #[must_use]
+    pub fn help(&self) -> String {
+        match self {
+            Self::Read(_) => "a bag is a file `.mcap` or `.db3`, or the folder that has them".to_owned(),
+            Self::NoBag(_) => {
+                "a bag is a file `.mcap` or `.db3` that rosbag2 has written, or the folder that has them".to_owned()
+            }
+            Self::Empty(_) => "the recorder was stopped before it wrote anything".to_owned(),
+            Self::Packed(path) => format!("decompress it: `zstd -d {}`", path.display()),
+            Self::NoSqlite(path) => {
+                let stem = path.with_extension("");
+                format!(
+                    "build with `--features sqlite`, which needs a C compiler; or convert it: `rosbags-convert --src {} \
+                     --dst {}-mcap --dst-storage mcap`",
+                    path.parent().unwrap_or(path).display(),
+                    stem.display()
+                )
+            }
+            Self::Sqlite { .. } => "the file is damaged, or another program is writing it".to_owned(),
+        }
+    }
+}
+
+/// Nanoseconds since 1970 as seconds, exactly.
+#[must_use]
+pub fn seconds(ns: i64) -> String {
+    let sign = if ns < 0 { "-" } else { "" };
+    format!("{sign}{}.{:09}", (ns / 1_000_000_000).unsigned_abs(), (ns % 1_000_000_000).unsigned_abs())
+}

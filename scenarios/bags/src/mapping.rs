@@ -1,0 +1,199 @@
+//! Mapping files: which messages of a bag are which messages of channels.
+
+mod compile;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use channels::{Symbol, Value};
+use diagnostics::document::{Document, Item, Table};
+use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+
+pub use compile::Compiled;
+pub(crate) use compile::{Clock, Entry, Rule};
+
+/// A mapping file, read and not yet compared with a bag.
+#[derive(Clone, Debug)]
+pub struct Mapping {
+    /// Time between ticks.
+    pub tick: Duration,
+    /// By how much messages may come too late.
+    pub(crate) reorder: Duration,
+    time: Spanned<String>,
+    /// Folders that have definitions.
+    folders: Vec<PathBuf>,
+    messages: Vec<Mapped>,
+}
+
+/// An entry of `[[messages]]`.
+#[derive(Clone, Debug)]
+struct Mapped {
+    topic: Spanned<String>,
+    from: Spanned<String>,
+    to: Spanned<String>,
+    time: Option<Spanned<String>>,
+    tests: Vec<(Spanned<String>, Vec<Value>)>,
+    fields: Vec<(String, Source)>,
+    span: Span,
+}
+
+/// Where the value of a field comes from.
+#[derive(Clone, Debug)]
+enum Source {
+    Constant(Value),
+    Path { path: Spanned<String>, symbols: Option<Vec<(String, Symbol)>>, scale: Option<Spanned<f64>> },
+}
+
+impl Mapping {
+    /// Reads a mapping file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn load(path: &Path, read: ReadFile<'_>) -> Result<Self, diagnostics::Error> {
+        let document = Document::parse_toml(&path.display().to_string(), &read_text(path, read)?)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(document.read(|root| {
+            let above_0 = |tick: &Duration| !tick.is_zero();
+            let tick = root.seconds("tick_s").check(above_0, "be above 0").or(Duration::from_secs(1));
+            let reorder = root.seconds("reorder_s").or(Duration::from_secs(1));
+            let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
+            let time = root.text("time").spanned().or(log);
+            let folders = root.get::<Vec<String>>("definitions").or(Vec::new());
+            let messages = root
+                .tables("messages")
+                .required_or("add a table `[[messages]]`; `steward verify --list BAG` proposes some")?;
+            let messages: Vec<Option<Mapped>> = messages.into_iter().map(mapped).collect();
+            Some(Self {
+                tick,
+                reorder,
+                time,
+                folders: folders.into_iter().map(|name| folder.join(name)).collect(),
+                messages: messages.into_iter().collect::<Option<_>>()?,
+            })
+        })?)
+    }
+}
+
+fn mapped(table: Table<'_>) -> Option<Mapped> {
+    let [topic, from, to] = ["topic", "from", "to"].map(|key| table.text(key).spanned().required());
+    let time = table.text("time").spanned().optional();
+    // For people.
+    let _ = table.text("about").optional();
+    let tests = if table.has("where") {
+        tests(table)
+    } else {
+        table.know("where");
+        Some(Vec::new())
+    };
+    let fields = fields(table);
+    let (from, to) = (from?, to?);
+    if from.value == to.value {
+        let problem = to.span.problem("a process does not send to itself").with_label("the same as `from`");
+        table.report(problem.with_help("choose two names: who publishes, and who listens"));
+        return None;
+    }
+    Some(Mapped { topic: topic?, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
+}
+
+/// The keys of a table in the order in which they are written.
+fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
+    let mut keys: Vec<_> = table.keys().collect();
+    keys.sort_by_key(|(_, place)| place.range().start);
+    keys
+}
+
+fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
+    let tests = table.table("where").required()?;
+    let read = in_order(tests).into_iter().map(|(path, place)| {
+        let item = tests.get::<Item<'_>>(path).required()?;
+        let items = item.as_array().unwrap_or_else(|| vec![item.clone()]);
+        let values: Option<Vec<Value>> = items.iter().map(constant).collect();
+        if values.is_none() {
+            let problem = item.wrong("a number, a text, true or false, or an array of these");
+            table.report(problem.with_help("write a path with dots in quotes: `where = { \"goal.status\" = 4 }`"));
+        }
+        Some((Spanned { value: path.to_owned(), span: place.clone() }, values?))
+    });
+    read.collect::<Vec<_>>().into_iter().collect()
+}
+
+fn fields(table: Table<'_>) -> Option<Vec<(String, Source)>> {
+    let fields = table.table("fields").required()?;
+    let read = in_order(fields).into_iter().map(|(name, place)| {
+        if !is_name(name) {
+            let problem = place.problem(format!("`{name}` cannot be the name of a field")).with_label("this field");
+            table.report(
+                problem.with_help("a name consists of letters, digits and `_`, and does not begin with a digit"),
+            );
+        }
+        let item = fields.get::<Item<'_>>(name).required()?;
+        if let Some(path) = item.as_text() {
+            let path = Spanned { value: path.to_owned(), span: item.span().clone() };
+            return Some((name.to_owned(), Source::Path { path, symbols: None, scale: None }));
+        }
+        let Some(source) = item.as_table() else {
+            table.report(item.wrong("the path of a field, or a table with `path`, `symbol` or `value`"));
+            return None;
+        };
+        Some((name.to_owned(), from_table(source)?)).filter(|_| is_name(name))
+    });
+    read.collect::<Vec<_>>().into_iter().collect()
+}
+
+fn is_name(name: &str) -> bool {
+    name.starts_with(|letter: char| letter.is_ascii_alphabetic() || letter == '_')
+        && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+}
+
+/// What a table says of a field.
+fn from_table(table: Table<'_>) -> Option<Source> {
+    if table.has("symbol") {
+        return Some(Source::Constant(Value::symbol(&table.text("symbol").required()?)));
+    }
+    if table.has("value") {
+        let item = table.get::<Item<'_>>("value").required()?;
+        let value = constant(&item);
+        if value.is_none() {
+            table.report(item.wrong("a number, a text, true or false"));
+        }
+        return value.map(Source::Constant);
+    }
+    let path =
+        table.text("path").spanned().required_or("add `path`, or `symbol` or `value` for what is always the same");
+    let scale = table.number("scale").spanned().optional();
+    let symbols = if table.has("symbols") {
+        symbols(table).map(Some)
+    } else {
+        table.know("symbols");
+        Some(None)
+    };
+    let symbols = symbols?;
+    if let (Some(_), Some(scale)) = (&symbols, &scale) {
+        table.report(scale.span.problem("a symbol has no scale").with_label("leave this out"));
+        return None;
+    }
+    Some(Source::Path { path: path?, symbols, scale })
+}
+
+/// The symbols of values: numbers, texts or truth values as they are written.
+fn symbols(table: Table<'_>) -> Option<Vec<(String, Symbol)>> {
+    let symbols = table.table("symbols").required()?;
+    let read = in_order(symbols).into_iter().map(|(value, _)| {
+        let name = symbols.text(value).spanned().required()?;
+        let is_symbol = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
+        if name.value.is_empty() || !name.value.chars().all(is_symbol) {
+            let problem: Problem =
+                name.span.problem(format!("`{}` is not a symbol", name.value)).with_label("this name");
+            table.report(problem.with_help("a name consists of letters, digits, `_` and `-`"));
+            return None;
+        }
+        Some((value.to_owned(), Symbol::new(&name.value)))
+    });
+    read.collect::<Vec<_>>().into_iter().collect()
+}
+
+fn constant(item: &Item<'_>) -> Option<Value> {
+    let number = || item.as_number().filter(|number| number.is_finite()).map(Value::Real);
+    let plain = item.as_boolean().map(Value::Bool).or_else(|| item.as_integer().map(Value::Int)).or_else(number);
+    plain.or_else(|| item.as_text().map(Value::from))
+}

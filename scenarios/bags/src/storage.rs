@@ -1,0 +1,138 @@
+//! The files of a bag: which topics they have, and their messages, one after the other.
+
+mod files;
+mod mcap;
+#[cfg(feature = "sqlite")]
+mod sqlite;
+mod survey;
+
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use files::Format;
+
+pub use files::is_bag;
+pub use survey::{Definition, Head, Survey, Topic};
+
+/// A recording of ROS 2: a file, or a folder of them.
+#[derive(Clone, Debug)]
+pub struct Bag {
+    files: Vec<(PathBuf, Format)>,
+    survey: Survey,
+}
+
+impl Bag {
+    /// Finds the files of a bag and the topics in them. Reads what the files say of themselves; one that does not, as
+    /// it was not closed, is read once.
+    ///
+    /// # Errors
+    /// If it is not a bag, or cannot be read at all. Damage is not an error: what is before it is read.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut survey = Survey::default();
+        let files = files::of(path, &mut survey.lost)?;
+        for (path, format) in &files {
+            match format {
+                Format::Mcap => mcap::survey(path, &mut survey)?,
+                #[cfg(feature = "sqlite")]
+                Format::Sqlite => sqlite::survey(path, &mut survey)?,
+                #[cfg(not(feature = "sqlite"))]
+                Format::Sqlite => return Err(Error::NoSqlite(path.clone())),
+            }
+        }
+        Ok(Self { files, survey })
+    }
+
+    /// What the bag has.
+    #[must_use]
+    pub fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    /// Reads the messages of some topics, given by their indices, in the order in which they are recorded.
+    #[must_use]
+    pub fn messages(&self, wanted: &[usize]) -> Messages {
+        let wanted = (0..self.survey.topics.len()).map(|topic| wanted.contains(&topic)).collect();
+        Messages {
+            files: self.files.clone().into_iter(),
+            topics: self.survey.topics.clone(),
+            wanted,
+            current: None,
+            lost: Vec::new(),
+        }
+    }
+}
+
+/// The messages of a bag, one after the other.
+pub struct Messages {
+    files: std::vec::IntoIter<(PathBuf, Format)>,
+    topics: Vec<Topic>,
+    wanted: Vec<bool>,
+    current: Option<Reader>,
+    lost: Vec<String>,
+}
+
+enum Reader {
+    Mcap(Box<mcap::Reader>),
+    #[cfg(feature = "sqlite")]
+    Sqlite(Box<sqlite::Reader>),
+}
+
+impl Reader {
+    fn open(path: &Path, format: Format, topics: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+        match format {
+            Format::Mcap => mcap::Reader::open(path, topics, wanted).map(|reader| Self::Mcap(Box::new(reader))),
+            #[cfg(feature = "sqlite")]
+            Format::Sqlite => sqlite::Reader::open(path, topics, wanted).map(|reader| Self::Sqlite(Box::new(reader))),
+            #[cfg(not(feature = "sqlite"))]
+            Format::Sqlite => Err(Error::NoSqlite(path.to_owned())),
+        }
+    }
+}
+
+impl Messages {
+    /// Reads the next message into `body`, and says which one it is; none at the end.
+    pub fn next_into(&mut self, body: &mut Vec<u8>) -> Option<Head> {
+        loop {
+            let next = match &mut self.current {
+                None => {
+                    let (path, format) = self.files.next()?;
+                    match Reader::open(&path, format, &self.topics, &self.wanted) {
+                        Ok(reader) => self.current = Some(reader),
+                        Err(error) => self.lost.push(error.to_string()),
+                    }
+                    continue;
+                }
+                Some(Reader::Mcap(reader)) => reader.next_into(body, &mut self.lost),
+                #[cfg(feature = "sqlite")]
+                Some(Reader::Sqlite(reader)) => reader.next_into(body, &mut self.lost),
+            };
+            if next.is_some() {
+                unpack(body, &mut self.lost);
+                return next;
+            }
+            self.current = None;
+        }
+    }
+
+    /// What was damaged or missing so far, in words.
+    #[must_use]
+    pub fn lost(&self) -> &[String] {
+        &self.lost
+    }
+}
+
+/// Unpacks a message that rosbag2 has compressed by itself: CDR never begins as Zstandard does.
+fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
+    const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+    if !body.starts_with(&ZSTANDARD) {
+        return;
+    }
+    let mut plain = Vec::new();
+    let read = ruzstd::decoding::StreamingDecoder::new(body.as_slice()).map_err(|error| error.to_string()).and_then(
+        |mut decoder| std::io::Read::read_to_end(&mut decoder, &mut plain).map_err(|error| error.to_string()),
+    );
+    match read {
+        Ok(_) => *body = plain,
+        Err(error) => lost.push(format!("a compressed message is damaged: {error}")),
+    }
+}

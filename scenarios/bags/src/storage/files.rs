@@ -1,0 +1,83 @@
+//! Which files a bag consists of.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+
+/// The format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    Mcap,
+    Sqlite,
+}
+
+impl Format {
+    /// By the first bytes of the file, or else by its name.
+    fn of(path: &Path) -> Option<Self> {
+        let mut first = Vec::new();
+        let _ = File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
+        if first.starts_with(b"\x89MCAP") {
+            return Some(Self::Mcap);
+        }
+        if first.starts_with(b"SQLite format 3\0") {
+            return Some(Self::Sqlite);
+        }
+        match path.extension()?.to_str()? {
+            "mcap" => Some(Self::Mcap),
+            "db3" => Some(Self::Sqlite),
+            _ => None,
+        }
+    }
+}
+
+/// Whether a path is that of a bag: a folder, or a file of one of the formats.
+#[must_use]
+pub fn is_bag(path: &Path) -> bool {
+    path.is_dir() || path.is_file() && Format::of(path).is_some()
+}
+
+/// The name of the file that rosbag2 writes beside those of the messages.
+const METADATA: &str = "metadata.yaml";
+
+/// The files of a bag, in the order in which they were recorded.
+pub(super) fn of(path: &Path, lost: &mut Vec<String>) -> Result<Vec<(PathBuf, Format)>, Error> {
+    let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
+    if !fs::metadata(path).map_err(unreadable)?.is_dir() {
+        let format = Format::of(path).ok_or_else(|| Error::NoBag(path.to_owned()))?;
+        return Ok(vec![(path.to_owned(), format)]);
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(path).map_err(unreadable)? {
+        names.push(entry.map_err(unreadable)?.file_name().to_string_lossy().into_owned());
+    }
+    if let Some(packed) = names.iter().find(|name| name.ends_with(".mcap.zstd") || name.ends_with(".db3.zstd")) {
+        return Err(Error::Packed(path.join(packed)));
+    }
+    names.sort_by_key(|name| in_order(name));
+    // The files that rosbag2 lists come first, in its order.
+    let listed = listed(&fs::read_to_string(path.join(METADATA)).unwrap_or_default());
+    let (found, missing): (Vec<String>, Vec<String>) = listed.into_iter().partition(|name| names.contains(name));
+    lost.extend(missing.into_iter().map(|name| format!("{name} is missing, which {METADATA} lists")));
+    names.retain(|name| !found.contains(name));
+    let files = found.into_iter().chain(names).map(|name| path.join(name));
+    let files: Vec<_> =
+        files.filter(|path| path.is_file()).filter_map(|path| Some((path.clone(), Format::of(&path)?))).collect();
+    if files.is_empty() { Err(Error::NoBag(path.to_owned())) } else { Ok(files) }
+}
+
+/// A name with its last number apart, so that `bag_10.mcap` comes after `bag_9.mcap`.
+fn in_order(name: &str) -> (String, u64, String) {
+    let stem = name.split_once('.').map_or(name, |(stem, _)| stem);
+    let digits = stem.len() - stem.trim_end_matches(|letter: char| letter.is_ascii_digit()).len();
+    let (text, number) = stem.split_at(stem.len() - digits);
+    (text.to_owned(), number.parse().unwrap_or(0), name.to_owned())
+}
+
+/// The files that rosbag2's metadata lists.
+fn listed(metadata: &str) -> Vec<String> {
+    let lines = metadata.lines().skip_while(|line| line.trim() != "relative_file_paths:").skip(1);
+    let names = lines.map_while(|line| line.trim().strip_prefix("- "));
+    names.map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect()
+}

@@ -1,0 +1,419 @@
+//! Files in the format MCAP.
+//!
+//! A file is read from start to end, record by record, and chunks are decompressed as a stream, so memory does not
+//! depend on the size of either. Chunks of unwanted topics and unwanted messages are passed over without reading them,
+//! as far as the file has an index of its chunks.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::parse_record;
+use mcap::records::{ChunkIndex, MessageHeader, Record, op};
+
+use super::survey::{Definition, Head, Survey, Topic};
+use crate::Error;
+
+/// Larger records are read only if they are messages: no definition is that long.
+const LONGEST: u64 = 1 << 26;
+
+/// The bytes of a message's record before its data.
+const MESSAGE_HEAD: u64 = 22;
+
+/// Adds what a file has.
+pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
+    let mut walk = Walk::open(path)?;
+    if let Some(summary) = walk.summary() {
+        let topics: BTreeMap<u16, usize> =
+            walk.known.channels.iter().map(|(id, topic)| (*id, survey.topic(topic.clone()))).collect();
+        for (channel, count) in &summary.counts {
+            if let Some(topic) = topics.get(channel) {
+                survey.counts[*topic] += count;
+            }
+        }
+        if let Some((first, last)) = summary.span {
+            survey.note_times(first as i64, last as i64);
+        }
+        return Ok(());
+    }
+    let mut none = Vec::new();
+    let mut lost = Vec::new();
+    let (mut counts, mut seen) = (BTreeMap::<u16, u64>::new(), None::<(u64, u64)>);
+    while let Some(head) = walk.next_message(|_, _| Reading::Head, &mut none, &mut lost) {
+        *counts.entry(head.channel_id).or_default() += 1;
+        let (first, last) = seen.unwrap_or((head.log_time, head.log_time));
+        seen = Some((first.min(head.log_time), last.max(head.log_time)));
+    }
+    // Reading the messages will say what is lost.
+    for (channel, topic) in &walk.known.channels {
+        let topic = survey.topic(topic.clone());
+        survey.counts[topic] += counts.get(channel).copied().unwrap_or(0);
+    }
+    if let Some((first, last)) = seen {
+        survey.note_times(first as i64, last as i64);
+    }
+    Ok(())
+}
+
+/// The wanted messages of a file.
+pub(super) struct Reader {
+    walk: Walk,
+    topics: Vec<Topic>,
+    wanted: Vec<bool>,
+    /// The wanted channels that have been seen, with their topics; none for others.
+    seen: BTreeMap<u16, Option<usize>>,
+}
+
+impl Reader {
+    pub(super) fn open(path: &Path, topics: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+        let mut walk = Walk::open(path)?;
+        if let Some(summary) = walk.summary() {
+            let is_wanted = |channel: &u16| {
+                let topic =
+                    walk.known.channels.get(channel).and_then(|topic| topics.iter().position(|known| known == topic));
+                topic.is_none_or(|topic| wanted[topic])
+            };
+            let needless = summary.chunks.iter().filter(|chunk| {
+                let channels = &chunk.message_index_offsets;
+                !channels.is_empty() && !channels.keys().any(is_wanted)
+            });
+            walk.needless = needless.map(|chunk| chunk.chunk_start_offset).collect();
+        }
+        Ok(Self { walk, topics: topics.to_vec(), wanted: wanted.to_vec(), seen: BTreeMap::new() })
+    }
+
+    pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
+        let Self { walk, topics, wanted, seen } = self;
+        let known = |channel: u16, channels: &BTreeMap<u16, Topic>| {
+            let topic = channels.get(&channel).and_then(|topic| topics.iter().position(|known| known == topic));
+            topic.filter(|topic| wanted[*topic])
+        };
+        let mut topic = None;
+        let chooses = |channel: u16, channels: &BTreeMap<u16, Topic>| {
+            topic = *seen.entry(channel).or_insert_with(|| known(channel, channels));
+            if topic.is_some() { Reading::Body } else { Reading::Nothing }
+        };
+        let head = walk.next_message(chooses, body, lost)?;
+        Some(Head { topic: topic?, log_ns: head.log_time as i64, publish_ns: head.publish_time as i64 })
+    }
+}
+
+/// What a file says of itself at its end.
+struct Summary {
+    counts: BTreeMap<u16, u64>,
+    span: Option<(u64, u64)>,
+    chunks: Vec<ChunkIndex>,
+}
+
+/// How much of a message is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Reading {
+    Nothing,
+    Head,
+    Body,
+}
+
+/// Says how much of a message on this channel is read.
+trait Chooses: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading {}
+
+impl<F: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading> Chooses for F {}
+
+/// A walk through the records of a file.
+struct Walk {
+    path: PathBuf,
+    file: BufReader<File>,
+    length: u64,
+    /// The chunk that is being decompressed.
+    chunk: Option<BufReader<Box<dyn Read>>>,
+    /// Where the file goes on after the last chunk.
+    after_chunk: u64,
+    /// Where chunks begin that have no wanted message.
+    needless: BTreeSet<u64>,
+    known: Known,
+    /// When the last message was recorded.
+    last: Option<u64>,
+    is_over: bool,
+}
+
+/// What messages refer to.
+#[derive(Default)]
+struct Known {
+    schemas: BTreeMap<u16, (String, Definition)>,
+    channels: BTreeMap<u16, Topic>,
+}
+
+impl Walk {
+    fn open(path: &Path) -> Result<Self, Error> {
+        let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
+        let file = File::open(path).map_err(unreadable)?;
+        let length = file.metadata().map_err(unreadable)?.len();
+        let mut file = BufReader::with_capacity(1 << 16, file);
+        let mut magic = [0; 8];
+        if length == 0 {
+            return Err(Error::Empty(path.to_owned()));
+        }
+        if file.read_exact(&mut magic).is_err() || magic != mcap::MAGIC {
+            return Err(Error::NoBag(path.to_owned()));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            length,
+            chunk: None,
+            after_chunk: 0,
+            needless: BTreeSet::new(),
+            known: Known::default(),
+            last: None,
+            is_over: false,
+        })
+    }
+
+    /// What the file says at its end, with all its channels; none if it was not closed, or says too little. Goes back
+    /// to the first record.
+    fn summary(&mut self) -> Option<Summary> {
+        let summary = self.read_summary();
+        if self.file.seek(SeekFrom::Start(mcap::MAGIC.len() as u64)).is_err() {
+            self.is_over = true;
+        }
+        if summary.is_none() {
+            self.known = Known::default();
+        }
+        summary
+    }
+
+    fn read_summary(&mut self) -> Option<Summary> {
+        const FOOTER: u64 = 9 + 20;
+        let end = self.length.checked_sub(FOOTER + mcap::MAGIC.len() as u64)?;
+        let mut tail = Vec::new();
+        self.file.seek(SeekFrom::Start(end)).ok()?;
+        self.file.read_to_end(&mut tail).ok()?;
+        if !tail.ends_with(mcap::MAGIC) || tail[0] != op::FOOTER {
+            return None;
+        }
+        let Ok(Record::Footer(footer)) = parse_record(op::FOOTER, &tail[9..29]) else { return None };
+        if footer.summary_start == 0 || footer.summary_start > end {
+            return None;
+        }
+        let mut at = self.file.seek(SeekFrom::Start(footer.summary_start)).ok()?;
+        let (mut statistics, mut chunks, mut body) = (None, Vec::new(), Vec::new());
+        while at < end {
+            let (kind, length) = record_head(&mut self.file).ok()??;
+            at = at.checked_add(9)?.checked_add(length).filter(|at| *at <= end)?;
+            read_body(&mut self.file, length, &mut body).ok()?;
+            match parse_record(kind, &body).ok()? {
+                Record::Statistics(found) => statistics = Some(found),
+                Record::ChunkIndex(index) => chunks.push(index),
+                record => self.known.note(record),
+            }
+        }
+        let statistics = statistics.filter(|found| found.channel_count as usize == self.known.channels.len())?;
+        let span = (statistics.message_start_time, statistics.message_end_time);
+        Some(Summary {
+            counts: statistics.channel_message_counts,
+            span: (statistics.message_count > 0).then_some(span),
+            chunks,
+        })
+    }
+
+    /// The next message of which anything is to be read. What is damaged ends the chunk, or the file.
+    fn next_message(
+        &mut self,
+        mut chooses: impl Chooses,
+        body: &mut Vec<u8>,
+        lost: &mut Vec<String>,
+    ) -> Option<MessageHeader> {
+        while !self.is_over {
+            match self.step(&mut chooses, body) {
+                Ok(Step::Message(head)) => {
+                    self.last = Some(head.log_time);
+                    return Some(head);
+                }
+                Ok(Step::Other) => {}
+                Ok(Step::End) => self.is_over = true,
+                Err(error) => {
+                    let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
+                    let goes_on = is_in_chunk && self.after_chunk < self.length;
+                    lost.push(self.damage(goes_on, &error));
+                    self.chunk = None;
+                    self.is_over = !goes_on || self.file.seek(SeekFrom::Start(self.after_chunk)).is_err();
+                }
+            }
+        }
+        None
+    }
+
+    /// What is lost, in words.
+    fn damage(&self, goes_on: bool, error: &io::Error) -> String {
+        let since = self.last.map_or_else(
+            || "before its first message".to_owned(),
+            |last| format!("after the message of {} s", crate::seconds(last as i64)),
+        );
+        let (what, rest) = if goes_on { ("has a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
+        let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };
+        format!("{} {what} {since}{reason}: {rest} is lost", self.path.display())
+    }
+
+    /// Reads the next record of the chunk, or of the file itself.
+    fn step(&mut self, chooses: &mut impl Chooses, body: &mut Vec<u8>) -> io::Result<Step> {
+        if let Some(chunk) = &mut self.chunk {
+            let step = self.known.step(chunk, chooses, body)?;
+            if matches!(step, Step::End) {
+                self.chunk = None;
+                self.file.seek(SeekFrom::Start(self.after_chunk))?;
+                return Ok(Step::Other);
+            }
+            return Ok(step);
+        }
+        match self.file.fill_buf()?.first() {
+            None => Err(io::ErrorKind::UnexpectedEof.into()),
+            Some(&(op::DATA_END | op::FOOTER)) => Ok(Step::End),
+            Some(&op::CHUNK) => {
+                let at = self.file.stream_position()?;
+                let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
+                self.after_chunk = at.saturating_add(9).saturating_add(length);
+                if self.needless.contains(&at) {
+                    self.file.pass(length)?
+                } else {
+                    self.enter()?
+                }
+                Ok(Step::Other)
+            }
+            Some(_) => self.known.step(&mut self.file, chooses, body),
+        }
+    }
+
+    /// Enters a chunk. The records of one without compression are simply the next ones of the file.
+    fn enter(&mut self) -> io::Result<()> {
+        let mut times_size_and_checksum = [0; 8 + 8 + 8 + 4];
+        self.file.read_exact(&mut times_size_and_checksum)?;
+        let (mut length, mut compression) = ([0; 4], Vec::new());
+        self.file.read_exact(&mut length)?;
+        read_body(&mut self.file, u32::from_le_bytes(length).into(), &mut compression)?;
+        let mut length = [0; 8];
+        self.file.read_exact(&mut length)?;
+        if compression.is_empty() {
+            return Ok(());
+        }
+        let mut file = File::open(&self.path)?;
+        file.seek(SeekFrom::Start(self.file.stream_position()?))?;
+        let packed = BufReader::with_capacity(1 << 16, file.take(u64::from_le_bytes(length)));
+        let plain: Box<dyn Read> = match compression.as_slice() {
+            b"zstd" => Box::new(ruzstd::decoding::StreamingDecoder::new(packed).map_err(io::Error::other)?),
+            b"lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
+            other => {
+                let other = String::from_utf8_lossy(other);
+                return Err(io::Error::other(format!("the compression `{other}` is not known")));
+            }
+        };
+        self.chunk = Some(BufReader::with_capacity(1 << 16, plain));
+        Ok(())
+    }
+}
+
+impl Known {
+    /// Remembers schemas and channels.
+    fn note(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                self.schemas.insert(header.id, (header.name, Definition { language: header.encoding, text }));
+            }
+            Record::Channel(channel) => {
+                let (kind, definition) = self.schemas.get(&channel.schema_id).cloned().unzip();
+                let topic = Topic {
+                    name: channel.topic,
+                    kind: kind.unwrap_or_default(),
+                    encoding: channel.message_encoding,
+                    definition: definition.filter(|definition| !definition.language.is_empty()),
+                };
+                self.channels.insert(channel.id, topic);
+            }
+            _ => {}
+        }
+    }
+
+    /// Reads the next record of a chunk, or of the file.
+    fn step(
+        &mut self,
+        input: &mut (impl BufRead + Pass),
+        chooses: &mut impl Chooses,
+        body: &mut Vec<u8>,
+    ) -> io::Result<Step> {
+        let Some((kind, length)) = record_head(input)? else { return Ok(Step::End) };
+        match kind {
+            op::MESSAGE if length >= MESSAGE_HEAD => {
+                let mut head = [0; MESSAGE_HEAD as usize];
+                input.read_exact(&mut head)?;
+                let head = message_head(&head);
+                let (reading, rest) = (chooses(head.channel_id, &self.channels), length - MESSAGE_HEAD);
+                if reading == Reading::Body {
+                    read_body(input, rest, body)?
+                } else {
+                    input.pass(rest)?
+                }
+                Ok(if reading == Reading::Nothing { Step::Other } else { Step::Message(head) })
+            }
+            op::SCHEMA | op::CHANNEL if length <= LONGEST => {
+                let mut body = Vec::new();
+                read_body(input, length, &mut body)?;
+                self.note(parse_record(kind, &body).map_err(io::Error::other)?);
+                Ok(Step::Other)
+            }
+            _ => input.pass(length).map(|()| Step::Other),
+        }
+    }
+}
+
+enum Step {
+    Message(MessageHeader),
+    Other,
+    End,
+}
+
+/// What can be passed over.
+trait Pass {
+    fn pass(&mut self, length: u64) -> io::Result<()>;
+}
+
+impl Pass for BufReader<Box<dyn Read>> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        let passed = io::copy(&mut self.take(length), &mut io::sink())?;
+        if passed == length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+    }
+}
+
+/// What is behind the end of the file is noticed by the next reader.
+impl Pass for BufReader<File> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        self.seek_relative(i64::try_from(length).map_err(io::Error::other)?)
+    }
+}
+
+/// The kind of the next record and its length; none at the end.
+fn record_head(input: &mut impl Read) -> io::Result<Option<(u8, u64)>> {
+    let mut kind = [0];
+    if input.read(&mut kind)? == 0 {
+        return Ok(None);
+    }
+    let mut length = [0; 8];
+    input.read_exact(&mut length)?;
+    Ok(Some((kind[0], u64::from_le_bytes(length))))
+}
+
+fn read_body(input: &mut impl Read, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
+    body.clear();
+    input.take(length).read_to_end(body)?;
+    if body.len() as u64 == length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+}
+
+fn message_head(bytes: &[u8; MESSAGE_HEAD as usize]) -> MessageHeader {
+    let number =
+        |range: std::ops::Range<usize>| bytes[range].iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte));
+    MessageHeader {
+        channel_id: number(0..2) as u16,
+        sequence: number(2..6) as u32,
+        log_time: number(6..14),
+        publish_time: number(14..22),
+    }
+}

@@ -1,0 +1,113 @@
+//! Files of SQLite, the first format of rosbag2.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
+
+use super::survey::{Definition, Head, Survey, Topic};
+use crate::Error;
+
+/// Adds what a file has.
+pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
+    let file = open(path)?;
+    let refused = |error: rusqlite::Error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() };
+    for (id, topic) in topics(&file).map_err(refused)? {
+        let index = survey.topic(topic);
+        let counted =
+            file.query_row("SELECT COUNT(*) FROM messages WHERE topic_id = ?1", [id], |row| row.get::<_, i64>(0));
+        // A damaged file has what can be read of it.
+        survey.counts[index] += counted.map_or(0, |count| count.max(0) as u64);
+    }
+    let span = file.query_row("SELECT MIN(timestamp), MAX(timestamp) FROM messages", [], |row| {
+        Ok(row.get::<_, Option<i64>>(0)?.zip(row.get::<_, Option<i64>>(1)?))
+    });
+    if let Ok(Some((first, last))) = span {
+        survey.note_times(first, last);
+    }
+    Ok(())
+}
+
+fn open(path: &Path) -> Result<Connection, Error> {
+    if std::fs::metadata(path).is_ok_and(|found| found.len() == 0) {
+        return Err(Error::Empty(path.to_owned()));
+    }
+    Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX)
+        .map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })
+}
+
+/// The topics of a file by their numbers. Until Humble, rosbag2 wrote no definitions.
+fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
+    let has_definitions =
+        file.prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
+    let mut definitions = BTreeMap::new();
+    if let Ok(mut rows) = has_definitions {
+        for row in rows.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))? {
+            let (kind, language, text): (String, String, String) = row?;
+            if !language.is_empty() {
+                definitions.insert(kind, Definition { language, text });
+            }
+        }
+    }
+    let mut rows = file.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let topics = rows.query_map([], |row| {
+        let kind: String = row.get(2)?;
+        let definition = definitions.get(&kind).cloned();
+        Ok((row.get(0)?, Topic { name: row.get(1)?, kind, encoding: row.get(3)?, definition }))
+    })?;
+    topics.collect()
+}
+
+/// The wanted messages of a file.
+pub(super) struct Reader {
+    path: PathBuf,
+    file: Connection,
+    /// The wanted topics by their numbers in the file.
+    topics: BTreeMap<i64, usize>,
+    query: String,
+    /// The row that was read last, and when its message was recorded.
+    last: (i64, Option<i64>),
+}
+
+impl Reader {
+    pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+        let file = open(path)?;
+        let known =
+            topics(&file).map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })?;
+        let index = |topic: &Topic| all.iter().position(|known| known == topic).filter(|index| wanted[*index]);
+        let topics: BTreeMap<i64, usize> = known.iter().filter_map(|(id, topic)| Some((*id, index(topic)?))).collect();
+        let ids: Vec<String> = topics.keys().map(i64::to_string).collect();
+        let query = format!(
+            "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 AND topic_id IN ({}) ORDER BY id LIMIT 1",
+            ids.join(", ")
+        );
+        Ok(Self { path: path.to_owned(), file, topics, query, last: (i64::MIN, None) })
+    }
+
+    pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
+        let row = self.file.prepare_cached(&self.query).and_then(|mut query| {
+            let read = |row: &rusqlite::Row<'_>| {
+                body.clear();
+                body.extend_from_slice(row.get_ref(3)?.as_blob()?);
+                Ok((row.get(0)?, row.get::<_, i64>(1)?, row.get(2)?))
+            };
+            query.query_row(params![self.last.0], read).optional()
+        });
+        match row {
+            Ok(None) => None,
+            Ok(Some((id, topic, log_ns))) => {
+                self.last = (id, Some(log_ns));
+                Some(Head { topic: *self.topics.get(&topic)?, log_ns, publish_ns: log_ns })
+            }
+            Err(error) => {
+                let since = self.last.1.map_or_else(
+                    || "before its first message".to_owned(),
+                    |last| format!("after the message of {} s", crate::seconds(last)),
+                );
+                lost.push(format!("{} breaks off {since} ({error}): the rest is lost", self.path.display()));
+                self.query = "SELECT 0, 0, 0, 0 WHERE ?1 IS NULL".to_owned();
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! What a bag has, and which message is which.
+
+/// A topic as a bag has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// Its name: `/cmd_vel`.
+    pub name: String,
+    /// The type of its messages: `geometry_msgs/msg/Twist`.
+    pub kind: String,
+    /// How its messages are encoded: `cdr`.
+    pub encoding: String,
+    /// The definition of the type, if the bag has it.
+    pub definition: Option<Definition>,
+}
+
+/// The definition of a type, with those of all types that it uses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Its language: `ros2msg` or `ros2idl`.
+    pub language: String,
+    /// The text.
+    pub text: String,
+}
+
+/// What a bag has.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// The topics.
+    pub topics: Vec<Topic>,
+    /// The number of messages on each.
+    pub counts: Vec<u64>,
+    /// When the first message and the last one were recorded, in nanoseconds since 1970; none without messages.
+    pub span_ns: Option<(i64, i64)>,
+    /// What is damaged or missing, in words.
+    pub lost: Vec<String>,
+}
+
+impl Survey {
+    /// The index of a topic, which is added if it is new.
+    pub(super) fn topic(&mut self, topic: Topic) -> usize {
+        let known = self.topics.iter().position(|known| *known == topic);
+        known.unwrap_or_else(|| {
+            self.topics.push(topic);
+            self.counts.push(0);
+            self.topics.len() - 1
+        })
+    }
+
+    pub(super) fn note_times(&mut self, first_ns: i64, last_ns: i64) {
+        let (first, last) = self.span_ns.unwrap_or((first_ns, last_ns));
+        self.span_ns = Some((first.min(first_ns), last.max(last_ns)));
+    }
+}
+
+/// When a message was recorded, and of which topic it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Head {
+    /// The topic's index in the [`Survey`].
+    pub topic: usize,
+    /// When it was received and recorded, in nanoseconds since 1970.
+    pub log_ns: i64,
+    /// When it was sent, if the bag says that; else as `log_ns`.
+    pub publish_ns: i64,
+}

@@ -1,0 +1,123 @@
+//! Records of what was recorded elsewhere, such as by a real robot: events, and what monitors say of them.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Event, EventKind, Topology, Verdict};
+use monitors::{EventTime, LogEnd, Property};
+
+use crate::{
+    Decision, Details, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorState, Origin, RobotState,
+    Snapshots, Step, TraceHash, event_line,
+};
+
+/// Lets monitors judge events, and makes the records of a run of them. What only a simulation could know is missing.
+#[derive(Debug)]
+pub struct Judge {
+    topology: Arc<Topology>,
+    told: Vec<MonitorState>,
+    decided: Vec<bool>,
+    hash: TraceHash,
+    end: LogEnd,
+}
+
+impl Judge {
+    /// Begins with events on these channels; `name` and `about` say where they come from. Also gives the first two
+    /// records.
+    #[must_use]
+    pub fn begin(
+        [name, about]: [String; 2],
+        origin: Origin,
+        topology: &Arc<Topology>,
+        tick: Duration,
+        properties: &[Property],
+    ) -> (Self, Header, Step) {
+        let told: Vec<MonitorState> =
+            properties.iter().map(|property| MonitorState::of(property.monitor.as_ref())).collect();
+        let start = Details { monitors: told.iter().cloned().enumerate().collect(), ..Details::default() };
+        let header = Header {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: name,
+            about,
+            origin,
+            settings: Vec::new(),
+            seed: 0,
+            tick,
+            dt: Duration::ZERO,
+            unwatched: false,
+            topology: Arc::clone(topology),
+            tree: Vec::new(),
+            skills: Vec::new(),
+            components: Vec::new(),
+            monitors: properties.iter().map(|property| Monitor::of(property, topology)).collect(),
+            faults: Vec::new(),
+            premises: None,
+            robot: None,
+            snapshots: Snapshots::default(),
+            expected: Expected::default(),
+        };
+        let decided = vec![false; properties.len()];
+        let judge =
+            Self { topology: Arc::clone(topology), told, decided, hash: TraceHash::default(), end: LogEnd::default() };
+        let start = judge.record(Duration::ZERO, Vec::new(), start);
+        (judge, header, start)
+    }
+
+    /// Lets the monitors judge an event, and gives its record.
+    pub fn step(&mut self, event: Event, properties: &mut [Property]) -> Step {
+        match event.kind {
+            EventKind::Tick => self.end.ticks += 1,
+            EventKind::Received { .. } => self.end.messages += 1,
+        }
+        self.end.last = Some(EventTime::of(&event));
+        self.hash.line(&event_line(&event, &self.topology));
+        let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
+        for (index, property) in properties.iter_mut().enumerate() {
+            property.monitor.observe(&event);
+            let state = MonitorState::of(property.monitor.as_ref());
+            if state.verdict != Verdict::Inconclusive && !std::mem::replace(&mut self.decided[index], true) {
+                let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
+                let witness = witness.filter(|_| state.verdict == Verdict::False).cloned();
+                let decision = Decision { verdict: state.verdict, event: event.clone(), witness };
+                happenings.push(Happening::Verdict { monitor: index, decision });
+            }
+            if self.told[index] != state {
+                self.told[index] = state.clone();
+                monitors.push((index, state));
+            }
+        }
+        let time = event.time;
+        self.record(time, happenings, Details { events: vec![event], monitors, ..Details::default() })
+    }
+
+    fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {
+        Step {
+            time,
+            ticks: self.end.ticks,
+            overruns: 0,
+            communications: self.end.messages,
+            robot: RobotState::default(),
+            happenings,
+            details: Some(Box::new(details)),
+        }
+    }
+
+    /// What there was so far.
+    #[must_use]
+    pub fn end(&self) -> LogEnd {
+        self.end
+    }
+
+    /// The last record.
+    #[must_use]
+    pub fn finish(&self, properties: &[Property]) -> End {
+        End {
+            ended: Ended::Recorded,
+            trace_hash: self.hash.finish(),
+            monitors: properties.iter().map(|property| MonitorEnd::of(property.monitor.as_ref())).collect(),
+            skill_errors: Vec::new(),
+            messages_hit: Vec::new(),
+            scene: None,
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The keys of a file that says which messages of a bag are which messages of channels.
+
+use serde_json::{Value, json};
+
+use super::{Key, json_schema, list, number, or, scalar, seconds, some_seconds, table, text, with};
+
+/// The JSON schema of a mapping file.
+#[must_use]
+pub fn schema() -> Value {
+    json_schema("A mapping of a bag for steward", json!({}), &keys())
+}
+
+/// All keys of a mapping file.
+#[must_use]
+pub fn keys() -> Vec<Key> {
+    let words = |takes: Value, words: &str| with(takes, json!({ "title": words }));
+    let time = || words(text(), "`log`, `publish`, or the path of a stamp in the message, such as `header.stamp`");
+    vec![
+        Key::new(
+            "tick_s",
+            "Time between ticks, in seconds. The first tick comes with the first mapped message.",
+            or(some_seconds(), 1),
+        ),
+        Key::new(
+            "time",
+            "What the time of a message is: when it was recorded, when it was sent, or what a field says.",
+            or(time(), "log"),
+        ),
+        Key::new(
+            "reorder_s",
+            "How long to wait for messages that come too late, in seconds. Those that come still later get the time of \
+             the message before them.",
+            or(seconds(), 1),
+        ),
+        Key::new(
+            "definitions",
+            "Folders with packages of ROS, such as `/opt/ros/jazzy/share`, for types that the bag does not define.",
+            list("an array of texts, relative to this file", &text()),
+        ),
+        Key::new("messages[]", "Which messages pass on which channel.", table(json!({}))).required(),
+        Key::new("messages[].topic", "The topic; also one of a service or an action: `/go/_action/status`.", text())
+            .required(),
+        Key::new("messages[].from", "The process that sends.", text()).required(),
+        Key::new("messages[].to", "The process that receives.", text()).required(),
+        Key::new(
+            "messages[].fields",
+            "The fields of the channel's message, in their order, each with what it is.",
+            fields(),
+        )
+        .required(),
+        Key::new(
+            "messages[].where",
+            "Only messages in which each of these paths has this value, or one of these.",
+            tests(),
+        ),
+        Key::new("messages[].time", "As `time`, for these messages.", time()),
+        Key::new("messages[].about", "What the messages are, in words. The program does not use it.", text()),
+    ]
+}
+
+fn fields() -> Value {
+    let symbols = json!({ "type": "object", "additionalProperties": text() });
+    let of_path = json!({ "path": text(), "symbols": symbols, "scale": number(-1e300, 1e300) });
+    let form = |required: &str, properties: Value| json!({ "type": "object", "additionalProperties": false, "required": [required], "properties": properties });
+    let forms = [
+        text(),
+        form("path", of_path),
+        form("symbol", json!({ "symbol": text() })),
+        form("value", json!({ "value": scalar() })),
+    ];
+    let words = "a table: each field with the path of a field in the topic's message, or with a table that has `path` and, \
+                 if need be, `symbols` or `scale`, or that has `symbol` or `value` for what is always the same";
+    json!({ "title": words, "type": ["object"], "additionalProperties": { "anyOf": forms } })
+}
+
+fn tests() -> Value {
+    let words = "a table: each path with a text, a number, true or false, or with an array of these";
+    let one_or_several = json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
+    json!({ "title": words, "type": ["object"], "additionalProperties": one_or_several })
+}

@@ -1,0 +1,44 @@
+//! The arguments of `steward verify`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use reports::html::quoted;
+
+/// Recorded runs and robots, and what is asked of them.
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// Event logs, as `--record FILE.jsonl` writes them, and bags of ROS 2; `-` reads a log from standard input
+    #[arg(value_name = "LOG", required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    /// A property file, or the name of a shipped one; may be given more than once
+    #[arg(long = "property", value_name = "FILE", required_unless_present = "list")]
+    pub(crate) properties: Vec<PathBuf>,
+    /// The scenario whose processes and channels they mention [default: the log's own; for a bag, those of its mapping]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) scenario: Option<String>,
+    /// Which messages of a bag are which messages of channels: a TOML file, which `--list` proposes
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map_channels: Option<PathBuf>,
+    /// Writes the report of each log with its page to DIR; of several logs, to folders in it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Lists what bags have instead, and proposes a mapping
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out"])]
+    pub(crate) list: bool,
+    /// Prints the verdicts, or the list, as JSON instead of words; of several logs, an array
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl VerifyArgs {
+    /// The command line that checks one of the logs.
+    pub(crate) fn command(&self, log: &Path) -> String {
+        let mut words = vec!["steward verify".to_owned(), quoted(&log.to_string_lossy())];
+        let files = |name: &str, file: &Path| [name.to_owned(), quoted(&file.to_string_lossy())];
+        words.extend(self.properties.iter().flat_map(|file| files("--property", file)));
+        words.extend(self.map_channels.iter().flat_map(|file| files("--map-channels", file)));
+        words.extend(self.scenario.iter().flat_map(|name| files("--scenario", Path::new(name))));
+        words.join(" ")
+    }
+}

@@ -1,0 +1,90 @@
+//! Bags of ROS 2: what they have, and what properties say of them.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use bags::{Bag, Contents, Definitions, Events, Listed, Mapping};
+use campaigns::Error;
+use diagnostics::from_disk;
+use serde_json::json;
+
+use super::args::VerifyArgs;
+use super::judge::{Verified, judge, load};
+use crate::monitor::System;
+
+/// Checks a bag against properties, in constant memory.
+pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+    let Some(mapping) = &args.map_channels else {
+        let message = format!("nothing says which messages of {} pass on which channels", path.display());
+        let help =
+            format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
+        return Err(Error::refused(message, help));
+    };
+    let text = diagnostics::text_from_disk(mapping).unwrap_or_default();
+    let mapping = Mapping::load(mapping, &from_disk).map_err(scenarios::Error::bad_input)?;
+    let bag = open(path)?;
+    let scenario = args.scenario.as_deref().map(System::of).transpose()?.map(|system| system.topology);
+    let compiled = mapping.compile(bag.survey(), scenario.as_ref(), &from_disk).map_err(scenarios::Error::bad_input)?;
+    let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
+    let mut properties = load(args, &system)?;
+    let mut events = Events::new(&bag, &mapping, compiled);
+    let start =
+        bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {} s", bags::seconds(first)));
+    let about = format!("A bag of ROS 2{start}");
+    let end = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
+    let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
+    Ok(Verified { properties, end, start_ns: events.start_ns(), notes })
+}
+
+/// What a bag has.
+pub(super) fn list(path: &Path) -> Result<Contents, Error> {
+    let bag = open(path)?;
+    let definitions = Definitions { topics: &bag.survey().topics, folders: &[], read: &from_disk };
+    Ok(Contents::of(&bag, &definitions))
+}
+
+pub(super) fn open(path: &Path) -> Result<Bag, Error> {
+    Bag::open(path).map_err(|error| Error::refused(error.to_string(), error.help()))
+}
+
+/// The list as a comment, and the mapping below it.
+pub(super) fn in_words(contents: &Contents) -> String {
+    let mut text = String::new();
+    let width = |of: fn(&Listed) -> &str| contents.topics.iter().map(|topic| of(topic).len()).max().unwrap_or(0);
+    let (names, kinds) = (width(|topic| &topic.name), width(|topic| &topic.kind));
+    // Writing to a string cannot fail.
+    if let Some(start_ns) = contents.start_ns {
+        let _ = writeln!(text, "# {:.3} s, since {} s", contents.duration_s, bags::seconds(start_ns));
+    }
+    for Listed { name, kind, messages, rate_hz, fields, .. } in &contents.topics {
+        let rate = rate_hz.map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));
+        let missing =
+            fields.as_ref().err().map_or_else(String::new, |why| format!("  {}", why.replace('\n', "\n#   ")));
+        let line = format!("# {name:names$}  {kind:kinds$}  {messages:>8}  {rate:>10}{missing}");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    contents.lost.iter().for_each(|lost| text += &format!("# {lost}\n"));
+    match contents.proposal() {
+        Some(proposal) => text += &format!("\n# A mapping of all of it: keep what the properties need.\n{proposal}"),
+        None => text += "# there is nothing to map\n",
+    }
+    text
+}
+
+pub(super) fn as_json(contents: &Contents, path: &Path) -> serde_json::Value {
+    let topic = |Listed { name, kind, messages, rate_hz, fields, .. }: &Listed| {
+        let (fields, missing) = match fields {
+            Ok(fields) => (fields.iter().map(|(path, what)| json!({ "path": path, "holds": what })).collect(), None),
+            Err(why) => (Vec::new(), Some(why)),
+        };
+        json!({ "name": name, "type": kind, "messages": messages, "rate_hz": rate_hz, "fields": fields, "missing": missing })
+    };
+    json!({
+        "bag": path.display().to_string(),
+        "start_s": contents.start_ns.map(bags::seconds),
+        "duration_s": contents.duration_s,
+        "topics": contents.topics.iter().map(topic).collect::<Vec<_>>(),
+        "lost": contents.lost,
+        "mapping": contents.proposal(),
+    })
+}

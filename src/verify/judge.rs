@@ -1,0 +1,81 @@
+//! Properties on recorded events, and the report of what they say.
+
+use std::path::Path;
+
+use campaigns::{Error, refuse_campaign};
+use channels::{Event, Monitor};
+use monitors::{LogEnd, Property};
+use recording::{Judge, Origin, RunView};
+use reports::{Outputs, Presentation, file_name};
+use scenarios::conduct::FITS;
+
+use super::args::VerifyArgs;
+use crate::monitor::System;
+use crate::output::warn;
+
+/// A log that was checked.
+pub(super) struct Verified {
+    pub(super) properties: Vec<Property>,
+    pub(super) end: LogEnd,
+    /// When a bag begins, in nanoseconds since 1970.
+    pub(super) start_ns: Option<i64>,
+    /// What is missing or damaged in a bag, in words.
+    pub(super) notes: Vec<String>,
+}
+
+/// The properties that are asked for.
+pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
+    let mut properties: Vec<Property> = Vec::new();
+    for path in &args.properties {
+        let file = system.load(path)?;
+        if !file.warnings.is_empty() {
+            warn(&file.warnings);
+        }
+        let known = |name: &str| properties.iter().any(|property| property.name == name);
+        if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
+            let message = format!("there are two properties `{}`, one in {}", again.name, path.display());
+            return Err(Error::refused(message, "give each property a name of its own"));
+        }
+        properties.extend(file.properties);
+    }
+    Ok(properties)
+}
+
+/// Lets the monitors judge the events; with `--out`, writes the report, too. `mapping` is a text that it shows.
+pub(super) fn judge(
+    args: &VerifyArgs,
+    path: &Path,
+    about: String,
+    mapping: String,
+    system: &System,
+    properties: &mut [Property],
+    events: impl Iterator<Item = Result<Event, Error>>,
+) -> Result<LogEnd, Error> {
+    let Some(out) = &args.out else { return monitors::verify(events, monitors_of(properties)) };
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = if args.logs.len() > 1 { out.join(file_name(&name)) } else { out.clone() };
+    let outputs = Outputs { folder: Some(folder), snapshots: false, gif: None };
+    refuse_campaign(&outputs)?;
+    let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
+    let (mut judge, header, start) = Judge::begin([name, about], origin, &system.topology, system.tick, properties);
+    let mut view = RunView::new(header, start).expect(FITS);
+    let mut presentation = Presentation::begin(&view, &outputs)?;
+    let mut events = events.peekable();
+    while let Some(event) = events.next() {
+        view.apply(judge.step(event?, properties)).expect(FITS);
+        // The last step comes with the end.
+        if events.peek().is_none() {
+            view.finish(judge.finish(properties)).expect(FITS);
+        }
+        presentation.follow(&view)?;
+    }
+    if view.end().is_none() {
+        view.finish(judge.finish(properties)).expect(FITS);
+    }
+    presentation.finish(&view)?;
+    Ok(judge.end())
+}
+
+fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn Monitor> {
+    properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor)
+}

@@ -1,0 +1,146 @@
+//! Recordings of real robots, checked by the binary.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::steward::{refusal, steward};
+
+/// The shipped recording in a folder, and the paths of its files.
+struct Recorded {
+    _folder: tempfile::TempDir,
+    root: PathBuf,
+}
+
+impl Recorded {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("robot");
+        assert!(steward(&["init", root.to_str().unwrap(), "--template", "recording"]).status.success());
+        Self { _folder: folder, root }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.root.join(name).to_str().unwrap().to_owned()
+    }
+
+    fn write(&self, name: &str, contents: &[u8]) -> String {
+        fs::write(self.root.join(name), contents).unwrap();
+        self.path(name)
+    }
+
+    /// Status, stdout and stderr of a check of the bags.
+    fn verify(&self, bags: &[&str], more: &[&str]) -> (Option<i32>, String, String) {
+        let (properties, mapping) = (self.path("nav2.scope"), self.path("mapping.toml"));
+        let mut arguments = vec!["verify"];
+        arguments.extend(bags);
+        arguments.extend(["--property", &properties, "--map-channels", &mapping]);
+        arguments.extend(more);
+        let output = steward(&arguments);
+        let [said, noted] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code(), said, noted)
+    }
+}
+
+#[test]
+fn a_recorded_robot_gets_verdicts_and_a_page() {
+    let recorded = Recorded::new();
+    let (bag, out) = (recorded.path("nav2.mcap"), recorded.path("out"));
+    let (status, said, noted) = recorded.verify(&[&bag], &["--json", "--out", &out]);
+    assert_eq!((status, noted.as_str()), (Some(1), ""));
+    let told: Value = serde_json::from_str(&said).unwrap();
+    let violated: Vec<&str> = told["monitors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|monitor| monitor["verdict"] == "violated")
+        .map(|monitor| monitor["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(violated, ["slow_when_low"]);
+    assert_eq!(told["start_s"], "1760000000.030000000");
+    let report: Value = serde_json::from_slice(&fs::read(Path::new(&out).join("report.json")).unwrap()).unwrap();
+    assert_eq!((&report["ended"], &report["scenario"]), (&"recorded".into(), &"nav2".into()));
+    assert_eq!(report["monitors"][4]["tick"], told["monitors"][4]["witness"]["settled"]["tick"]);
+    let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
+    assert!(page.contains("Check it again") && page.contains("--map-channels"), "how to check it again");
+    assert!(page.contains("What the mapping says") && page.contains("battery_state"), "the mapping");
+    for absent in ["seed", "Where the robot went", "What the tree did", "simulated"] {
+        assert!(!page.contains(absent), "{absent}");
+    }
+    // Its chart has the messages that led to the violation.
+    assert!(page.contains("id=\"violations\"") && page.contains("DISCHARGING"));
+}
+
+#[test]
+fn a_bag_is_held_against_the_channels_of_a_scenario() {
+    let recorded = Recorded::new();
+    let mapping = "[[messages]]\ntopic = \"/battery_state\"\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\n\
+                   [messages.fields]\nstatus = { symbol = \"ok\" }\nlevel = { path = \"percentage\", scale = 100 }\n";
+    let (bag, mapping) = (recorded.path("nav2.mcap"), recorded.write("nominal.toml", mapping.as_bytes()));
+    let command = ["verify", &bag, "--property", "phi1", "--map-channels", &mapping, "--scenario", "nominal"];
+    let said = String::from_utf8(steward(&command).stdout).unwrap();
+    assert!(said.starts_with("30 messages, 59 ticks since") && said.contains("phi1         violated"), "{said}");
+    let foreign =
+        recorded.write("foreign.toml", fs::read_to_string(&mapping).unwrap().replace("Level", "Levle").as_bytes());
+    let said = refusal(&["verify", &bag, "--property", "phi1", "--map-channels", &foreign, "--scenario", "nominal"]);
+    assert!(said.contains("the scenario has no channel BatteryReader → BatteryLevle"), "{said}");
+}
+
+#[test]
+fn what_is_before_the_damage_is_judged() {
+    let recorded = Recorded::new();
+    let whole = fs::read(recorded.root.join("nav2.mcap")).unwrap();
+    let copies = recorded.root.join("several");
+    fs::create_dir(&copies).unwrap();
+    fs::write(copies.join("bag_0.mcap"), &whole).unwrap();
+    fs::write(copies.join("bag_1.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let (status, said, noted) = recorded.verify(&[copies.to_str().unwrap()], &[]);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("slow_when_low violated"), "{said}");
+    assert!(noted.contains("bag_1.mcap breaks off") && noted.contains("the rest is lost"), "{noted}");
+    // The second part is of the same minute.
+    assert!(noted.contains("messages come up to"), "{noted}");
+    let empty = recorded.write("empty.mcap", b"");
+    let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);
+    assert!(status == Some(2) && noted.contains("empty.mcap is empty"), "{noted}");
+}
+
+#[test]
+fn what_cannot_be_checked_is_refused() {
+    let recorded = Recorded::new();
+    let (bag, scope, mapping) =
+        (recorded.path("nav2.mcap"), recorded.path("nav2.scope"), recorded.path("mapping.toml"));
+    let said = refusal(&["verify", &bag, "--property", &scope]);
+    assert!(said.contains("nothing says which messages") && said.contains("verify --list"), "{said}");
+    let log = recorded.write("run.jsonl", b"{}\n");
+    let said = refusal(&["verify", &log, "--property", &scope, "--map-channels", &mapping]);
+    assert!(said.contains("is not a bag of ROS 2, so it needs no mapping"), "{said}");
+    let said = refusal(&["verify", "--list", &log]);
+    assert!(said.contains("run.jsonl is not a bag"), "{said}");
+    let wrong =
+        recorded.write("wrong.toml", b"[[messages]]\ntopic = \"/cmd_val\"\nfrom = \"a\"\nto = \"b\"\nfields = {}\n");
+    let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &wrong]);
+    assert!(said.contains("the bag has no topic `/cmd_val`") && said.contains("/cmd_vel"), "{said}");
+    #[cfg(not(feature = "sqlite"))]
+    {
+        let sqlite = recorded.write("old.db3", b"SQLite format 3\0");
+        assert!(refusal(&["verify", "--list", &sqlite]).contains("--features sqlite"));
+    }
+}
+
+#[test]
+fn the_list_is_a_mapping() {
+    let recorded = Recorded::new();
+    let bag = recorded.path("nav2.mcap");
+    let listed = steward(&["verify", "--list", &bag]);
+    assert!(listed.status.success());
+    let mapping = recorded.write("listed.toml", &listed.stdout);
+    let scope = recorded.write("low.scope", b"property low := always (battery_state, monitor, m.percentage >= 0.2)\n");
+    let said = steward(&["verify", &bag, "--property", &scope, "--map-channels", &mapping]);
+    assert_eq!(said.status.code(), Some(1), "{}", String::from_utf8_lossy(&said.stderr));
+    let json = steward(&["verify", "--list", &bag, "--json"]).stdout;
+    let listed: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!((&listed["topics"][1]["name"], &listed["topics"][1]["messages"]), (&"/cmd_vel".into(), &120.into()));
+    assert!(listed["topics"][3]["missing"].as_str().unwrap().contains("no definition"), "{listed}");
+}

@@ -1,0 +1,276 @@
+#!/usr/bin/env python3
+"""Bags that `rosbags` writes (pip install rosbags), read by us: `foreign.py PRINT_MESSAGES STEWARD [MESSAGES]`.
+
+Every message type of two distributions, with random values, in MCAP and (if the binary reads it) SQLite, in all
+compressions, both byte orders, split, with definitions as `.msg` and as IDL, and without any: each message has to be
+decoded equal in every field. Then files that are cut off, empty, without an index or with wrong definitions: nothing
+may panic, and everything before the damage has to be there.
+"""
+import json, math, random, shutil, struct, subprocess, sys, tempfile
+from pathlib import Path
+
+import numpy as np
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+PRINT, STEWARD = sys.argv[1:3]
+MESSAGES = int(sys.argv[3]) if len(sys.argv) > 3 else 1000
+CUTS = 200
+dice = random.Random(17)
+BASES = {
+    "bool": np.bool_, "octet": np.uint8, "byte": np.uint8, "char": np.uint8, "int8": np.int8, "uint8": np.uint8,
+    "int16": np.int16, "uint16": np.uint16, "int32": np.int32, "uint32": np.uint32, "int64": np.int64,
+    "uint64": np.uint64, "float32": np.float32, "float64": np.float64,
+}
+LETTERS = "abcXYZ 0129_/-äß€語😀\"\\\n"
+ONE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4
+
+
+def number(base):
+    kind = BASES[base]
+    if base == "bool":
+        return dice.random() < 0.5
+    if base.startswith("float"):
+        special = [0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, 1e-40, 0.1]
+        value = dice.choice(special) if dice.random() < 0.3 else dice.uniform(-1, 1) * 10 ** dice.randint(-30, 30)
+        return float(kind(value))
+    # rosbags takes a `byte` for a signed one.
+    limits = np.iinfo(np.int8 if base == "byte" else kind)
+    edge = [int(limits.min), int(limits.max), 0, 1]
+    value = dice.choice(edge) if dice.random() < 0.3 else dice.randint(int(limits.min), int(limits.max))
+    return abs(value) % 128 if base == "byte" else value
+
+
+def value(store, desc):
+    kind, what = int(desc[0]), desc[1]
+    if kind == ONE:
+        base, bound = what
+        if base != "string":
+            return number(base)
+        return "".join(dice.choice(LETTERS) for _ in range(dice.randint(0, min(bound or 12, 12))))
+    if kind == NAME:
+        return message(store, what)
+    inner, size = what
+    length = size if kind == ARRAY else dice.randint(0, min(size or 4, 4))
+    items = [value(store, inner) for _ in range(length)]
+    base = inner[1][0] if int(inner[0]) == ONE else None
+    return np.array(items, dtype=BASES[base]) if base in BASES else items
+
+
+def message(store, name):
+    fields = {field: value(store, desc) for field, desc in store.fielddefs[name][1]}
+    return store.types[name](**fields)
+
+
+def plain(store, thing):
+    """What our JSON of it has to be."""
+    if isinstance(thing, (bool, np.bool_)):
+        return bool(thing)
+    if isinstance(thing, (float, np.floating)):
+        thing = float(thing)
+        return thing if math.isfinite(thing) else {math.inf: "inf", -math.inf: "-inf"}.get(thing, "NaN")
+    if isinstance(thing, (int, np.integer)):
+        return int(thing)
+    if isinstance(thing, str):
+        return thing
+    if isinstance(thing, (list, np.ndarray)):
+        return [plain(store, item) for item in thing]
+    return {name: plain(store, getattr(thing, name)) for name, _ in store.fielddefs[thing.__msgtype__][1]}
+
+
+def same(ours, theirs):
+    if isinstance(theirs, float):
+        return isinstance(ours, (int, float)) and struct.pack("<d", ours) == struct.pack("<d", theirs)
+    if isinstance(theirs, list):
+        return isinstance(ours, list) and len(ours) == len(theirs) and all(map(same, ours, theirs))
+    if isinstance(theirs, dict):
+        # What a struct without members has, in IDL.
+        [thing.pop("structure_needs_at_least_one_member", None) for thing in (ours, theirs)]
+        return ours.keys() == theirs.keys() and all(same(ours[name], theirs[name]) for name in theirs)
+    return type(ours) is type(theirs) and ours == theirs
+
+
+IDL = {"bool": "boolean", "byte": "octet", "float32": "float", "float64": "double"}
+
+
+def idl(store, name, done):
+    """The type and all in it, as rosidl_adapter writes them."""
+    if name in done:
+        return ""
+    done.add(name)
+    package, _, own = name.split("/")
+    below, typedefs, fields = "", "", ""
+
+    def of(desc):
+        nonlocal below
+        if int(desc[0]) == ONE:
+            base, bound = desc[1]
+            return IDL.get(base, base) + (f"<{bound}>" if bound else "")
+        below += idl(store, desc[1], done)
+        return desc[1].replace("/", "::")
+
+    for field, desc in store.fielddefs[name][1]:
+        if int(desc[0]) == ARRAY:
+            inner, size = of(desc[1][0]), desc[1][1]
+            alias = f"{inner.replace('::', '__')}__{size}"
+            typedefs += f"    typedef {inner} {alias}[{size}];\n"
+            kind = alias
+        elif int(desc[0]) == SEQUENCE:
+            bound = f", {desc[1][1]}" if desc[1][1] else ""
+            kind = f"sequence<{of(desc[1][0])}{bound}>"
+        else:
+            kind = of(desc)
+        fields += f"      @verbatim (language=\"comment\", text=\"a ({field}\" \"\\n\")\n      {kind} {field};\n"
+    text = f"module {package} {{\n  module msg {{\n{typedefs}    struct {own} {{\n{fields}    }};\n  }};\n}};\n"
+    return f"{'=' * 80}\nIDL: {name}\n// generated\n#include \"x.idl\"\n{text}" + below
+
+
+def write(path, store, names, count, plugin, mode=CompressionMode.NONE, language="msg", little=True):
+    """Writes random messages; returns them as our JSON has to have them."""
+    written, connections = [], {}
+    bag = Writer(path, version=9, storage_plugin=plugin)
+    bag.set_compression(mode, CompressionFormat.ZSTD)
+    with bag:
+        for at in range(count):
+            name = names[at % len(names)]
+            if name not in connections:
+                definition = {"typestore": store}
+                if language != "msg":
+                    text = idl(store, name, set()) if language == "idl" else ""
+                    definition = {"msgdef": text, "rihs01": "RIHS01_" + "0" * 64}
+                connections[name] = bag.add_connection(f"/{name}", name, **definition)
+            made = message(store, name)
+            written.append({"topic": f"/{name}", "type": name, "log_ns": 1_000_000_000 + at, "message": plain(store, made)})
+            bag.write(connections[name], 1_000_000_000 + at, store.serialize_cdr(made, name, little_endian=little))
+    return written
+
+
+def read(bag, *folders):
+    done = subprocess.run([PRINT, bag, *folders], capture_output=True, text=True)
+    assert done.returncode in (0, 1) and "panicked" not in done.stderr, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()], done.stderr
+
+
+def compare(what, ours, theirs):
+    wrong = [(a, b) for a, b in zip(ours, theirs) if not same(a, b)]
+    assert len(ours) == len(theirs) and not wrong, f"{what}: {len(ours)} of {len(theirs)}, {wrong[:1]}"
+    print(f"{what}: {len(theirs)} messages are equal")
+
+
+def definitions(store, folder):
+    """The definitions of all types as files."""
+    for name in store.fielddefs:
+        if "/msg/" in name:
+            text, _ = store.generate_msgdef(name, ros_version=2)
+            path = folder / f"{name}.msg"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text.split("=" * 80)[0])
+
+
+def cut(what, bag, theirs, folder):
+    """Cuts a file off anywhere: what is before is there, and what is lost is said."""
+    whole = bag.read_bytes()
+    most = 0
+    for at in [0, 1, 7, 8, len(whole) - 1] + [dice.randrange(len(whole)) for _ in range(CUTS - 5)]:
+        short = folder / f"cut{bag.suffix}"
+        short.write_bytes(whole[:at])
+        ours, said = read(short)
+        assert all(map(same, ours, theirs)), f"{what}, cut off at byte {at}"
+        assert said.strip() or len(ours) == len(theirs), f"{what}, cut off at byte {at}: nothing is said of what is lost"
+        most = max(most, len(ours))
+    assert most, f"{what}: whatever is cut off, nothing is read"
+    print(f"{what}: {CUTS} times cut off, up to {most} of {len(theirs)} messages")
+
+
+def main():
+    folder = Path(tempfile.mkdtemp(prefix="bags-"))
+    has_sqlite = "NoSqlite" not in subprocess.run(
+        [PRINT, folder_with_db3(folder)], capture_output=True, text=True).stderr
+    plugins = [StoragePlugin.MCAP] + [StoragePlugin.SQLITE3] * has_sqlite
+    for distribution in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY):
+        store = get_typestore(distribution)
+        names = sorted(store.fielddefs)
+        for plugin in plugins:
+            what = f"{distribution.name} {plugin.name}: {len(names)} types"
+            path = folder / f"{distribution.name}-{plugin.name}"
+            theirs = write(path, store, names, max(MESSAGES, len(names)), plugin)
+            compare(what, read(path)[0], theirs)
+    small = [name for name in names if "/msg/" in name]
+    for what, options in {"big-endian": {"little": False}, "IDL": {"language": "idl"}}.items():
+        path = folder / what
+        theirs = write(path, store, small, max(MESSAGES // 4, len(small)), StoragePlugin.MCAP, **options)
+        compare(what, read(path)[0], theirs)
+    for mode in (CompressionMode.MESSAGE, CompressionMode.STORAGE):
+        path = folder / f"mode-{mode.name}"
+        theirs = write(path, store, small, len(small), StoragePlugin.MCAP, mode)
+        compare(f"compressed by {mode.name}", read(path)[0], theirs)
+    path = folder / "undefined"
+    theirs = write(path, store, small, len(small), StoragePlugin.MCAP, language="none")
+    definitions(store, folder / "share")
+    compare("definitions in a folder", read(path, folder / "share")[0], theirs)
+    print(f"foreign writers: all equal ({folder})")
+    damage(folder, store, plugins)
+    shutil.rmtree(folder)
+
+
+def folder_with_db3(folder):
+    path = folder / "probe.db3"
+    path.write_bytes(b"SQLite format 3\0" + bytes(84))
+    return path
+
+
+def damage(folder, store, plugins):
+    names = ["geometry_msgs/msg/Twist", "std_msgs/msg/String", "sensor_msgs/msg/BatteryState"]
+    for plugin in plugins:
+        path = folder / f"damaged-{plugin.name}"
+        theirs = write(path, store, names, 600, plugin)
+        [bag] = [file for file in path.iterdir() if file.suffix in (".mcap", ".db3")]
+        cut(f"{plugin.name}", bag, theirs, folder)
+    path = folder / "packed"
+    theirs = write(path, store, names, 600, StoragePlugin.MCAP, CompressionMode.STORAGE)
+    cut("MCAP with Zstandard", next(path.glob("*.mcap")), theirs, folder)
+    # A split bag, one part of which is missing.
+    split, parts = folder / "split", []
+    split.mkdir()
+    for part in range(3):
+        parts += write(folder / f"part{part}", store, names, 30, StoragePlugin.MCAP)
+        shutil.copy(next((folder / f"part{part}").glob("*.mcap")), split / f"split_{part}.mcap")
+    files = "".join(f"  - split_{part}.mcap\n" for part in range(4))
+    (split / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{files}")
+    compare("split", read(split)[0], parts)
+    listed = subprocess.run([STEWARD, "verify", "--list", split], capture_output=True, text=True)
+    assert "split_3.mcap is missing" in listed.stdout, listed
+    # Without an index, and with definitions that are not those of the messages.
+    from mcap.writer import CompressionType, IndexType, Writer as Mcap
+    for compression in CompressionType:
+        path = folder / f"unindexed-{compression.name}.mcap"
+        with path.open("wb") as stream:
+            bag = Mcap(stream, chunk_size=2000, compression=compression, index_types=IndexType.NONE,
+                       use_statistics=False, use_summary_offsets=False, repeat_channels=False, repeat_schemas=False)
+            bag.start("ros2", "test")
+            text, _ = store.generate_msgdef(names[0], ros_version=2)
+            schema = bag.register_schema(names[0], "ros2msg", text.encode())
+            wrong = bag.register_schema(names[1], "ros2msg", b"float64[10] x\n")
+            channel, other = bag.register_channel("/a", "cdr", schema), bag.register_channel("/b", "cdr", wrong)
+            theirs = []
+            for at in range(100):
+                made = message(store, names[0])
+                theirs.append({"topic": "/a", "type": names[0], "log_ns": at, "message": plain(store, made)})
+                bag.add_message(channel, at, bytes(store.serialize_cdr(made, names[0])), at)
+                bag.add_message(other, at, bytes(store.serialize_cdr(message(store, names[1]), names[1])), at)
+            bag.finish()
+        ours = read(path)[0]
+        mismatches = [line for line in ours if "mismatch" in line["message"]]
+        assert len(mismatches) == 100, f"{len(mismatches)} of 100 messages do not fit"
+        compare(f"no index, {compression.name}", [line for line in ours if line["topic"] == "/a"], theirs)
+        mapping = folder / "mapping.toml"
+        mapping.write_text('[[messages]]\ntopic = "/b"\nfrom = "b"\nto = "m"\nfields = { x = "x[0]" }\n')
+        scope = folder / "p.scope"
+        scope.write_text("property p := always (b, m, m.x < 1)\n")
+        done = subprocess.run([STEWARD, "verify", path, "--property", scope, "--map-channels", mapping],
+                              capture_output=True, text=True)
+        assert done.returncode == 0 and "100 messages of /b are left out" in done.stderr, done
+    print("damage: nothing panics, and everything before it is read")
+
+
+main()
