@@ -63,7 +63,7 @@ impl LabelPlacer {
     /// (0 to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = self.best(site, size, cost);
-        self.taken.push(best);
+        self.take(best);
         best
     }
 
@@ -73,9 +73,15 @@ impl LabelPlacer {
         let letters = best.inset(0.5);
         let is_free = self.taken.iter().all(|taken| !taken.overlaps(&letters));
         is_free.then(|| {
-            self.taken.push(best);
+            self.take(best);
             best
         })
+    }
+
+    /// A label needs some room beside it, or the next one would read as its continuation.
+    fn take(&mut self, label: Area) {
+        const GAP: f64 = 6.0;
+        self.taken.push(Area { x: label.x - GAP, width: label.width + 2.0 * GAP, ..label });
     }
 
     fn best(&self, site: &Site, (width, height): (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
