@@ -1,11 +1,12 @@
 //! Pages in the browser.
 
-use std::path::Path;
+use std::ffi::OsStr;
 
 use crate::output::note;
 
 /// Opens a page in the browser. A missing browser is not an error; a note says so.
-pub(crate) fn open(page: &Path) {
+pub(crate) fn open(page: &(impl AsRef<OsStr> + ?Sized)) {
+    let page = page.as_ref();
     if let Err(error) = opener::open_browser(page) {
         note(&format!("cannot open {} in a browser: {error}", page.display()));
     }

@@ -13,6 +13,7 @@ mod hints;
 mod init;
 mod interrupt;
 mod list;
+mod live;
 mod localize;
 mod man;
 mod map;
@@ -87,6 +88,8 @@ enum Command {
     Run(run::RunArgs),
     /// Checks files without a run: reads all that they name, connects, plans, and says what is wrong
     Check(check::CheckArgs),
+    /// Opens a page in the browser on which a run can be watched and interfered with
+    Live(live::LiveArgs),
     /// Lists the scenarios and campaigns that come with the program
     List,
     /// Lists the kinds of faults; of one kind, its parameters and an example
@@ -168,6 +171,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Help(args)) => help::help(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Licenses) => print(NOTICES).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
+        Some(Command::Live(args)) => live::live(args),
         Some(Command::Localize(args)) => localize::localize(args),
         Some(Command::Man(args)) => man::man(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Map(args)) => map::map(args),

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 24] = [
+const ROOMS: [(&str, &[&str]); 25] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -54,6 +54,7 @@ const ROOMS: [(&str, &[&str]); 24] = [
         ],
     ),
     ("reports", &["channels", "diagnostics", "maps", "robot", "bt", "monitors", "recording", "drawing"]),
+    ("cockpit", &["channels", "maps", "recording", "robot", "scenarios", "reports"]),
     (
         "campaigns",
         &["channels", "diagnostics", "robot", "monitors", "batch", "recording", "drawing", "scenarios", "reports"],
@@ -80,6 +81,7 @@ const ROOMS: [(&str, &[&str]); 24] = [
             "scenarios",
             "reports",
             "campaigns",
+            "cockpit",
         ],
     ),
 ];

@@ -18,6 +18,7 @@ mod fault_combinations;
 mod faults;
 mod guide;
 mod leaves;
+mod live;
 mod localize_command;
 mod monitors;
 mod navigation;

@@ -93,6 +93,13 @@ impl Document {
         Some(Spanned { value: text, span: value.span.clone() })
     }
 
+    /// The value under a key of the top level in TOML, if there is one. This does not count as reading.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<toml::Value> {
+        let Kind::Table(entries) = &self.root.kind else { return None };
+        toml_text::value_of(&entries.by_key.get(key)?.value)
+    }
+
     /// Reads the document with `read`, which gets its top level.
     ///
     /// # Errors

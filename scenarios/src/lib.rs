@@ -20,6 +20,7 @@ pub mod processes;
 pub mod prove;
 pub mod scenario;
 pub mod schema;
+pub mod session;
 mod skill_errors;
 mod tick_clock;
 mod tree_errors;

@@ -46,6 +46,8 @@ pub struct Live {
     /// `None` in a run without monitors.
     monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
+    /// The faults that were added since the last step.
+    added: Vec<Arc<recording::Fault>>,
     /// What happened in the last step.
     happenings: Vec<Happening>,
     tree_errors: TreeErrors,
@@ -109,6 +111,7 @@ impl Live {
             stirred: false,
             monitoring,
             injector,
+            added: Vec::new(),
             happenings: Vec::new(),
             tree_errors: TreeErrors::default(),
             overruns: 0,
@@ -123,6 +126,7 @@ impl Live {
     /// [`StepError`] if the processes cannot continue.
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
+        self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
         self.apply_faults();
         let now = self.next_time();
         self.begun = true;
@@ -281,6 +285,21 @@ impl Live {
         let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
         let arrivals = robot.note_arrivals(premises);
         self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
+    }
+
+    /// Goes on with a scenario that differs from the present one in its faults alone: there are more at its end, which
+    /// are due now or later, or active ones last differently. The rest of the run is then that of a run of this
+    /// scenario from the start. Nothing has changed after an error.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if a new fault does not fit the run.
+    pub fn adopt(&mut self, scenario: Arc<Scenario>) -> Result<(), Error> {
+        self.injector.extend(&scenario, &self.world, &self.system, &Streams::new(self.seed))?;
+        let known = self.scenario.file.faults.len();
+        self.added.extend(scenario.file.faults[known..].iter().map(|fault| Arc::new(fault.told())));
+        self.is_fine = true;
+        self.scenario = scenario;
+        Ok(())
     }
 
     /// Time since the start of the run.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
+use toml::{Spanned, Value};
 
 use super::node::{Entries, Entry, Kind, Node};
 use crate::{FileProblems, Problem, Source, Span};
@@ -16,6 +16,22 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     let (root, errors) = DeTable::parse_recoverable(source.text());
     let root = Spanned::new(0..0, DeValue::Table(root.into_inner()));
     node(source, root, errors, 0)
+}
+
+/// The value of a node; of what TOML cannot say, nothing.
+pub(super) fn value_of(node: &Node) -> Option<Value> {
+    Some(match &node.kind {
+        Kind::Text(text) => Value::String(text.clone()),
+        Kind::Integer(number) => Value::Integer(i64::try_from(*number).ok()?),
+        Kind::Real(number) => Value::Float(*number),
+        Kind::Boolean(flag) => Value::Boolean(*flag),
+        Kind::Moment | Kind::Nothing | Kind::Unreadable => return None,
+        Kind::Array(items) => Value::Array(items.iter().filter_map(value_of).collect()),
+        Kind::Table(Entries { by_key, .. }) => {
+            let entry = |(key, entry): (&String, &Entry)| Some((key.clone(), value_of(&entry.value)?));
+            Value::Table(by_key.iter().filter_map(entry).collect())
+        }
+    })
 }
 
 /// Parses the value that extends in `source` from byte `at` to the end.

@@ -9,7 +9,7 @@ use monitors::Witness;
 use robot::LaserScan;
 use serde::{Deserialize, Serialize};
 
-use crate::{MonitorState, plain};
+use crate::{Fault, MonitorState, plain};
 
 /// How much detail each step contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -93,6 +93,8 @@ pub struct Battery {
 /// Something that has happened in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Happening {
+    /// Somebody interfered by hand: the [header](crate::Header::faults) gets another fault, as its last one.
+    FaultAdded(Arc<Fault>),
     /// A fault took effect.
     FaultBegan {
         /// Its index in the [header](crate::Header::faults).

@@ -115,6 +115,7 @@ impl RunView {
     fn note(&mut self, happening: &Happening) -> Result<(), Inconsistent> {
         let known = |index: usize| self.header.faults.get(index).cloned().ok_or(Inconsistent);
         match happening {
+            Happening::FaultAdded(fault) => Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault)),
             Happening::FaultBegan { fault: index, time, tick, position } => {
                 let (fault, position) = (known(*index)?, *position);
                 self.faults.push(FaultRecord { time: *time, until: None, tick: *tick, fault, index: *index, position });

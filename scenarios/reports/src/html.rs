@@ -13,6 +13,7 @@ mod colors;
 mod evidence;
 mod facts;
 mod figure;
+pub mod live;
 mod map;
 mod markup;
 pub mod picture;

@@ -290,7 +290,8 @@ pub fn node_status(outcome: Option<bt::Outcome>) -> drawing::NodeStatus {
     }
 }
 
-fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
+/// A property as pictures show it; `over` says whether the run has ended.
+pub fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
     drawing::Monitor {
         name: monitor.name().to_owned(),
         description: monitor.about.summary.clone(),

@@ -22,7 +22,7 @@ use self::damage::Damages;
 use self::machines::Machines;
 use super::effect::DeviceTrouble;
 use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
-use crate::error::Complaints;
+use crate::error::{Complaints, Error};
 use crate::scenario::Scenario;
 use crate::world::World;
 
@@ -73,6 +73,38 @@ impl Injector {
         streams: &Streams,
         complaints: &mut Complaints,
     ) -> Self {
+        Self::prepare(scenario, world, system, streams, None, complaints)
+    }
+
+    /// Goes on with a scenario that has more faults at its end, or in which faults last differently. Nothing has
+    /// changed after an error.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if a new fault does not fit the run.
+    pub(crate) fn extend(
+        &mut self,
+        scenario: &Scenario,
+        world: &World,
+        system: &ChannelSystem,
+        streams: &Streams,
+    ) -> Result<(), Error> {
+        let mut complaints = Complaints::default();
+        let longer = Self::prepare(scenario, world, system, streams, Some(&self.machines), &mut complaints);
+        complaints.check()?;
+        let earlier = std::mem::replace(self, longer);
+        self.timetable.resume(earlier.timetable);
+        self.faults.splice(..earlier.faults.len(), earlier.faults);
+        Ok(())
+    }
+
+    fn prepare(
+        scenario: &Scenario,
+        world: &World,
+        system: &ChannelSystem,
+        streams: &Streams,
+        earlier: Option<&Machines>,
+        complaints: &mut Complaints,
+    ) -> Self {
         let faults = &scenario.file.faults;
         let no_places = Places::default();
         let places = scenario.premises.as_ref().map_or(&no_places, |premises| &premises.places);
@@ -88,7 +120,7 @@ impl Injector {
             }
         };
         let faults = faults.iter().enumerate().map(prepare).collect();
-        let machines = Machines::prepare(scenario, system, complaints);
+        let machines = Machines::prepare(scenario, system, earlier, complaints);
         let id = |name: &str| Some((name.to_owned(), system.topology().find_process(name)?));
         Self { timetable, faults, machines, components: scenario.component_names().filter_map(id).collect() }
     }

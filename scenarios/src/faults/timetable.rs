@@ -55,9 +55,8 @@ struct Entry {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
     Waiting,
-    /// It is active until this time.
+    /// It has been active since this time.
     Holding(Duration),
-    HoldingOn,
 }
 
 /// A trigger with resolved names and its memory.
@@ -97,7 +96,7 @@ impl Timetable {
     pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<Change> {
         let mut changes = Vec::new();
         for (index, entry) in self.entries.iter_mut().enumerate() {
-            if matches!(entry.state, Phase::Holding(until) if until <= observed.now) {
+            if entry.ends(observed.now) {
                 entry.state = Phase::Waiting;
                 changes.push(Change::Ends(index));
             }
@@ -110,6 +109,13 @@ impl Timetable {
         changes
     }
 
+    /// Takes over the state of an earlier timetable with the first of these faults, which may last differently.
+    pub(crate) fn resume(&mut self, earlier: Self) {
+        for (entry, earlier) in self.entries.iter_mut().zip(earlier.entries) {
+            *entry = Entry { fault: Arc::clone(&entry.fault), ..earlier };
+        }
+    }
+
     /// The indices of the active faults, in the order of the scenario.
     pub(crate) fn holding(&self) -> impl Iterator<Item = usize> {
         let entries = self.entries.iter().enumerate();
@@ -118,6 +124,12 @@ impl Timetable {
 }
 
 impl Entry {
+    /// Whether the fault is active and ends now.
+    fn ends(&self, now: Duration) -> bool {
+        let Phase::Holding(since) = self.state else { return false };
+        self.fault.timing.lasts.is_some_and(|lasts| since + lasts <= now)
+    }
+
     /// Whether the fault becomes active now. Triggers while it is active are ignored.
     fn begins(&mut self, observed: &Observation<'_>) -> bool {
         let comes = self.watch.comes(observed);
@@ -129,11 +141,7 @@ impl Entry {
             return false;
         }
         self.left -= 1;
-        self.state = match self.fault.timing.lasts {
-            _ if self.fault.kind().momentary => Phase::Waiting,
-            Some(lasts) => Phase::Holding(observed.now + lasts),
-            None => Phase::HoldingOn,
-        };
+        self.state = if self.fault.kind().momentary { Phase::Waiting } else { Phase::Holding(observed.now) };
         true
     }
 }

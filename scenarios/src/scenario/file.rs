@@ -162,19 +162,44 @@ impl ScenarioFile {
         files: &Files,
         overrides: impl IntoIterator<Item = &'a str>,
     ) -> Result<Self, FileProblems> {
-        let overrides: Vec<&str> = overrides.into_iter().collect();
-        let mut document = Document::parse_toml(name, text)?;
-        // Inherited keys can be overridden only after the base is read; the base itself only before.
-        let sets_base = |set: &&str| set.split_once('=').is_some_and(|(key, _)| key.trim() == "base");
-        document.override_with(overrides.iter().copied().filter(sets_base))?;
-        let mut bases = Vec::new();
-        let mut document = with_base(document, files, &mut bases)?;
-        document.override_with(overrides)?;
+        let (document, bases) = document(name, text, files, overrides)?;
         let mut file = document.read(read_file)?;
         file.sources =
             std::iter::once(name.to_owned()).chain(bases.iter().map(|base| base.display().to_string())).collect();
         Ok(file)
     }
+
+    /// The values of these keys of the top level, those that there are, with what the scenario inherits and
+    /// `overrides` as for `--set`.
+    ///
+    /// # Errors
+    /// What is wrong with the syntax of the text, its bases or the overrides.
+    pub(crate) fn values<'k>(
+        found: &Found,
+        overrides: &[String],
+        keys: impl IntoIterator<Item = &'k str>,
+    ) -> Result<toml::Table, FileProblems> {
+        let (document, _) = document(&found.path, &found.text, &found.files, overrides.iter().map(String::as_str))?;
+        Ok(keys.into_iter().filter_map(|key| Some((key.to_owned(), document.value(key)?))).collect())
+    }
+}
+
+/// A scenario's text with everything that it inherits and with `overrides`, and the files from which it inherits.
+fn document<'a>(
+    name: &str,
+    text: &str,
+    files: &Files,
+    overrides: impl IntoIterator<Item = &'a str>,
+) -> Result<(Document, Vec<PathBuf>), FileProblems> {
+    let overrides: Vec<&str> = overrides.into_iter().collect();
+    let mut document = Document::parse_toml(name, text)?;
+    // Inherited keys can be overridden only after the base is read; the base itself only before.
+    let sets_base = |set: &&str| set.split_once('=').is_some_and(|(key, _)| key.trim() == "base");
+    document.override_with(overrides.iter().copied().filter(sets_base))?;
+    let mut bases = Vec::new();
+    let mut document = with_base(document, files, &mut bases)?;
+    document.override_with(overrides)?;
+    Ok((document, bases))
 }
 
 impl ScenarioFile {

@@ -52,7 +52,8 @@ pub fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> Markup {
     html! { @for layout in Layout::ALL { (inline(draw(layout), layout.class(), label)) } }
 }
 
-fn inline(drawing: Drawing, class: &str, label: &str) -> Markup {
+/// A drawing as SVG inside the page.
+pub(super) fn inline(drawing: Drawing, class: &str, label: &str) -> Markup {
     let (width, height) = (number(drawing.width), number(drawing.height));
     html! {
         svg.chart.(class) role="img" aria-label=(label) viewBox={ "0 0 " (width) " " (height) }

@@ -25,13 +25,21 @@ struct Skill {
 }
 
 impl Machines {
-    /// The skills of a scenario whose machines faults change; the scenario has loaded these machines.
-    pub(super) fn prepare(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Self {
+    /// The skills of a scenario whose machines faults change; the scenario has loaded these machines. Those that
+    /// `earlier` faults change already stay as they are.
+    pub(super) fn prepare(
+        scenario: &Scenario,
+        system: &ChannelSystem,
+        earlier: Option<&Self>,
+        complaints: &mut Complaints,
+    ) -> Self {
         let topology = system.topology();
         let mut skills = Vec::new();
         for (name, machines) in &scenario.machines {
             let found = topology.find_process(name).and_then(|id| Some((id, system.process::<SkillProcess>(id)?)));
-            let Some((id, sound)) = found else { continue };
+            let Some((id, running)) = found else { continue };
+            let earlier = earlier.and_then(|earlier| earlier.0.iter().find(|skill| skill.id == id));
+            let (sound, holding) = earlier.map_or((running, &[][..]), |skill| (&skill.sound, &skill.holding));
             let Some((_, skill)) = scenario.machine_processes().find(|(process, _)| process == name) else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
@@ -41,7 +49,7 @@ impl Machines {
                 };
                 faulty.extend(process.map(|process| (faults.clone(), process)));
             }
-            skills.push(Skill { id, sound: sound.clone(), faulty, holding: Vec::new() });
+            skills.push(Skill { id, sound: sound.clone(), faulty, holding: holding.to_vec() });
         }
         Self(skills)
     }

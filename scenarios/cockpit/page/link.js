@@ -1,0 +1,51 @@
+// The socket to the run: frames come, requests go, each with its answer.
+
+import { notice } from './dom.js';
+
+const token = new URLSearchParams(location.search).get('token') ?? '';
+
+export class Link {
+  // `take` gets every frame.
+  constructor(take) {
+    this.take = take;
+    this.waiting = [];
+    this.connect();
+  }
+
+  connect() {
+    const address = new URL('/socket', location.href);
+    address.protocol = 'ws:';
+    address.search = new URLSearchParams({ token });
+    this.socket = new WebSocket(address);
+    this.socket.onmessage = ({ data }) => this.hear(JSON.parse(data));
+    this.socket.onopen = () => notice('');
+    this.socket.onclose = () => {
+      this.waiting = [];
+      notice('The connection to the run is lost. Is `steward live` still running?', true);
+      setTimeout(() => this.connect(), 1000);
+    };
+  }
+
+  hear(frame) {
+    if ('answer' in frame || 'refused' in frame) {
+      const answered = this.waiting.shift();
+      const refused = frame.refused ?? frame.answer?.refused;
+      if (refused) notice(`Not done: ${refused}`);
+      answered?.(refused ? null : frame.answer ?? {});
+    } else {
+      this.take(frame);
+    }
+  }
+
+  // The answer to a request; null if it was refused.
+  ask(what, details = {}) {
+    if (this.socket.readyState !== WebSocket.OPEN) return Promise.resolve(null);
+    this.socket.send(JSON.stringify({ do: what, ...details }));
+    return new Promise(answered => this.waiting.push(answered));
+  }
+
+  // Does something now; `name` is to release it by.
+  act(kind, parameters, name = '') {
+    return this.ask('act', { fault: { kind, ...parameters }, name });
+  }
+}

@@ -1,0 +1,46 @@
+//! What the page asks for, as JSON.
+
+use serde::Deserialize;
+
+/// A request of the page.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Command {
+    /// Holds the run.
+    Pause,
+    /// Lets it go on.
+    Resume,
+    /// Performs one step and then holds.
+    Step,
+    /// Goes on to the next tick and then holds.
+    Tick,
+    /// Runs so many times faster than time passes; as fast as it goes without a number.
+    Speed {
+        /// From 0.1 on.
+        times: Option<f64>,
+    },
+    /// Does something: a fault without trigger.
+    Act {
+        /// The entry of the fault.
+        fault: toml::Table,
+        /// What the page calls it, to be returned.
+        #[serde(default)]
+        name: String,
+    },
+    /// Ends what was done, by the name that the page gave to it.
+    Release {
+        /// The name.
+        name: String,
+    },
+    /// Asks for the scenario that repeats the session.
+    Save,
+    /// Ends the run.
+    End,
+}
+
+impl Command {
+    /// Reads a request; the reason if it is none.
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,198 @@
+//! What the page gets, as JSON: a greeting with what does not change, then a frame again and again.
+
+use maps::{Point, Pose, heading};
+use recording::{Body, BodyShape, Happening, RunView, Scene};
+use reports::html::live;
+use reports::timeline::Timeline;
+use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
+use serde_json::{Value, json};
+
+/// Particles beyond this do not improve the picture.
+const MAX_PARTICLES: usize = 200;
+
+/// What does not change in a run.
+pub(crate) fn greeting(view: &RunView) -> Value {
+    let header = view.header();
+    let floor = live::floor(view).map(|floor| json!({ "svg": floor.svg, "size": floor.size, "origin": floor.origin }));
+    json!({
+        "greeting": {
+            "scenario": header.scenario,
+            "about": header.about,
+            "seed": header.seed,
+            "tick_s": header.tick.as_secs_f64(),
+            "floor": floor,
+            "robot_radius_m": header.robot.as_ref().map(|robot| robot.radius_m),
+            "processes": header.skills.iter().chain(&header.components).collect::<Vec<_>>(),
+            "kinds": KINDS.iter().map(|kind| fault_kind(kind)).collect::<Vec<_>>(),
+        }
+    })
+}
+
+/// A kind of fault, with what its form asks for.
+fn fault_kind(kind: &FaultKind) -> Value {
+    let parameters = kind.parameters.iter().map(|parameter| {
+        let (takes, range) = match parameter.domain {
+            ArgumentDomain::Numbers(least, most) => ("number", json!([least, most])),
+            ArgumentDomain::Whole(least, most) => ("whole", json!([least, most])),
+            ArgumentDomain::Text => ("text", Value::Null),
+            ArgumentDomain::OneOf(names) => ("choice", json!(names)),
+            ArgumentDomain::Flag => ("flag", Value::Null),
+            ArgumentDomain::Point => ("point", Value::Null),
+            ArgumentDomain::Pose => ("pose", Value::Null),
+            ArgumentDomain::Points => ("points", Value::Null),
+        };
+        let default = match parameter.default {
+            ArgumentDefault::Required | ArgumentDefault::Absent => Value::Null,
+            ArgumentDefault::Number(number) => json!(number),
+            ArgumentDefault::Whole(number) => json!(number),
+            ArgumentDefault::Text(text) => json!(text),
+            ArgumentDefault::Flag(flag) => json!(flag),
+        };
+        let required = parameter.default == ArgumentDefault::Required;
+        json!({
+            "name": parameter.name, "about": parameter.about, "takes": takes, "range": range, "default": default,
+            "required": required,
+        })
+    });
+    let example: toml::Table = kind.example.parse().unwrap_or_default();
+    json!({
+        "name": kind.name, "place": kind.place.name(), "about": kind.about, "momentary": kind.momentary,
+        "parameters": parameters.collect::<Vec<_>>(), "example": example,
+    })
+}
+
+/// What has happened since the last frame.
+#[derive(Default)]
+pub(crate) struct News {
+    messages: Vec<Value>,
+    happenings: Vec<Value>,
+    /// Whether tree, skills, components or monitors may have changed.
+    stirred: bool,
+    /// Whether a verdict has fallen.
+    pub(crate) decided: bool,
+}
+
+impl News {
+    /// Of a run at its start: everything is new.
+    pub(crate) fn at_start() -> Self {
+        Self { stirred: true, ..Self::default() }
+    }
+
+    /// Takes in the last step.
+    pub(crate) fn note(&mut self, view: &RunView) {
+        let topology = view.topology();
+        for event in view.events() {
+            self.stirred = true;
+            let channels::EventKind::Received { channel, message } = &event.kind else { continue };
+            let (from, to) = topology.ends(*channel);
+            self.messages.push(json!([event.step, event.tick, from, to, message.to_string()]));
+        }
+        for happening in view.happenings() {
+            self.decided |= matches!(happening, Happening::Verdict { .. });
+            self.happenings.extend(
+                words(happening, view)
+                    .map(|(kind, words)| json!({ "at": view.time().as_secs_f64(), "kind": kind, "words": words })),
+            );
+        }
+    }
+}
+
+/// What has happened, in words, with the kind of happening.
+fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)> {
+    let fault = |index: usize| view.header().faults[index].words.clone();
+    Some(match happening {
+        Happening::FaultAdded(_) => return None,
+        Happening::FaultBegan { fault: index, .. } => ("fault", fault(*index)),
+        Happening::FaultEnded { fault: index, .. } => ("end", format!("ended: {}", fault(*index))),
+        Happening::FaultLeftUndone { fault: index, reason, .. } => {
+            ("undone", format!("could not be done: {}: {reason}", fault(*index)))
+        }
+        Happening::TreeError { message, .. } => ("error", message.clone()),
+        Happening::GivenUp { reason } => ("error", format!("navigation gave up: {reason}")),
+        Happening::Verdict { monitor, decision } => {
+            let violated = decision.verdict == channels::Verdict::False;
+            let name = view.monitor(*monitor).name().to_owned();
+            if violated {
+                ("violated", format!("{name} is violated"))
+            } else {
+                ("satisfied", format!("{name} is satisfied"))
+            }
+        }
+        Happening::Said { text, .. } => ("said", format!("“{text}”")),
+        Happening::Arrival { place } => ("arrival", format!("at {}", view.header().places()[*place].name)),
+    })
+}
+
+/// The state of the run: small, in every frame.
+pub(crate) fn state(view: &RunView, news: News) -> Value {
+    let robot = view.robot();
+    let truth = robot.truth.map(|truth| pose(&truth.pose));
+    let battery = robot.battery.map(|battery| json!({ "pct": battery.charge_pct, "charging": battery.charging }));
+    let mut state = json!({
+        "time": view.time().as_secs_f64(),
+        "ticks": view.ticks(),
+        "pose": truth.or_else(|| robot.estimate.as_ref().map(pose)),
+        "estimate": robot.estimate.as_ref().map(pose),
+        "battery": battery,
+        "scene": scene(view, view.scene()),
+        "messages": news.messages,
+        "happenings": news.happenings,
+        "end": view.end().map(|end| json!({ "words": end.ended.to_string(), "trace_hash": end.trace_hash })),
+    });
+    if news.stirred {
+        state["doing"] = view.doing().into();
+        state["navigation"] = view.navigation().map(recording::Navigation::words).into();
+        let header = view.header();
+        let names = header.skills.iter().chain(&header.components);
+        state["locations"] = names.map(|name| (name.clone(), json!(view.location(name)))).collect();
+        state["tree"] = live::tree(view).into();
+    }
+    state
+}
+
+/// The parts that take longer to draw.
+pub(crate) fn parts(view: &RunView, timeline: &Timeline) -> Value {
+    json!({
+        "verdicts": live::verdicts(view, timeline),
+        "stories": live::stories(view, timeline),
+        "course": live::course(view, timeline),
+    })
+}
+
+fn scene(view: &RunView, seen: &Scene) -> Value {
+    let hits = || {
+        let (robot, at) = (view.header().robot.as_ref()?, view.robot().pose()?);
+        Some(seen.scans.iter().flat_map(|scan| scan.hits(&robot.lasers[scan.laser], &at)).collect::<Vec<Point>>())
+    };
+    let gap = seen.particles.len().div_ceil(MAX_PARTICLES).max(1);
+    json!({
+        "hits": flat(hits().unwrap_or_default().iter()),
+        "particles": flat(seen.particles.iter().step_by(gap)),
+        "path": flat(seen.path.iter()),
+        "bodies": seen.bodies.iter().map(body).collect::<Vec<_>>(),
+        "speeches": seen.speeches,
+    })
+}
+
+fn body(body: &Body) -> Value {
+    let at = pose(&body.pose);
+    match body.shape {
+        BodyShape::Disc { radius_m } => json!({ "name": body.name, "at": at, "radius_m": radius_m }),
+        BodyShape::Box { length_m, width_m } => json!({ "name": body.name, "at": at, "size_m": [length_m, width_m] }),
+    }
+}
+
+/// x, y in metres and heading in radians.
+fn pose(pose: &Pose) -> Value {
+    json!([rounded(pose.translation.x), rounded(pose.translation.y), rounded(heading(pose))])
+}
+
+/// The coordinates of points one after the other, in metres.
+fn flat<'p>(points: impl Iterator<Item = &'p Point>) -> Vec<f64> {
+    points.flat_map(|point| [rounded(point.x), rounded(point.y)]).collect()
+}
+
+/// To millimetres: nobody sees more.
+fn rounded(number: f64) -> f64 {
+    (number * 1000.0).round() / 1000.0
+}

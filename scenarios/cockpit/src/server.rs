@@ -1,0 +1,354 @@
+//! The server: the page, its files, and the socket on which the run is told.
+
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, PoisonError, mpsc};
+use std::task::{Context, Poll};
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Query, Request, State};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
+    X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{any, get};
+use axum::serve::Listener;
+use scenarios::session::Session;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast, oneshot};
+
+use crate::command::Command;
+use crate::runner::{self, Outlet, Present, Runner};
+use crate::token::Token;
+
+/// So many connections are served at once; others wait.
+const MOST_CONNECTIONS: usize = 100;
+/// So many browsers see a run at once.
+const MOST_VIEWERS: usize = 50;
+/// A request of the page is not longer, in bytes.
+const LONGEST_REQUEST: usize = 16 * 1024;
+/// A browser may be so many frames behind before it misses some.
+const BACKLOG: usize = 50;
+
+/// The files of the page.
+const FILES: [(&str, &str, &str); 8] = [
+    ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
+    ("/main.js", "text/javascript", include_str!("../page/main.js")),
+    ("/link.js", "text/javascript", include_str!("../page/link.js")),
+    ("/floor.js", "text/javascript", include_str!("../page/floor.js")),
+    ("/hand.js", "text/javascript", include_str!("../page/hand.js")),
+    ("/keys.js", "text/javascript", include_str!("../page/keys.js")),
+    ("/messages.js", "text/javascript", include_str!("../page/messages.js")),
+    ("/dom.js", "text/javascript", include_str!("../page/dom.js")),
+];
+const PAGE: &str = include_str!("../page/index.html");
+
+/// What browsers may do with the page: run its own scripts, nothing else; styles of drawings stand in them.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+                      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Why a run cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system gives no address, or no random numbers.
+    #[error("cannot serve a page on port {port}: {source}")]
+    Io {
+        /// The port that was asked for; 0 for any.
+        port: u16,
+        /// The operating system's error.
+        source: io::Error,
+    },
+    /// The session cannot be made.
+    #[error(transparent)]
+    Scenario(#[from] scenarios::Error),
+}
+
+/// A run that waits for browsers.
+pub struct Cockpit {
+    listener: std::net::TcpListener,
+    shared: Arc<Shared>,
+}
+
+/// What all connections share.
+struct Shared {
+    /// The hosts that requests may name.
+    hosts: [String; 2],
+    pilot: Token,
+    viewer: Token,
+    outlet: Outlet,
+    requests: mpsc::Sender<runner::Request>,
+    has_pilot: AtomicBool,
+    viewers: AtomicUsize,
+}
+
+impl Cockpit {
+    /// Starts a session, and listens on the loopback address at this port, or at any for 0. The session is made on the
+    /// thread of the run.
+    ///
+    /// # Errors
+    /// If that port cannot be had, or the session cannot be made.
+    pub fn open<F>(session: F, port: u16) -> Result<Self, Error>
+    where
+        F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,
+    {
+        let failed = |source| Error::Io { port, source };
+        let listener = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let port = listener.local_addr().map_err(failed)?.port();
+        let (requests, received) = mpsc::channel();
+        let outlet = Outlet { frames: broadcast::channel(BACKLOG).0, present: Arc::default() };
+        let shared = Shared {
+            hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
+            pilot: Token::new().map_err(failed)?,
+            viewer: Token::new().map_err(failed)?,
+            outlet: outlet.clone(),
+            requests,
+            has_pilot: AtomicBool::new(false),
+            viewers: AtomicUsize::new(0),
+        };
+        let (made, is_made) = mpsc::channel();
+        std::thread::spawn(move || {
+            let (session, made_well) = match session() {
+                Ok(session) => (Some(session), Ok(())),
+                Err(error) => (None, Err(error)),
+            };
+            let runner = session.map(|session| Runner::new(session, received, outlet));
+            let _ = made.send(made_well);
+            runner.map(Runner::run)
+        });
+        is_made.recv().unwrap_or(Ok(()))?;
+        Ok(Self { listener, shared: Arc::new(shared) })
+    }
+
+    /// The address of the page for the pilot.
+    #[must_use]
+    pub fn address(&self) -> String {
+        format!("http://{}/?token={}", self.shared.hosts[0], self.shared.pilot.text())
+    }
+
+    /// The address of the page for those who only look on.
+    #[must_use]
+    pub fn address_for_viewers(&self) -> String {
+        format!("http://{}/?token={}", self.shared.hosts[0], self.shared.viewer.text())
+    }
+
+    /// Serves the page for ever.
+    ///
+    /// # Errors
+    /// What keeps the server from working.
+    pub fn serve(self) -> Result<(), Error> {
+        let failed = |source| Error::Io { port: 0, source };
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        runtime.block_on(async {
+            let listener = TcpListener::from_std(self.listener).map_err(failed)?;
+            let limited = Limited { listener, free: Arc::new(Semaphore::new(MOST_CONNECTIONS)) };
+            axum::serve(limited, router(self.shared)).await.map_err(failed)
+        })
+    }
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    let mut router = Router::new().route("/", get(page)).route("/socket", any(socket));
+    router = router.route("/report.css", get(|| async { file("text/css", reports::html::live::style()) }));
+    for (path, kind, text) in FILES {
+        router = router.route(path, get(move || async move { file(kind, text) }));
+    }
+    let guard = middleware::from_fn_with_state(Arc::clone(&shared), guard);
+    router.layer(guard).with_state(shared)
+}
+
+fn file(kind: &'static str, text: impl Into<Bytes>) -> Response {
+    ([(CONTENT_TYPE, HeaderValue::from_static(kind))], text.into()).into_response()
+}
+
+/// Lets only requests pass that name the server's own address, and says what browsers may do with the answer.
+async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    let headers = request.headers();
+    let is_own = |host: &str| shared.hosts.iter().any(|own| own == host);
+    let named = only(headers, &HOST).is_some_and(is_own);
+    let origin = only(headers, &ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
+    let mut response = if !named || headers.contains_key(ORIGIN) && !origin.is_some_and(is_own) {
+        (StatusCode::FORBIDDEN, "This address is not the server's own.").into_response()
+    } else {
+        next.run(request).await
+    };
+    let rules = [
+        (CONTENT_SECURITY_POLICY, POLICY),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (REFERRER_POLICY, "no-referrer"),
+        (CACHE_CONTROL, "no-store"),
+    ];
+    response.headers_mut().extend(rules.map(|(name, value)| (name, HeaderValue::from_static(value))));
+    response
+}
+
+/// The value of a header that stands there once.
+fn only<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
+    let mut values = headers.get_all(name).iter();
+    let value = values.next()?.to_str().ok()?;
+    values.next().is_none().then_some(value)
+}
+
+#[derive(Deserialize)]
+struct Access {
+    #[serde(default)]
+    token: String,
+}
+
+async fn page(State(shared): State<Arc<Shared>>, Query(access): Query<Access>) -> Response {
+    match shared.knows(&access) {
+        true => file("text/html; charset=utf-8", PAGE),
+        false => (StatusCode::FORBIDDEN, "Open the address that `steward live` has printed.").into_response(),
+    }
+}
+
+async fn socket(
+    State(shared): State<Arc<Shared>>,
+    Query(access): Query<Access>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if !shared.knows(&access) || !headers.contains_key(ORIGIN) {
+        return StatusCode::FORBIDDEN.into_response();
+    }
+    let may_steer = shared.pilot.is(&access.token);
+    let upgrade = upgrade.max_message_size(LONGEST_REQUEST).max_frame_size(LONGEST_REQUEST);
+    upgrade.on_upgrade(move |socket| async move {
+        let viewers = shared.viewers.fetch_add(1, Ordering::AcqRel);
+        if viewers < MOST_VIEWERS {
+            let is_pilot = may_steer && !shared.has_pilot.swap(true, Ordering::AcqRel);
+            // A connection that breaks has nothing more to say.
+            let _ = attend(socket, &shared, is_pilot).await;
+            if is_pilot {
+                shared.has_pilot.store(false, Ordering::Release);
+            }
+        }
+        shared.viewers.fetch_sub(1, Ordering::AcqRel);
+    })
+}
+
+impl Shared {
+    fn knows(&self, access: &Access) -> bool {
+        self.pilot.is(&access.token) || self.viewer.is(&access.token)
+    }
+
+    /// The present state, for a browser that joins or has missed something.
+    fn present(&self) -> (Option<runner::Frame>, runner::Frame) {
+        let present = self.outlet.present.lock().unwrap_or_else(PoisonError::into_inner);
+        let Present { greeting, .. } = &*present;
+        (greeting.clone(), present.frame())
+    }
+}
+
+/// Tells a browser everything, and takes the pilot's requests.
+async fn attend(mut socket: WebSocket, shared: &Arc<Shared>, is_pilot: bool) -> Result<(), axum::Error> {
+    let mut frames = shared.outlet.frames.subscribe();
+    let (greeting, present) = shared.present();
+    for text in greeting.into_iter().chain([present, json!({ "pilot": is_pilot }).to_string().into()]) {
+        send(&mut socket, &text).await?;
+    }
+    loop {
+        tokio::select! {
+            frame = frames.recv() => match frame {
+                Ok(frame) => send(&mut socket, &frame).await?,
+                Err(broadcast::error::RecvError::Lagged(_)) => {
+                    frames = frames.resubscribe();
+                    send(&mut socket, &shared.present().1).await?;
+                }
+                Err(broadcast::error::RecvError::Closed) => return Ok(()),
+            },
+            request = socket.recv() => match request {
+                Some(Ok(Message::Text(text))) => {
+                    let answer = match is_pilot {
+                        true => ask(shared, &text).await,
+                        false => json!({ "refused": "somebody else steers this run" }),
+                    };
+                    send(&mut socket, &answer.to_string()).await?;
+                }
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                Some(Ok(Message::Binary(_))) => {
+                    let reason = CloseFrame { code: 1003, reason: "requests are texts".into() };
+                    return socket.send(Message::Close(Some(reason))).await;
+                }
+                Some(Ok(Message::Close(_))) | None => return Ok(()),
+                Some(Err(error)) => return Err(error),
+            },
+        }
+    }
+}
+
+async fn send(socket: &mut WebSocket, text: &str) -> Result<(), axum::Error> {
+    socket.send(Message::Text(text.into())).await
+}
+
+/// The answer to a request.
+async fn ask(shared: &Shared, text: &str) -> Value {
+    let command = match Command::read(text) {
+        Ok(command) => command,
+        Err(reason) => return json!({ "refused": reason }),
+    };
+    let (answer, answered) = oneshot::channel();
+    let answer = Box::new(move |value| drop(answer.send(value)));
+    let asked = shared.requests.send(runner::Request { command, answer });
+    match asked.is_ok() {
+        true => json!({ "answer": answered.await.unwrap_or_default() }),
+        false => json!({ "refused": "the run has stopped" }),
+    }
+}
+
+/// A listener that serves only so many connections at once.
+struct Limited {
+    listener: TcpListener,
+    free: Arc<Semaphore>,
+}
+
+impl Listener for Limited {
+    type Io = Held;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> (Self::Io, Self::Addr) {
+        let permit = Arc::clone(&self.free).acquire_owned().await.expect("nobody closes the semaphore");
+        let (stream, address) = Listener::accept(&mut self.listener).await;
+        (Held { stream, _permit: permit }, address)
+    }
+
+    fn local_addr(&self) -> io::Result<Self::Addr> {
+        self.listener.local_addr()
+    }
+}
+
+/// A connection that makes room for another when it ends.
+struct Held {
+    stream: TcpStream,
+    _permit: OwnedSemaphorePermit,
+}
+
+impl AsyncRead for Held {
+    fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_read(context, into)
+    }
+}
+
+impl AsyncWrite for Held {
+    fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, from: &[u8]) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(context, from)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}

@@ -1,0 +1,28 @@
+//! Secrets that let browsers in.
+
+use rand::TryRng;
+use rand::rngs::SysRng;
+
+/// A secret of 128 bits, in hexadecimal digits.
+#[derive(Clone)]
+pub(crate) struct Token(String);
+
+impl Token {
+    /// A new one, from the operating system's random numbers.
+    pub(crate) fn new() -> std::io::Result<Self> {
+        let mut bytes = [0; 16];
+        SysRng.try_fill_bytes(&mut bytes).map_err(std::io::Error::other)?;
+        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+    }
+
+    /// Whether somebody knows it. The time that this takes says nothing about it.
+    pub(crate) fn is(&self, said: &str) -> bool {
+        let differences = self.0.bytes().zip(said.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
+        self.0.len() == said.len() && differences == 0
+    }
+
+    /// Its text.
+    pub(crate) fn text(&self) -> &str {
+        &self.0
+    }
+}

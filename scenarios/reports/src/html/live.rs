@@ -1,0 +1,114 @@
+//! The parts of a page that shows a run while it goes on: those of the report, as far as the run has come.
+
+use drawing::canvas::Canvas;
+use drawing::icons::Look;
+use drawing::map_panel::{self, MapDrawing};
+use drawing::text::Font;
+use drawing::view::View;
+use drawing::{Area, MapPicture, Monitor, Scene, Verdict, theme};
+use maps::{Point, pose};
+use maud::{Markup, html};
+use monitors::Outcome;
+use recording::{MonitorView, RunView};
+
+use super::evidence::Evidence;
+use super::figure::{Drawing, sign};
+use super::markup::text;
+use super::{STYLE, chart, colors, figure, violations, words};
+use crate::pictures::{self, Camera};
+use crate::timeline::Timeline;
+
+/// How many pixels a metre has on the floor.
+const PIXELS_PER_M: f64 = 40.0;
+/// The longer side of the floor is at most so long, in pixels.
+const LONGEST: f64 = 4000.0;
+
+/// The style sheet with its colours.
+#[must_use]
+pub fn style() -> String {
+    colors::definitions() + STYLE
+}
+
+/// The floor on which a run takes place, as a picture.
+pub struct Floor {
+    /// The picture: map, places, start and station.
+    pub svg: String,
+    /// Its width and height, in pixels.
+    pub size: [f64; 2],
+    /// Where a point of the `map` frame is in the picture: x₀ and y₀ in pixels, and how many of them a metre has; x is
+    /// to the right, and y up.
+    pub origin: [f64; 3],
+}
+
+/// The floor of a run; none without a map.
+#[must_use]
+pub fn floor(view: &RunView) -> Option<Floor> {
+    let premises = view.header().premises.as_ref()?;
+    let scene = Camera::new(view).frame(view, "").scene;
+    let scene = scene.unwrap_or_else(|| Scene::new(MapPicture::new(&premises.map).into(), pose(0.0, 0.0, 0.0), 0.3));
+    let bounds = map_panel::bounds(&scene);
+    let extent = bounds.high - bounds.low;
+    let scale = PIXELS_PER_M.min(LONGEST / extent.x.max(extent.y).max(1e-3));
+    let size = [extent.x * scale, extent.y * scale];
+    let area = Area::new(0.0, 0.0, size[0], size[1]);
+    let view = View::fitting(bounds, area);
+    let mut canvas = Canvas::for_browsers();
+    canvas.rounded(area, 0.0, drawing::canvas::Paint::fill(theme::UNKNOWN));
+    scene.map.draw(&mut canvas, &view);
+    let mut drawing = MapDrawing::new(&mut canvas, view, &scene, Font::regular(15.0));
+    drawing.areas();
+    drawing.places();
+    drawing.write_labels();
+    let zero = view.spot(Point::new(0.0, 0.0)).unwrap_or_default();
+    let svg = figure::inline(Drawing { canvas, width: size[0], height: size[1] }, "floor", "Map").into_string();
+    Some(Floor { svg, size, origin: [zero.0, zero.1, view.pixels(1.0)] })
+}
+
+/// The tree, each node with what it answered last.
+#[must_use]
+pub fn tree(view: &RunView) -> String {
+    let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
+    colors::adopted(&drawing::tree_svg(&nodes)).into_string()
+}
+
+/// A card for each property: what it requires, what can be said so far, and how a violation came about.
+#[must_use]
+pub fn verdicts(view: &RunView, timeline: &Timeline) -> String {
+    let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
+    let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
+    html! { @for (index, monitor) in view.monitors().enumerate() { (card(view, &monitor, of(index))) } }.into_string()
+}
+
+fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_>>) -> Markup {
+    let picture: Monitor = pictures::monitor(*monitor, view.end().is_some());
+    let look = Look::of_verdict(picture.verdict);
+    let class = match picture.verdict {
+        Verdict::Violated => Outcome::Violated,
+        Verdict::Inconclusive => Outcome::Inconclusive,
+        Verdict::HoldsSoFar | Verdict::Satisfied => Outcome::Satisfied,
+    };
+    let icon = sign(14.0, |canvas, center| look.icon.draw(canvas, center, 13.0, look.front));
+    html! {
+        article.card.(class) data-name=(monitor.name()) {
+            header { span.pill.(class) { (icon) (look.words) } h3 { (monitor.name()) } }
+            p { (text(&words::sentence(&monitor.about.summary))) }
+            @if let Some(evidence) = evidence { p { (violations::in_short(evidence, view)) } }
+            @if !picture.diagram.locations.is_empty() {
+                div.swipe { (colors::adopted(&drawing::diagram_svg(&picture.diagram))) }
+            }
+        }
+    }
+}
+
+/// How each violation came about, in words and as a sequence chart.
+#[must_use]
+pub fn stories(view: &RunView, timeline: &Timeline) -> String {
+    violations::section(view, timeline).into_string()
+}
+
+/// Everything on one time axis.
+#[must_use]
+pub fn course(view: &RunView, timeline: &Timeline) -> String {
+    figure::figure("What has happened so far, on one time axis", |layout| chart::draw(view, timeline, layout))
+        .into_string()
+}

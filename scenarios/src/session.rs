@@ -1,0 +1,218 @@
+//! A run with which somebody interferes by hand, and the scenario that repeats it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use diagnostics::FileProblems;
+use recording::{Detail, Ended, RunView};
+use toml::{Table, Value};
+
+use crate::conduct::FITS;
+use crate::ending::Ending;
+use crate::error::Error;
+use crate::faults::Effect;
+use crate::live::Live;
+use crate::scenario::{Found, STEP, Scenario, ScenarioFile, find};
+
+/// A run with which somebody interferes by hand.
+///
+/// Each act is a fault at the present moment; a lasting one lasts until it is [released](Self::release). The session is
+/// always a scenario, as it could be in a file, with all acts so far. So an act is checked as a fault in a file is, and
+/// the [saved](Self::saved) scenario gives the same run.
+pub struct Session {
+    found: Found,
+    live: Live,
+    view: RunView,
+    ending: Ending,
+    /// What the scenario says, without its faults.
+    said: Table,
+    /// The faults of the scenario, and then the acts.
+    faults: Vec<Value>,
+    /// How many faults are not acts.
+    given: usize,
+}
+
+impl Session {
+    /// A session with a scenario, changed by `overrides` as for `--set`, at its start; with the scenario's own seed if
+    /// none is given.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong with the scenario.
+    pub fn new(found: &Found, overrides: &[String], seed: Option<u64>) -> Result<Self, Error> {
+        let written = Scenario::load(found, overrides)?;
+        let seed = seed.unwrap_or(written.file.seed);
+        let (said, faults) = said(found, overrides, seed).map_err(Error::bad_input)?;
+        let given = faults.len();
+        let scenario = load(&written, found, &said, &faults)?;
+        let mut live = Live::new(Arc::new(scenario), seed, true)?;
+        let view = RunView::new(live.header(), live.record(Detail::Scenes)).expect(FITS);
+        Ok(Self { found: found.clone(), live, view, ending: Ending::default(), said, faults, given })
+    }
+
+    /// The run so far.
+    #[must_use]
+    pub fn view(&self) -> &RunView {
+        &self.view
+    }
+
+    /// Performs one step; nothing if the run has ended. The scenario ends it, as it would end it without acts.
+    ///
+    /// # Errors
+    /// The reason why the run cannot continue.
+    pub fn step(&mut self, detail: Detail) -> Result<(), Error> {
+        if self.view.end().is_some() {
+            return Ok(());
+        }
+        let stepped = self.live.step();
+        self.view.apply(self.live.record(detail)).expect(FITS);
+        stepped?;
+        if let Some(why) = self.ending.reached(&self.live.scenario().file, &self.view) {
+            self.finish(why);
+        }
+        Ok(())
+    }
+
+    /// Ends the run here, if it has not ended.
+    pub fn end(&mut self) {
+        if self.view.end().is_none() {
+            self.finish(Ended::Interrupted);
+        }
+    }
+
+    fn finish(&mut self, why: Ended) {
+        self.view.finish(self.live.end(why, Detail::Full)).expect(FITS);
+    }
+
+    /// The index of each fault in the run that somebody has caused by hand, and that lasts.
+    pub fn lasting(&self) -> impl Iterator<Item = usize> {
+        let acts = self.live.scenario().file.faults.iter().enumerate().skip(self.given);
+        acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none()).map(|(index, _)| index)
+    }
+
+    /// Does something now: `fault` is an entry of `[[faults]]` without trigger. Returns the index of the fault in the
+    /// run. Nothing has changed after an error.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the fault is wrong or does not fit the run.
+    pub fn act(&mut self, mut fault: Table) -> Result<usize, Error> {
+        if self.view.end().is_some() {
+            return Err(Error::refused("the run has ended", "start the session again"));
+        }
+        fault.insert("at_s".to_owned(), seconds(self.live.time()));
+        let mut faults = self.faults.clone();
+        faults.push(Value::Table(fault));
+        self.adopt(faults)?;
+        Ok(self.faults.len() - 1)
+    }
+
+    /// Ends a lasting act: now, or after the next step if it has just been done.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the fault with this index is no act, or has an end already.
+    pub fn release(&mut self, act: usize) -> Result<(), Error> {
+        let mut faults = self.faults.clone();
+        let fault = faults.get_mut(act).filter(|_| act >= self.given).and_then(Value::as_table_mut);
+        let Some(fault) = fault.filter(|fault| !fault.contains_key("lasts_s")) else {
+            let help = "only what was done in this session and still lasts can be ended by hand";
+            return Err(Error::refused(format!("fault {act} cannot be ended"), help));
+        };
+        let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
+        fault.insert("lasts_s".to_owned(), seconds(self.live.time().saturating_sub(begun).max(STEP)));
+        self.adopt(faults)
+    }
+
+    /// Goes on with these faults.
+    fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
+        let scenario = load(self.live.scenario(), &self.found, &self.said, &faults)?;
+        if scenario.file.faults[self.faults.len()..].iter().any(|new| matches!(new.effect(), Effect::Map(_))) {
+            let help = "write this fault into the scenario, with `at_s = 0`";
+            return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
+        }
+        self.live.adopt(Arc::new(scenario))?;
+        self.faults = faults;
+        Ok(())
+    }
+
+    /// The text of a scenario that repeats the session up to now, and expects what came of it. It can be put anywhere;
+    /// a scenario of one's own must stay where it is.
+    #[must_use]
+    pub fn saved(&self) -> String {
+        let (mut said, view) = (self.said.clone(), &self.view);
+        let mut say = |table: &str, key: &str, value: Value| {
+            let table = said.entry(table).or_insert_with(|| Value::Table(Table::new()));
+            table.as_table_mut().map(|table| table.insert(key.to_owned(), value));
+        };
+        if view.end().is_none_or(|end| end.ended == Ended::Interrupted) {
+            say("execution", "max_time_s", seconds(view.time().max(STEP)));
+        }
+        for monitor in view.monitors() {
+            say("expect", monitor.name(), monitor.outcome().name().into());
+        }
+        let expect = &self.live.scenario().file.expect;
+        let reached: Vec<Value> = view.visits().filter(|(_, at)| at.is_some()).map(|(name, _)| name.into()).collect();
+        let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
+        let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);
+        let error_m = view.tally().localization_error().map_or(0.0, |error| error.max_m);
+        for (key, value, matters) in [
+            ("reached", reached.into(), !expect.reached.is_empty()),
+            ("not_reached", Value::Array(Vec::new()), !expect.not_reached.is_empty()),
+            (
+                "max_collisions",
+                Value::Integer(i64::try_from(collisions).unwrap_or(i64::MAX)),
+                expect.max_collisions.is_some(),
+            ),
+            ("min_battery_pct", lowest_pct.floor().into(), expect.min_battery_pct.is_some()),
+            ("max_localization_m", (error_m + 0.01).into(), expect.max_localization_m.is_some()),
+        ] {
+            if matters {
+                say("expect", key, value);
+            }
+        }
+        text(&said, &self.faults)
+    }
+}
+
+/// What a session's scenario says besides its faults, and these.
+fn said(found: &Found, overrides: &[String], seed: u64) -> Result<(Table, Vec<Value>), FileProblems> {
+    let overridden = overrides.iter().filter_map(|one| one.split(['.', '=']).next()).map(str::trim);
+    let mut said = ScenarioFile::values(found, overrides, overridden.chain(["about", "faults"]))?;
+    let faults = match said.remove("faults") {
+        Some(Value::Array(faults)) => faults,
+        _ => Vec::new(),
+    };
+    let mut say = |key: &str, value: Value| said.insert(key.to_owned(), value);
+    say("seed", Value::Integer(i64::try_from(seed).unwrap_or(i64::MAX)));
+    if find::shipped(&found.argument).is_some() {
+        say("base", found.argument.clone().into());
+    } else {
+        let path = std::path::absolute(&found.path).unwrap_or_else(|_| found.path.clone().into());
+        let is_model = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+        if let Some(folder) = path.parent().filter(|_| !is_model) {
+            say("folder", folder.display().to_string().into());
+        }
+        say(if is_model { "model" } else { "base" }, path.display().to_string().into());
+    }
+    Ok((said, faults))
+}
+
+/// Loads the session's scenario, with everything that it shares with the one before.
+fn load(before: &Scenario, found: &Found, said: &Table, faults: &[Value]) -> Result<Scenario, Error> {
+    Scenario::load_like(before, &Found { text: text(said, faults), ..found.clone() }, &[])
+}
+
+/// The text of a scenario.
+fn text(said: &Table, faults: &[Value]) -> String {
+    let mut said = said.clone();
+    if !faults.is_empty() {
+        said.insert("faults".to_owned(), faults.to_vec().into());
+    }
+    said.to_string()
+}
+
+/// A time in seconds, as scenarios write it.
+fn seconds(time: Duration) -> Value {
+    time.as_secs_f64().into()
+}
+
+#[cfg(test)]
+mod tests;

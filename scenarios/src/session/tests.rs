@@ -1,0 +1,66 @@
+use std::time::Duration;
+
+use rand::{RngExt, SeedableRng, seq::IndexedRandom};
+use rand_chacha::ChaCha8Rng;
+use recording::{Detail, Ended};
+use toml::Table;
+
+use super::Session;
+use crate::faults::KINDS;
+use crate::live::Live;
+use crate::scenario::{Found, Scenario, find};
+
+/// The triggers of faults, which acts do not have.
+const TRIGGERS: [&str; 9] =
+    ["at_s", "every_s", "at_tick", "near", "within_m", "when", "in_state", "probability", "times"];
+
+/// Runs a session, acts at random moments, and returns the saved scenario and the hash of the trace.
+fn play(name: &str, rng: &mut ChaCha8Rng, until: Duration) -> (String, String, usize) {
+    let mut session = Session::new(&find::find(name).unwrap(), &[], None).unwrap();
+    let mut acts: Vec<usize> = Vec::new();
+    while session.view().time() < until {
+        while rng.random_bool(0.02) {
+            let kind = KINDS.choose(rng).unwrap();
+            let mut fault: Table = toml::from_str(kind.example).unwrap();
+            TRIGGERS.iter().for_each(|key| drop(fault.remove(*key)));
+            fault.insert("kind".to_owned(), kind.name.into());
+            if rng.random_bool(0.7) {
+                fault.remove("lasts_s");
+            }
+            acts.extend(session.act(fault).ok());
+        }
+        if rng.random_bool(0.03)
+            && let Some(act) = session.lasting().collect::<Vec<_>>().choose(rng)
+        {
+            session.release(*act).unwrap();
+        }
+        if session.step(Detail::Full).is_err() {
+            break;
+        }
+    }
+    session.end();
+    (session.saved(), session.view().end().unwrap().trace_hash.clone(), acts.len())
+}
+
+/// The hash of a saved session's trace.
+fn replayed(text: &str) -> String {
+    let found = Found { text: text.to_owned(), ..find::find("nominal").unwrap() };
+    let scenario = Scenario::load(&found, &[]).unwrap_or_else(|error| panic!("{}\n{text}", error.reasons()));
+    let until = scenario.file.execution.max_time;
+    let seed = scenario.file.seed;
+    let mut live = Live::new(scenario.into(), seed, true).unwrap();
+    while live.time() < until && live.step().is_ok() {}
+    live.end(Ended::Interrupted, Detail::Verdicts).trace_hash
+}
+
+#[test]
+fn a_saved_session_gives_the_same_trace() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(1);
+    let mut acts = 0;
+    for name in ["nominal", "joypad", "parcel", "errand"] {
+        let (text, hash, count) = play(name, rng, Duration::from_secs(20));
+        acts += count;
+        assert_eq!(replayed(&text), hash, "{text}");
+    }
+    assert!(acts > 20, "{acts}");
+}
