@@ -12,7 +12,7 @@ use crate::{browser, summary};
 /// Which run to report on, and how.
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
-    /// The recording: what a run with `--record FILE.rec` has written
+    /// The recording: what a run with `--record FILE.rec` or `--record FILE.mcap` has written
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
     /// Where the report and the pictures go [default: out/NAME, with the recording's name]
@@ -21,6 +21,9 @@ pub(crate) struct ReportArgs {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
+    /// Records the run again: `FILE.jsonl`, `FILE.mcap` and others as with `steward run`
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Opens the report in the browser
     #[arg(long)]
     open: bool,
@@ -38,7 +41,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
     let out = args.out.clone().unwrap_or_else(stem);
     let outputs = Outputs { folder: Some(out.clone()), snapshots: !args.no_snapshots, gif: args.gif.clone() };
     refuse_campaign(&outputs)?;
-    let report = report_recording(&args.recording, &outputs)?;
+    let report = report_recording(&args.recording, &outputs, args.record.as_deref())?;
     let status = summary::tell(&report, &out, args.quiet)?;
     if args.open {
         browser::open(&out.join(html::FILE));

@@ -58,7 +58,8 @@ pub(crate) struct RunOptions {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run: `FILE.jsonl` is the event log, any other file all that `steward report` needs
+    /// Records the run: `FILE.jsonl` is the event log, any other file all that `steward report` needs; `FILE.mcap`
+    /// opens in Foxglove, Rerun and ROS tools, too
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run

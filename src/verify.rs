@@ -14,7 +14,7 @@ use std::time::Duration;
 use bags::Contents;
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Outcome, Property};
-use recording::message_json;
+use recording::{LoggedRecording, Recording, RecordingError, message_json};
 use scenarios::scenario::find;
 use serde_json::json;
 
@@ -82,7 +82,10 @@ impl Told {
 }
 
 fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
-    let verified = if bags::is_bag(path) { bag::verify(args, path) } else { verify_event_log(args, path) }?;
+    // A recording of a run is a bag, too. It needs no mapping, and takes one.
+    let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
+    let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
+    let verified = if is_bag { bag::verify(args, path) } else { verify_event_log(args, path) }?;
     verified.notes.iter().for_each(|text| note(text));
     if verified.end.messages + verified.end.ticks == 0 {
         note("the log has no event: every verdict is that of a run in which nothing happened");
@@ -123,12 +126,23 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     Ok(Verified { properties, end, start_ns: None, notes: skipped.into_iter().collect() })
 }
 
-/// The log's bytes: a file's, a pipe's, or those of standard input.
+/// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
 fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
-    Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
+    // What is not a file can be read only once.
+    let recording = std::fs::metadata(log)?.is_file().then(|| Recording::open(log));
+    match recording {
+        None | Some(Err(RecordingError::Foreign(_))) => {
+            Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
+        }
+        Some(recording) => {
+            let truncated = |error: &RecordingError| note(&error.to_string());
+            let logged = recording.and_then(|recording| LoggedRecording::begin(recording, truncated));
+            Ok(Box::new(logged.map_err(std::io::Error::other)?))
+        }
+    }
 }
 
 /// What the first line of a log says of the run.

@@ -29,7 +29,7 @@ const ROOMS: [(&str, &[&str]); 25] = [
     ("bags", &["channels", "diagnostics", "interfaces"]),
     ("batch", &[]),
     ("drawing", &["maps"]),
-    ("recording", &["channels", "maps", "robot", "monitors", "bt"]),
+    ("recording", &["channels", "diagnostics", "maps", "robot", "monitors", "bt"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("trials", &["batch", "maps", "robot", "sim", "nav", "drawing"]),
     (

@@ -1,10 +1,12 @@
 //! A run that was recorded can be shown again: from the recording alone come the files that the run left.
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::path::Path;
 use std::process::Command;
 
 use recording::Recording;
+use scenarios::scenario::{Scenario, find};
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -43,8 +45,52 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     std::fs::read_dir(folder).unwrap().map(file).collect()
 }
 
+/// The properties of a scenario, as files in a folder.
+fn property_files(scenario: &str, folder: &Path) -> Vec<String> {
+    let loaded = Scenario::load(&find::find(scenario).unwrap(), &[]).unwrap();
+    let write = |(place, (_, text)): (usize, &(String, String))| {
+        let path = folder.join(format!("{place}.scope"));
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    loaded.properties.iter().enumerate().map(write).collect()
+}
+
+/// `verify` says of a recording what the run said: verdict, tick, witness.
+fn check_verdicts(scenario: &str, recording: &str, report: &Value, folder: &Path) {
+    let files = property_files(scenario, folder);
+    if files.is_empty() {
+        return;
+    }
+    let properties = files.iter().flat_map(|file| ["--property", file.as_str()]);
+    let verify: Vec<&str> = ["verify", recording, "--json"].into_iter().chain(properties).collect();
+    let verified = steward(&verify);
+    let said = String::from_utf8_lossy(&verified.stderr);
+    assert!(matches!(verified.status.code(), Some(0 | 1)), "{scenario}: {said}");
+    let verified: Value = serde_json::from_slice(&verified.stdout).unwrap();
+    let named = |monitors: &Value| -> BTreeMap<String, Value> {
+        let monitors = monitors["monitors"].as_array().unwrap().iter();
+        monitors.map(|monitor| (monitor["name"].as_str().unwrap().to_owned(), monitor.clone())).collect()
+    };
+    let (expected, found) = (named(report), named(&verified));
+    for (name, found) in found {
+        // A run without monitors has no verdicts, and one with others not those of these.
+        let Some(expected) = expected.get(&name) else { continue };
+        for key in ["verdict", "state"] {
+            assert_eq!(found[key], expected[key], "{scenario}: {name}: {key}");
+        }
+        let (found, expected) = (&found["witness"], &expected["witness"]);
+        for key in ["clause", "deadline_tick", "messages", "missing"] {
+            assert_eq!(found[key], expected[key], "{scenario}: {name}: {key}");
+        }
+        for key in ["step", "tick", "time_s"] {
+            assert_eq!(found["settled"][key], expected[key], "{scenario}: {name}: {key}");
+        }
+    }
+}
+
 #[test]
-fn a_recording_gives_the_report_page_and_pictures_of_its_run() {
+fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() {
     for (scenario, more) in RUNS {
         let folder = tempdir().unwrap();
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -55,12 +101,18 @@ fn a_recording_gives_the_report_page_and_pictures_of_its_run() {
         let run: Vec<&str> =
             run.into_iter().chain(more.iter().copied()).chain(run_gif.iter().map(String::as_str)).collect();
         let ran = steward(&run);
-        let report = ["report", &at("run.rec"), "--quiet", "--out", &at("report")];
-        let report: Vec<&str> = report.into_iter().chain(report_gif.iter().map(String::as_str)).collect();
-        let reported = steward(&report);
-        let said = String::from_utf8_lossy(&reported.stderr).into_owned();
-        assert_eq!(reported.status.code(), ran.status.code(), "{scenario}: {said}");
-        let (expected, found) = (files(&folder.path().join("run")), files(&folder.path().join("report")));
+        let reported = |from: &str, to: &str, out: &str, more: &[&str]| {
+            let report = ["report", &at(from), "--record", &at(to), "--quiet", "--out", &at(out)];
+            let reported = steward(&[&report[..], more].concat());
+            let said = String::from_utf8_lossy(&reported.stderr).into_owned();
+            assert_eq!(reported.status.code(), ran.status.code(), "{scenario}: {said}");
+            files(&folder.path().join(out))
+        };
+        let plain = reported("run.rec", "run.mcap", "plain", &["--no-snapshots"]);
+        let more: Vec<&str> = report_gif.iter().map(String::as_str).collect();
+        let (expected, found) = (files(&folder.path().join("run")), reported("run.mcap", "again.rec", "report", &more));
+        assert!(std::fs::read(at("run.rec")).unwrap() == std::fs::read(at("again.rec")).unwrap(), "{scenario}");
+        assert_eq!(plain.keys().collect::<Vec<_>>(), ["report.html", "report.json"], "{scenario}");
         assert_eq!(found.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>(), "{scenario}");
         assert!(expected.keys().any(|name| name.ends_with(".png")), "{scenario} takes no pictures");
         for (name, bytes) in &expected {
@@ -69,7 +121,34 @@ fn a_recording_gives_the_report_page_and_pictures_of_its_run() {
         if !run_gif.is_empty() {
             assert!(std::fs::read(at("run.gif")).unwrap() == std::fs::read(at("report.gif")).unwrap(), "{scenario}");
         }
+        let report = serde_json::from_slice(&expected["report.json"]).unwrap();
+        check_verdicts(scenario, &at("run.mcap"), &report, folder.path());
     }
+}
+
+/// All scenarios that come with the program and need nothing else.
+#[test]
+#[ignore = "takes minutes"]
+fn verdicts_of_recordings_are_those_of_their_runs() {
+    let listed = String::from_utf8(steward(&["list"]).stdout).unwrap();
+    let names = listed.lines().skip(1).take_while(|line| !line.is_empty()).filter_map(|line| line.split(' ').next());
+    let names: Vec<&str> = names.filter(|name| *name != "published").collect();
+    for name in &names {
+        for seed in 1..=5 {
+            let folder = tempdir().unwrap();
+            let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+            let seed = seed.to_string();
+            let run = ["run", name, "--seed", &seed, "--quiet", "--no-snapshots", "--out", &at("run")];
+            let ran = steward(&[&run[..], &["--record", &at("run.mcap")]].concat());
+            let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+            let report = std::fs::read(at("run/report.json")).unwrap_or_else(|_| panic!("{name}: {said}"));
+            check_verdicts(name, &at("run.mcap"), &serde_json::from_slice(&report).unwrap(), folder.path());
+            let status = steward(&["report", &at("run.mcap"), "--quiet", "--no-snapshots", "--out", &at("report")]);
+            assert_eq!(status.status.code(), ran.status.code(), "{name}");
+            assert!(files(&folder.path().join("run")) == files(&folder.path().join("report")), "{name}, seed {seed}");
+        }
+    }
+    println!("{} scenarios, 5 seeds each", names.len());
 }
 
 #[test]
@@ -84,6 +163,11 @@ fn recording_a_run_again_gives_the_same_bytes() {
         std::fs::read(path).unwrap()
     };
     assert!(recorded("a.rec") == recorded("b.rec"));
+    let bytes = recorded("a.mcap");
+    assert!(bytes == recorded("b.mcap"));
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    steward(&["report", &at("a.rec"), "--quiet", "--out", &at("report"), "--record", &at("c.mcap")]);
+    assert!(bytes == std::fs::read(at("c.mcap")).unwrap(), "a recording can be written in the other format");
 }
 
 #[test]
@@ -112,6 +196,34 @@ fn an_incomplete_recording_is_refused_with_one_message() {
     damaged[middle] ^= 0x40;
     has(said_of(&damaged), "is damaged");
     has(refusal(&["report", &at("none.rec"), "--out", &at("report")]), "cannot read");
+    // In MCAP: cut anywhere, damaged, and by somebody else.
+    steward(&[&run[..], &["--out", &at("out"), "--record", &at("run.mcap")]].concat());
+    let whole = std::fs::read(at("run.mcap")).unwrap();
+    has(said_of(&whole[..whole.len() / 2]), "ends before its run does, at ");
+    has(said_of(&whole[..whole.len() / 10]), "ends before its run does");
+    has(said_of(&whole[..8]), "is not a recording of a run");
+    let mut damaged = whole.clone();
+    // In the first chunk; an index could be damaged and the run still be read.
+    damaged[20_000] ^= 0x40;
+    has(said_of(&damaged), "is damaged");
+    has(said_of(&of_another_program()), "is not a recording of a run");
+    // What there is of a run can be judged.
+    std::fs::write(at("part.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let verified = steward(&["verify", &at("part.mcap"), "--property", "phi1"]);
+    has(String::from_utf8_lossy(&verified.stderr).into_owned(), "ends before its run does, at ");
+    has(String::from_utf8_lossy(&verified.stdout).into_owned(), "phi1");
+}
+
+/// A file in MCAP that is no recording.
+fn of_another_program() -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut file).unwrap();
+    let topic = writer.add_channel(0, "/camera", "json", &BTreeMap::new()).unwrap();
+    let header = mcap::records::MessageHeader { channel_id: topic, sequence: 0, log_time: 0, publish_time: 0 };
+    writer.write_to_known_channel(&header, b"{}").unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    file.into_inner()
 }
 
 /// Whether a recording that is being written has more than the start of its run already.
@@ -122,23 +234,25 @@ fn tells_of_a_step(path: &Path) -> bool {
 
 #[test]
 fn a_killed_run_leaves_what_it_had_recorded() {
-    let folder = tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    std::fs::create_dir(at("records")).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
-        .args(["--scenario", "nominal", "--quiet", "--no-snapshots", "--out", &at("out")])
-        .args(["--record", &at("records/run.rec")])
-        .spawn()
-        .unwrap();
-    let part = loop {
-        assert!(child.try_wait().unwrap().is_none(), "it ends before it is killed");
-        let part = std::fs::read_dir(at("records")).unwrap().next().map(|entry| entry.unwrap().path());
-        if let Some(part) = part.filter(|part| tells_of_a_step(part)) {
-            break part;
-        }
-    };
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let said = refusal(&["report", part.to_str().unwrap(), "--out", &at("report")]);
-    assert!(said.contains("ends before its run does, at "), "{said}");
+    for name in ["run.rec", "run.mcap"] {
+        let folder = tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        std::fs::create_dir(at("records")).unwrap();
+        let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+            .args(["--scenario", "nominal", "--quiet", "--no-snapshots", "--out", &at("out")])
+            .args(["--record", &at(&format!("records/{name}"))])
+            .spawn()
+            .unwrap();
+        let part = loop {
+            assert!(child.try_wait().unwrap().is_none(), "it ends before it is killed");
+            let part = std::fs::read_dir(at("records")).unwrap().next().map(|entry| entry.unwrap().path());
+            if let Some(part) = part.filter(|part| tells_of_a_step(part)) {
+                break part;
+            }
+        };
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let said = refusal(&["report", part.to_str().unwrap(), "--out", &at("report")]);
+        assert!(said.contains("ends before its run does, at "), "{said}");
+    }
 }

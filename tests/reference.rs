@@ -418,3 +418,28 @@ fn event_log() {
     let keys = |line: &str| serde_json::from_str::<serde_json::Map<_, Value>>(line).unwrap().keys().cloned().collect();
     assert_eq!(text.lines().map(keys).collect::<BTreeSet<BTreeSet<String>>>(), told);
 }
+
+/// Each topic of a file in MCAP is a row of its table, with its type, and the other way round.
+#[test]
+fn topics() {
+    let text = read("docs/src/reference/topics.md");
+    let cells = |row: &str| row.split('`').skip(1).step_by(2).take(2).map(str::to_owned).collect::<Vec<_>>();
+    let told: BTreeSet<Vec<String>> = text.lines().filter(|line| line.starts_with("| `")).map(cells).collect();
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let short = ["--no-snapshots", "--set", "execution.max_time_s=2", "--record", file.to_str().unwrap()];
+    report("populated", folder.path(), &short);
+    let summary = mcap::Summary::read(&std::fs::read(file).unwrap()).unwrap().unwrap();
+    let found = summary.channels.values().map(|channel| {
+        let [topic, schema] = [&channel.topic, &channel.schema.as_ref().unwrap().name].map(String::as_str);
+        match topic.split('/').collect::<Vec<_>>()[..] {
+            ["", "channels", from, to] => {
+                assert_eq!(schema, format!("steward_msgs/msg/{from}To{to}"));
+                ["/channels/SENDER/RECEIVER", "steward_msgs/msg/SENDERToRECEIVER"].map(str::to_owned).to_vec()
+            }
+            ["", laser, last] if laser.starts_with("laser_") => vec![format!("/laser_NAME/{last}"), schema.to_owned()],
+            _ => vec![topic.to_owned(), schema.to_owned()],
+        }
+    });
+    assert_eq!(found.collect::<BTreeSet<_>>(), told);
+}

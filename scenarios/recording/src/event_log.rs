@@ -89,6 +89,14 @@ impl<W: Write> EventLogWriter<W> {
     }
 }
 
+impl EventLogWriter<Vec<u8>> {
+    /// The lines since the last call.
+    pub(crate) fn lines(&mut self) -> io::Result<Vec<u8>> {
+        self.output.flush()?;
+        Ok(std::mem::take(self.output.get_mut()))
+    }
+}
+
 /// The tree's statuses, keyed by the node's number and name.
 fn statuses(view: &RunView) -> serde_json::Value {
     let nodes = view.header().tree.iter().enumerate().zip(view.outcomes());

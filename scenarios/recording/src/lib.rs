@@ -29,13 +29,18 @@
 //! [`Writer`] writes the records of a run to a file and [`Recording`] reads them back, bit for bit. The format is
 //! binary. Its version ([`FORMAT`]) goes up with every change of a record, and other versions are not read. In detail:
 //! a file begins with the eight bytes `STEWREC\n` and the version in four bytes, little-endian. Then come chunks, each
-//! with its length in bytes (four bytes, little-endian) and that many bytes of a zlib stream. Decompressed, a chunk
-//! holds whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
+//! with its length in bytes (four bytes, little-endian) and that many bytes: the length of its content in the same
+//! form, and the content as an [LZ4 block](https://github.com/lz4/lz4/blob/dev/doc/lz4_Block_format.md). The content of
+//! a chunk is whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
 //! documented here: fields in order, without names.
+//!
+//! A recording in [MCAP](https://mcap.dev) has the same chunks as messages of type `steward_msgs/msg/Records` on the
+//! topic `/steward/records`, each with the version of the format. All its other topics are for other programs.
+//! [`Recording`] reads both files, and an [`Archive`] writes the one that the name of the file asks for.
 //!
 //! ```
 //! use std::time::Duration;
-//! use recording::{ Record, Recording, Writer};
+//! use recording::{Record, Recording, Writer};
 //! # use std::sync::Arc;
 //! # use recording::{End, Ended, Expected, Header, Origin, RobotState, Snapshots, Step};
 //! # fn header() -> Header {
@@ -86,29 +91,40 @@
 //! This crate also has the hash of a trace ([`TraceHash`]) and the event log ([`EventLogWriter`]), which contains less
 //! and is meant for other programs.
 
+mod archive;
+mod chunk;
 mod decimals;
 mod end;
 mod event_log;
 mod file;
 mod header;
 mod judge;
+mod logged;
+mod mcap_file;
 mod monitor;
 mod plain;
+mod record;
+mod recording;
 mod scene_clock;
 mod step;
+mod topics;
 mod trace_hash;
 mod view;
 
+pub use archive::Archive;
 pub use decimals::{decimals, length};
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
-pub use file::{FORMAT, Record, Recording, RecordingError, Writer};
+pub use file::Writer;
 pub use header::{
     Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, Premises, RobotBody, SettingGroup,
     SnapshotOccasion, Snapshots, TREE,
 };
 pub use judge::Judge;
+pub use logged::LoggedRecording;
 pub use monitor::{Graph, Location, MonitorState, Transition};
+pub use record::{FORMAT, Record};
+pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
 pub use step::{
     Battery, Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,

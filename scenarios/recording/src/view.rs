@@ -35,6 +35,8 @@ pub struct RunView {
     decisions: Vec<Option<Decision>>,
     navigation: Option<Navigation>,
     scene: Scene,
+    /// Whether the last step had it.
+    has_new_scene: bool,
     faults: Vec<FaultRecord>,
     undone: Vec<UndoneFault>,
     tree_errors: Vec<TreeError>,
@@ -75,6 +77,7 @@ impl RunView {
             decisions: vec![None; header.monitors.len()],
             navigation: None,
             scene: Scene::default(),
+            has_new_scene: false,
             faults: Vec::new(),
             undone: Vec::new(),
             tree_errors: Vec::new(),
@@ -105,6 +108,7 @@ impl RunView {
         (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
         self.robot = robot;
         self.events.clear();
+        self.has_new_scene = false;
         for happening in &happenings {
             self.note(happening)?;
         }
@@ -182,6 +186,7 @@ impl RunView {
     fn set_scene(&mut self, scene: Scene) -> Result<(), Inconsistent> {
         check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers().len()))?;
         self.scene = scene;
+        self.has_new_scene = true;
         Ok(())
     }
 
@@ -293,6 +298,12 @@ impl RunView {
         self.locations[self.topology().find_process(process)?.index()].as_deref()
     }
 
+    /// The locations of all skills and components, by their index in the topology.
+    #[must_use]
+    pub fn locations(&self) -> &[Option<String>] {
+        &self.locations
+    }
+
     /// The watched properties, with the states of their monitors.
     pub fn monitors(&self) -> impl ExactSizeIterator<Item = MonitorView<'_>> {
         (0..self.monitors.len()).map(|monitor| self.monitor(monitor))
@@ -316,6 +327,12 @@ impl RunView {
     #[must_use]
     pub fn navigation(&self) -> Option<&Navigation> {
         self.navigation.as_ref()
+    }
+
+    /// What is visible in the last step, if it has a scene.
+    #[must_use]
+    pub fn new_scene(&self) -> Option<&Scene> {
+        self.has_new_scene.then_some(&self.scene)
     }
 
     /// What was visible in the last scene.

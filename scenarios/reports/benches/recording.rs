@@ -1,8 +1,8 @@
 //! What a recording costs: `cargo bench -p reports [-- ROUNDS]`.
 //!
-//! Each round runs `nominal` bare, then told in full to nobody, then recorded, goes through the recording, and makes
-//! the report of it. What follows at once suffers alike from whatever else the computer does: so times are compared
-//! within a round, and medians are those of the rounds' shares.
+//! Each round runs `nominal` bare, then told in full to nobody, then recorded, also in MCAP, goes through the
+//! recording, and makes the report of it. What follows at once suffers alike from whatever else the computer does: so
+//! times are compared within a round, and medians are those of the rounds' shares.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -21,6 +21,7 @@ struct Round {
     bare: f64,
     told: f64,
     recorded: f64,
+    mcap: f64,
     read: f64,
     reported: f64,
 }
@@ -58,6 +59,8 @@ fn main() {
         |round| round.recorded - round.told,
         |round| (round.recorded - round.told) / round.bare,
     );
+    row("recorded in MCAP", |round| round.mcap, |round| round.mcap / round.bare);
+    row("  of which is writing", |round| round.mcap - round.told, |round| (round.mcap - round.told) / round.bare);
     row("reading the recording", |round| round.read, |round| round.read / round.bare);
     row("the report of the recording", |round| round.reported, |round| round.reported / round.bare);
 }
@@ -67,8 +70,9 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
         bare: seconds(|| run(scenario, Detail::Verdicts, None)),
         told: seconds(|| run(scenario, Detail::Full, None)),
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
+        mcap: seconds(|| run(scenario, Detail::Full, Some(&path.with_extension("mcap")))),
         read: seconds(|| drop(go_through(path))),
-        reported: seconds(|| drop(report_recording(path, &Outputs::default()).expect("the recording is whole"))),
+        reported: seconds(|| drop(report_recording(path, &Outputs::default(), None).expect("the recording is whole"))),
     }
 }
 

@@ -24,7 +24,10 @@ impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
         let Self::Recording(error) = self else { return None };
         Some(Box::new(match error {
-            RecordingError::Foreign(_) => "a recording is what `steward run … --record FILE.rec` writes",
+            RecordingError::Foreign(_) => {
+                "a recording is what `steward run … --record FILE` writes, as FILE.rec or FILE.mcap"
+            }
+            RecordingError::Compressed { .. } => "decompress it, for example with `mcap decompress`",
             RecordingError::Version { .. } => {
                 "run the scenario again with this version, or report with that of the recording"
             }

@@ -104,19 +104,24 @@ fn stale_pictures(staging: &Staging) -> Vec<String> {
     files.filter(|file| file.ends_with(".png") && !file.contains(['/', '\\'])).map(str::to_owned).collect()
 }
 
-/// Makes the report of a recorded run, with its page and pictures, as the run itself did.
+/// Makes the report of a recorded run, with its page and pictures, as the run itself did. If there is a `record`, the
+/// run is written to it, as an [`Archive`](recording::Archive).
 ///
 /// # Errors
 /// What is wrong with the recording; what could not be written.
-pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error> {
-    let mut recording = Recording::open(path)?;
-    let mut view = recording.begin()?;
-    let mut presentation = Presentation::begin(&view, outputs)?;
-    while view.end().is_none() {
-        recording.advance(&mut view)?;
-        presentation.follow(&view)?;
-    }
-    presentation.finish(&view)
+///
+/// # Panics
+/// Never: a recording has a start.
+pub fn report_recording(path: &Path, outputs: &Outputs, record: Option<&Path>) -> Result<Report, Error> {
+    let mut begun = None;
+    let view = Recording::open(path)?.play(record, |view| {
+        match &mut begun {
+            None => begun = Some(Presentation::begin(view, outputs)?),
+            Some(presentation) => presentation.follow(view)?,
+        }
+        Ok::<_, Error>(())
+    })?;
+    begun.expect("a recording is played from its start").finish(&view)
 }
 
 /// The pictures of a run.

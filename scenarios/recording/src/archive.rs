@@ -1,0 +1,88 @@
+//! A run on its way to a file, in the form that the file's name asks for.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use diagnostics::Unfinished;
+
+use crate::mcap_file::McapWriter;
+use crate::{EventLogWriter, Header, Record, RunView, Step, Writer};
+
+/// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools open, too, and any
+/// other file a recording. Unless it is finished, nothing remains of it.
+pub struct Archive {
+    path: PathBuf,
+    form: Form,
+}
+
+enum Form {
+    Log(EventLogWriter<Unfinished>),
+    Mcap(Box<McapWriter<Unfinished>>),
+    Recording(Writer<Unfinished>),
+}
+
+impl Archive {
+    /// Starts the file of a run.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn begin(path: &Path, header: &Header, start: &Step) -> Result<Self, diagnostics::Error> {
+        let output = Unfinished::create(path)?;
+        let is = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+        let form = if is("jsonl") {
+            EventLogWriter::begin(output, header).map(Form::Log)
+        } else if is("mcap") {
+            McapWriter::begin(output).map(|writer| Form::Mcap(Box::new(writer)))
+        } else {
+            Writer::begin(output).map(Form::Recording)
+        };
+        let mut archive = Self { path: path.to_owned(), form: form.map_err(|source| unwritten(path, source))? };
+        archive.record(|| Record::Header(Box::new(header.clone())))?;
+        archive.record(|| Record::Step(start.clone()))?;
+        Ok(archive)
+    }
+
+    /// Adds a record, if the file has records.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn record(&mut self, record: impl FnOnce() -> Record) -> Result<(), diagnostics::Error> {
+        let written = match &mut self.form {
+            Form::Log(_) => Ok(()),
+            Form::Mcap(writer) => writer.write(&record()),
+            Form::Recording(writer) => writer.write(&record()),
+        };
+        written.map_err(|source| unwritten(&self.path, source))
+    }
+
+    /// Adds what the file has besides records. Call it at the start and after every step; after the last one, once the
+    /// view has its end.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn follow(&mut self, view: &RunView) -> Result<(), diagnostics::Error> {
+        let written = match &mut self.form {
+            Form::Log(log) => log.follow(view),
+            Form::Mcap(writer) => writer.follow(view),
+            Form::Recording(_) => Ok(()),
+        };
+        written.map_err(|source| unwritten(&self.path, source))
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(self) -> Result<(), diagnostics::Error> {
+        let output = match self.form {
+            Form::Log(log) => log.finish(),
+            Form::Mcap(writer) => writer.finish(),
+            Form::Recording(writer) => writer.finish(),
+        };
+        output.map_err(|source| unwritten(&self.path, source))?.finish()
+    }
+}
+
+fn unwritten(path: &Path, source: io::Error) -> diagnostics::Error {
+    diagnostics::Error::Write { path: path.to_owned(), source }
+}

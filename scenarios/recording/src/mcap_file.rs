@@ -1,0 +1,276 @@
+//! Recordings in MCAP: the chunks of records on a topic, beside topics that other tools show.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Write};
+use std::time::Duration;
+
+use mcap::McapError;
+use mcap::records::Record as McapRecord;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
+use crate::topics::Topics;
+use crate::topics::output::{Output, Topic};
+use crate::topics::ros;
+use crate::{FORMAT, Record, RunView};
+
+/// The topic with the records.
+const TOPIC: &str = "/steward/records";
+/// No more than this is lost of a run that is killed.
+const FLUSH: Duration = Duration::from_secs(1);
+
+/// Writes a recording in MCAP.
+pub(crate) struct McapWriter<W: Write> {
+    output: Output<W>,
+    chunk: Chunk,
+    records: Topic<ros::Records>,
+    topics: Option<Topics>,
+    /// When the file was last written to.
+    flushed: Option<Duration>,
+}
+
+impl<W: Write> McapWriter<W> {
+    pub(crate) fn begin(output: W) -> io::Result<Self> {
+        let mut output = Output::begin(output)?;
+        let records = output.topic(TOPIC)?;
+        Ok(Self { output, chunk: Chunk::default(), records, topics: None, flushed: None })
+    }
+
+    pub(crate) fn write(&mut self, record: &Record) -> io::Result<()> {
+        self.chunk.push(record)
+    }
+
+    /// Writes what other tools show of the records so far. The first message of the file has records, so that readers
+    /// can tell it from other files at once.
+    pub(crate) fn follow(&mut self, view: &RunView) -> io::Result<()> {
+        let time = view.time();
+        let is_due = view.end().is_some() || self.flushed.is_none_or(|flushed| time >= flushed + FLUSH);
+        if is_due {
+            self.write_chunk(time)?;
+        }
+        let topics = match &mut self.topics {
+            Some(topics) => topics,
+            none => none.insert(Topics::begin(view, &mut self.output)?),
+        };
+        topics.follow(view, is_due, &mut self.output)?;
+        if is_due {
+            self.flushed = Some(time);
+            self.output.flush()?;
+        }
+        Ok(())
+    }
+
+    fn write_chunk(&mut self, time: Duration) -> io::Result<()> {
+        let Some(records) = self.chunk.pack() else { return Ok(()) };
+        self.output.write(&self.records, time, &ros::Records { format: FORMAT, records })
+    }
+
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.write_chunk(self.flushed.unwrap_or_default())?;
+        self.output.finish()
+    }
+}
+
+/// Reads the chunks of records from a file in MCAP, from start to end: no index is needed.
+pub(crate) struct McapChunks {
+    input: BufReader<File>,
+    reader: LinearReader,
+    /// The channel with the records.
+    channel: Option<u16>,
+    /// The first chunk.
+    ahead: Option<Vec<u8>>,
+}
+
+impl std::fmt::Debug for McapChunks {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("McapChunks").field("channel", &self.channel).finish_non_exhaustive()
+    }
+}
+
+impl McapChunks {
+    pub(crate) fn begin(input: BufReader<File>) -> Result<Self, ChunkError> {
+        let options = LinearReaderOptions::default()
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MAX_CHUNK_BYTES as usize);
+        let mut chunks = Self { input, reader: LinearReader::new_with_options(options), channel: None, ahead: None };
+        chunks.ahead = Some(chunks.message(true)?.ok_or(ChunkError::Foreign)?);
+        Ok(chunks)
+    }
+
+    pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
+        match self.ahead.take() {
+            Some(first) => Ok(Some(first)),
+            None => self.message(false),
+        }
+    }
+
+    /// The next chunk of records; none if the file ends first, even in the middle of something. If it is the `first`
+    /// message that is asked for, no other may precede it.
+    fn message(&mut self, first: bool) -> Result<Option<Vec<u8>>, ChunkError> {
+        while let Some(event) = self.reader.next_event() {
+            let (opcode, data) = match event {
+                Ok(LinearReadEvent::ReadRequest(bytes)) => {
+                    let read = self.input.read(self.reader.insert(bytes))?;
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
+                Err(McapError::UnexpectedEof) => break,
+                Err(McapError::UnsupportedCompression(by)) => return Err(ChunkError::Compressed(by)),
+                Err(_) => return Err(ChunkError::Damaged),
+            };
+            match mcap::parse_record(opcode, data).map_err(|_| ChunkError::Damaged)? {
+                McapRecord::Channel(channel) if channel.topic == TOPIC => self.channel = Some(channel.id),
+                McapRecord::Message { header, data } if Some(header.channel_id) == self.channel => {
+                    return chunk(&data).map(Some);
+                }
+                McapRecord::Message { .. } if first => return Err(ChunkError::Foreign),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The chunk in a message, which must be of this version.
+fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
+    let number = |from: usize| {
+        let bytes = message.get(from..from + 4).ok_or(ChunkError::Damaged)?;
+        bytes.try_into().map(u32::from_le_bytes).map_err(|_| ChunkError::Damaged)
+    };
+    // The encoding, the version, and the length of what follows.
+    let (format, length) = (number(4)?, number(8)?);
+    if format != FORMAT {
+        return Err(ChunkError::Version(format));
+    }
+    let chunk = message[12..].get(..length as usize).ok_or(ChunkError::Damaged)?;
+    Ok(chunk.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{
+        End, Ended, Expected, Header, MonitorEnd, Origin, Recording, RecordingError, RobotState, Snapshots, Step,
+    };
+
+    /// What has reached the disk.
+    #[derive(Clone, Default)]
+    struct Disk(Rc<RefCell<Vec<u8>>>);
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.borrow_mut().extend(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn header() -> Header {
+        Header {
+            version: String::new(),
+            scenario: "test".to_owned(),
+            about: String::new(),
+            origin: Origin::default(),
+            settings: vec![],
+            seed: 1,
+            tick: Duration::from_secs(1),
+            dt: Duration::from_millis(20),
+            unwatched: false,
+            topology: Arc::default(),
+            tree: vec![],
+            skills: vec![],
+            components: vec![],
+            monitors: Arc::new([]),
+            faults: vec![],
+            premises: None,
+            robot: None,
+            snapshots: Snapshots::default(),
+            expected: Expected::default(),
+        }
+    }
+
+    fn step(time: Duration) -> Step {
+        let robot = RobotState::default();
+        Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
+    }
+
+    /// How far a file tells of its run.
+    fn read(bytes: &[u8]) -> Result<Duration, RecordingError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        std::fs::write(&path, bytes).unwrap();
+        let mut recording = Recording::open(&path)?;
+        let mut view = recording.begin()?;
+        loop {
+            match recording.advance(&mut view) {
+                Ok(()) if view.end().is_some() => return Ok(view.time()),
+                Ok(()) => {}
+                Err(RecordingError::Truncated { .. }) => return Ok(view.time()),
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_on_the_disk_ends_at_most_a_second_before() {
+        let disk = Disk::default();
+        let mut writer = McapWriter::begin(disk.clone()).unwrap();
+        let start = step(Duration::ZERO);
+        writer.write(&Record::Header(Box::new(header()))).unwrap();
+        writer.write(&Record::Step(start.clone())).unwrap();
+        let mut view = RunView::new(header(), start).unwrap();
+        writer.follow(&view).unwrap();
+        let mut told = Vec::new();
+        for number in 1..=150 {
+            let step = step(Duration::from_millis(20 * number));
+            writer.write(&Record::Step(step.clone())).unwrap();
+            view.apply(step).unwrap();
+            writer.follow(&view).unwrap();
+            let on_disk = disk.0.borrow().clone();
+            let until = read(&on_disk).unwrap();
+            assert!(view.time() - until < FLUSH, "at {:?}, the file ends at {until:?}", view.time());
+            told.push(until);
+        }
+        told.dedup();
+        assert_eq!(told, [0, 1, 2, 3].map(Duration::from_secs));
+        let ended = Ended::TimeLimit(view.time());
+        let end = End {
+            ended,
+            trace_hash: String::new(),
+            monitors: Vec::<MonitorEnd>::new(),
+            skill_errors: vec![],
+            messages_hit: vec![],
+            scene: None,
+        };
+        writer.write(&Record::End(Box::new(end.clone()))).unwrap();
+        view.finish(end).unwrap();
+        writer.follow(&view).unwrap();
+        writer.finish().unwrap();
+        let whole = disk.0.borrow().clone();
+        // Wherever it is cut, it is read up to there, or is no recording yet.
+        for length in (0..whole.len()).step_by(97) {
+            let cut = read(&whole[..length]);
+            let fits = matches!(cut, Ok(_) | Err(RecordingError::Foreign(_) | RecordingError::Truncated { .. }));
+            assert!(fits, "{length}: {cut:?}");
+        }
+        assert_eq!(read(&whole).unwrap(), Duration::from_secs(3));
+    }
+
+    #[test]
+    fn compressed_chunks_are_named() {
+        let chunk = [&[0_u8; 28][..], &4_u32.to_le_bytes(), b"zstd", &1_u64.to_le_bytes(), &[0]].concat();
+        let header = [0_u8; 8];
+        let record = |op: u8, body: &[u8]| [&[op][..], &(body.len() as u64).to_le_bytes(), body].concat();
+        let file = [mcap::MAGIC, &record(1, &header), &record(6, &chunk)].concat();
+        let error = read(&file).unwrap_err();
+        assert!(matches!(&error, RecordingError::Compressed { by, .. } if by == "zstd"), "{error:?}");
+    }
+}

@@ -1,0 +1,19 @@
+//! The records of a run, in their order.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{End, Header, Step};
+
+/// The version of the format. It goes up with every change of the records.
+pub const FORMAT: u32 = 6;
+
+/// One record of a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Record {
+    /// What does not change during the run; the first record.
+    Header(Box<Header>),
+    /// A step.
+    Step(Step),
+    /// The end; the last record.
+    End(Box<End>),
+}

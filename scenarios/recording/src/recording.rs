@@ -1,0 +1,227 @@
+//! Reading recordings.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+use crate::chunk::{ChunkError, unpack};
+use crate::file::FileChunks;
+use crate::mcap_file::McapChunks;
+use crate::{Archive, End, FORMAT, Header, Inconsistent, Record, RunView, Step};
+
+/// Why a recording cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        source: io::Error,
+    },
+    /// The file is not a recording.
+    #[error("{} is not a recording of a run", .0.display())]
+    Foreign(PathBuf),
+    /// The file is a recording in another version of the format.
+    #[error("{} has version {found} of the format; this program reads version {FORMAT}", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// The version of the file.
+        found: u32,
+    },
+    /// The file is in MCAP, and its chunks are compressed.
+    #[error("the chunks of {} are compressed with {by}", path.display())]
+    Compressed {
+        /// The file.
+        path: PathBuf,
+        /// The name of the compression.
+        by: String,
+    },
+    /// The file was changed after it was written.
+    #[error("{} is damaged", .0.display())]
+    Damaged(PathBuf),
+    /// The file ends before its run does.
+    #[error("{} ends before its run does, {told}", path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// How much of the run it contains, in words.
+        told: String,
+    },
+}
+
+/// Reads a recording, record by record, in bounded memory.
+#[derive(Debug)]
+pub struct Recording {
+    path: PathBuf,
+    chunks: Chunks,
+    /// The records of a chunk, and how much of it has been read.
+    chunk: Vec<u8>,
+    read: usize,
+    /// The next record, if it has been peeked at.
+    ahead: Option<Record>,
+}
+
+/// Where chunks come from.
+#[derive(Debug)]
+enum Chunks {
+    File(FileChunks),
+    Mcap(Box<McapChunks>),
+}
+
+impl Chunks {
+    fn begin(path: &Path) -> Result<Self, ChunkError> {
+        let mut input = BufReader::new(File::open(path)?);
+        if input.fill_buf()?.starts_with(mcap::MAGIC) {
+            return McapChunks::begin(input).map(|chunks| Self::Mcap(Box::new(chunks)));
+        }
+        FileChunks::begin(input).map(Self::File)
+    }
+
+    fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
+        match self {
+            Self::File(chunks) => chunks.next(),
+            Self::Mcap(chunks) => chunks.next(),
+        }
+    }
+}
+
+impl Recording {
+    /// Opens a recording: a file of its own, or one in MCAP.
+    ///
+    /// # Errors
+    /// [`RecordingError`], if the file cannot be read or is not a recording in this version of the format.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let chunks = Chunks::begin(path).map_err(|error| RecordingError::new(error, path))?;
+        Ok(Self { path: path.to_owned(), chunks, chunk: Vec::new(), read: 0, ahead: None })
+    }
+
+    /// The next record; none at the end of the file, even in the middle of a chunk.
+    ///
+    /// # Errors
+    /// [`RecordingError`], if the file cannot be read or is damaged.
+    pub fn next_record(&mut self) -> Result<Option<Record>, RecordingError> {
+        if let Some(record) = self.ahead.take() {
+            return Ok(Some(record));
+        }
+        if self.read == self.chunk.len() {
+            let failed = |error| RecordingError::new(error, &self.path);
+            let Some(packed) = self.chunks.next().map_err(failed)? else { return Ok(None) };
+            (self.chunk, self.read) = (unpack(&packed).map_err(failed)?, 0);
+        }
+        let rest = &self.chunk[self.read..];
+        let (record, after) = postcard::take_from_bytes(rest).map_err(|_| self.damaged())?;
+        self.read = self.chunk.len() - after.len();
+        Ok(Some(record))
+    }
+
+    fn damaged(&self) -> RecordingError {
+        RecordingError::Damaged(self.path.clone())
+    }
+
+    fn truncated(&self, told: String) -> RecordingError {
+        RecordingError::Truncated { path: self.path.clone(), told }
+    }
+
+    pub(crate) fn unreadable(&self, source: io::Error) -> RecordingError {
+        RecordingError::Read { path: self.path.clone(), source }
+    }
+
+    /// The first two records.
+    fn start(&mut self) -> Result<(Header, Step), RecordingError> {
+        match (self.next_record()?, self.next_record()?) {
+            (Some(Record::Header(header)), Some(Record::Step(start))) => Ok((*header, start)),
+            (None | Some(Record::Header(_)), None) => Err(self.truncated("and tells nothing of it".to_owned())),
+            _ => Err(self.damaged()),
+        }
+    }
+
+    /// The next step, with the end if it is the last one.
+    fn step(&mut self, view: &RunView) -> Result<(Step, Option<Box<End>>), RecordingError> {
+        let step = match self.next_record()? {
+            Some(Record::Step(step)) => step,
+            Some(_) => return Err(self.damaged()),
+            None => return Err(self.truncated(format!("at {:.2} s", view.time().as_secs_f64()))),
+        };
+        match self.next_record()? {
+            Some(Record::End(end)) => Ok((step, Some(end))),
+            next => {
+                self.ahead = next;
+                Ok((step, None))
+            }
+        }
+    }
+
+    /// The run at its start, from the first two records.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn begin(&mut self) -> Result<RunView, RecordingError> {
+        let (header, start) = self.start()?;
+        RunView::new(header, start).map_err(|Inconsistent| self.damaged())
+    }
+
+    /// Advances by one step; the last step brings the end with it. Call it until the view has an end.
+    ///
+    /// # Errors
+    /// [`RecordingError`]; [`Truncated`](RecordingError::Truncated) if the file ends before the run does.
+    pub fn advance(&mut self, view: &mut RunView) -> Result<(), RecordingError> {
+        let (step, end) = self.step(view)?;
+        self.apply(view, step, end)
+    }
+
+    fn apply(&self, view: &mut RunView, step: Step, end: Option<Box<End>>) -> Result<(), RecordingError> {
+        let applied = view.apply(step).and_then(|()| end.map_or(Ok(()), |end| view.finish(*end)));
+        applied.map_err(|Inconsistent| self.damaged())
+    }
+
+    /// Plays the whole run. `follow` is called at the start and after every step. If there is a `record`, the run is
+    /// written to it, as an [`Archive`].
+    ///
+    /// # Errors
+    /// [`RecordingError`]; a file that could not be written; an error of `follow`.
+    pub fn play<E: From<RecordingError> + From<diagnostics::Error>>(
+        mut self,
+        record: Option<&Path>,
+        mut follow: impl FnMut(&RunView) -> Result<(), E>,
+    ) -> Result<RunView, E> {
+        let (header, start) = self.start()?;
+        let mut archive = record.map(|path| Archive::begin(path, &header, &start)).transpose()?;
+        let mut view = RunView::new(header, start).map_err(|Inconsistent| self.damaged())?;
+        loop {
+            if let Some(archive) = &mut archive {
+                archive.follow(&view)?;
+            }
+            follow(&view)?;
+            if view.end().is_some() {
+                break;
+            }
+            let (step, end) = self.step(&view)?;
+            if let Some(archive) = &mut archive {
+                archive.record(|| Record::Step(step.clone()))?;
+                if let Some(end) = &end {
+                    archive.record(|| Record::End(end.clone()))?;
+                }
+            }
+            self.apply(&mut view, step, end)?;
+        }
+        archive.map_or(Ok(()), Archive::finish)?;
+        Ok(view)
+    }
+}
+
+impl RecordingError {
+    fn new(error: ChunkError, path: &Path) -> Self {
+        let path = path.to_owned();
+        match error {
+            ChunkError::Read(source) => Self::Read { path, source },
+            ChunkError::Foreign => Self::Foreign(path),
+            ChunkError::Damaged => Self::Damaged(path),
+            ChunkError::Compressed(by) => Self::Compressed { path, by },
+            ChunkError::Version(found) => Self::Version { path, found },
+        }
+    }
+}

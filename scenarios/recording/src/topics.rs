@@ -1,0 +1,453 @@
+//! What other tools show of a run: topics with types of ROS 2.
+//!
+//! `docs/src/reference/recordings.md` lists them.
+
+pub(crate) mod cdr;
+mod messages;
+mod outlines;
+pub(crate) mod output;
+pub(crate) mod ros;
+
+use std::collections::BTreeSet;
+use std::io::{self, Write};
+use std::time::Duration;
+
+use channels::{ChannelId, EventKind, Topology, Verdict};
+use maps::{Cell, OccupancyGrid, Point, Pose};
+use robot::{LaserScan, LaserSpec};
+
+use self::messages::{MessageType, unique};
+use self::outlines::Outline;
+use self::output::{Output, Topic};
+use self::ros::{Byte, Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
+use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RobotState, RunView, Scene};
+
+/// The frame of the map.
+const MAP: &str = "map";
+/// The frame of the robot.
+const BASE: &str = "base_link";
+
+/// The topics of a run, and what has been written on them.
+pub(crate) struct Topics {
+    /// None without a robot or a map.
+    world: Option<World>,
+    /// By the index of the channel in the topology; none for channels inside of a process.
+    channels: Vec<Option<(u16, MessageType)>>,
+    ticks: Topic<Moment>,
+    tree: Topic<ros::Statuses>,
+    processes: Topic<ros::Statuses>,
+    monitors: Topic<ros::Statuses>,
+    navigation: Topic<ros::Text>,
+    log: Topic<ros::Log>,
+    told: Told,
+}
+
+/// What was last written, so that only changes are.
+#[derive(Default)]
+struct Told {
+    outcomes: Option<Vec<Option<bt::Outcome>>>,
+    locations: Option<Vec<Option<String>>>,
+    monitors: Option<Vec<MonitorState>>,
+    navigation: Option<Navigation>,
+    robot: RobotState,
+}
+
+/// The topics of a robot on a map.
+struct World {
+    transforms: Topic<Transforms>,
+    pose: Topic<PoseStamped>,
+    battery: Topic<ros::BatteryState>,
+    /// Scans and hits, by laser.
+    lasers: Vec<(Topic<ros::LaserScan>, Topic<PointCloud>)>,
+    particles: Topic<PointCloud>,
+    path: (Topic<ros::Path>, Topic<PointCloud>),
+    bodies: OutlineTopics,
+}
+
+/// Outlines as markers and as points.
+struct OutlineTopics(Topic<ros::Markers>, Topic<PointCloud>);
+
+impl OutlineTopics {
+    fn new<W: Write>(name: &str, output: &mut Output<W>) -> io::Result<Self> {
+        Ok(Self(output.topic(name)?, output.topic(&format!("{name}/points"))?))
+    }
+
+    fn write<W: Write>(
+        &self,
+        time: Duration,
+        frame: &str,
+        outlines: &[Outline],
+        output: &mut Output<W>,
+    ) -> io::Result<()> {
+        output.write(&self.0, time, &outlines::markers(time, frame, outlines))?;
+        output.write(&self.1, time, &outlines::points(time, frame, outlines))
+    }
+}
+
+impl Topics {
+    /// The topics of a run, with what stays the same during it.
+    pub(crate) fn begin<W: Write>(view: &RunView, output: &mut Output<W>) -> io::Result<Self> {
+        let header = view.header();
+        if let Some(premises) = &header.premises {
+            write_map(&premises.map, output)?;
+            let station = premises.station.map(|station| Outline::disc("station", &station, POINT_RADIUS_M));
+            let places: Vec<Outline> = premises.places.iter().map(place).chain(station).collect();
+            OutlineTopics::new("/places", output)?.write(Duration::ZERO, MAP, &places, output)?;
+        }
+        Ok(Self {
+            world: header.robot.is_some().then(|| World::begin(header, output)).transpose()?,
+            channels: channel_topics(view.topology(), output)?,
+            ticks: output.topic("/ticks")?,
+            tree: output.topic("/tree")?,
+            processes: output.topic("/processes")?,
+            monitors: output.topic("/monitors")?,
+            navigation: output.topic("/navigation")?,
+            log: output.topic("/rosout")?,
+            told: Told::default(),
+        })
+    }
+
+    /// Writes what the last step of a run added. What moves all the time is written if it `is_due`, too.
+    pub(crate) fn follow<W: Write>(&mut self, view: &RunView, is_due: bool, output: &mut Output<W>) -> io::Result<()> {
+        self.write_events(view, output)?;
+        self.write_states(view, output)?;
+        if let Some(world) = &self.world {
+            world.follow(view, &self.told.robot, is_due, output)?;
+            self.told.robot = *view.robot();
+        }
+        for (level, name, text) in view
+            .happenings()
+            .iter()
+            .map(|happening| in_words(happening, view))
+            .chain(view.end().map(|end| (level::INFO, view.header().scenario.clone(), end.ended.to_string())))
+        {
+            let log = ros::Log { stamp: view.time().into(), level, name, msg: text, ..ros::Log::default() };
+            output.write(&self.log, view.time(), &log)?;
+        }
+        Ok(())
+    }
+
+    fn write_events<W: Write>(&self, view: &RunView, output: &mut Output<W>) -> io::Result<()> {
+        for event in view.events() {
+            match &event.kind {
+                EventKind::Tick => {
+                    output.write(&self.ticks, event.time, &Moment { step: event.step, tick: event.tick })?;
+                }
+                EventKind::Received { channel, message } => {
+                    if let Some((topic, of)) = &self.channels[channel.index()] {
+                        output.write_bytes(*topic, event.time, &of.encode(event, message))?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the states that have changed.
+    fn write_states<W: Write>(&mut self, view: &RunView, output: &mut Output<W>) -> io::Result<()> {
+        let (told, time) = (&mut self.told, view.time());
+        let statuses = |status| ros::Statuses { header: Header::new(time, ""), status };
+        if told.outcomes.as_deref() != Some(view.outcomes()) {
+            told.outcomes = Some(view.outcomes().to_vec());
+            let nodes = view.header().tree.iter().zip(view.outcomes()).enumerate();
+            let nodes = nodes.map(|(number, (node, outcome))| ros::Status {
+                level: Byte(if outcome.is_some() { diagnostic::OK } else { diagnostic::STALE }),
+                name: format!("{number} {}", node.process),
+                message: outcome.map_or("", bt::Outcome::name).to_owned(),
+                ..ros::Status::default()
+            });
+            output.write(&self.tree, time, &statuses(nodes.collect()))?;
+        }
+        if told.locations.as_deref() != Some(view.locations()) {
+            told.locations = Some(view.locations().to_vec());
+            let topology = view.topology();
+            let located = topology.processes().zip(view.locations());
+            let located = located.filter_map(|(process, location)| Some((topology.name(process), location.as_ref()?)));
+            let located = located.map(|(name, location)| ros::Status {
+                name: name.to_owned(),
+                message: location.clone(),
+                ..ros::Status::default()
+            });
+            output.write(&self.processes, time, &statuses(located.collect()))?;
+        }
+        let states = || view.monitors().map(|monitor| monitor.state);
+        if !told.monitors.as_ref().is_some_and(|told| told.iter().eq(states())) {
+            told.monitors = Some(states().cloned().collect());
+            output.write(&self.monitors, time, &statuses(view.monitors().map(monitor).collect()))?;
+        }
+        if told.navigation.as_ref() != view.navigation() {
+            told.navigation = view.navigation().cloned();
+            let data = view.navigation().map(Navigation::words).unwrap_or_default();
+            output.write(&self.navigation, time, &ros::Text { data })?;
+        }
+        Ok(())
+    }
+}
+
+impl World {
+    fn begin<W: Write>(header: &RunHeader, output: &mut Output<W>) -> io::Result<Self> {
+        let mounts = header
+            .lasers()
+            .iter()
+            .map(|laser| TransformStamped::new(Duration::ZERO, BASE, &laser_frame(laser), &laser.mount));
+        let mounts = Transforms { transforms: mounts.collect() };
+        let topic = output.topic("/tf_static")?;
+        output.write(&topic, Duration::ZERO, &mounts)?;
+        let body = header.robot.iter().map(|robot| Outline::disc("robot", &Pose::identity(), robot.radius_m));
+        OutlineTopics::new("/robot", output)?.write(Duration::ZERO, BASE, &body.collect::<Vec<_>>(), output)?;
+        let mut lasers = Vec::new();
+        for laser in header.lasers() {
+            let frame = laser_frame(laser);
+            lasers.push((output.topic(&format!("/{frame}/scan"))?, output.topic(&format!("/{frame}/points"))?));
+        }
+        Ok(Self {
+            transforms: output.topic("/tf")?,
+            pose: output.topic("/estimate")?,
+            battery: output.topic("/battery_state")?,
+            lasers,
+            particles: output.topic("/particles")?,
+            path: (output.topic("/path")?, output.topic("/path/points")?),
+            bodies: OutlineTopics::new("/bodies", output)?,
+        })
+    }
+
+    fn follow<W: Write>(
+        &self,
+        view: &RunView,
+        told: &RobotState,
+        is_due: bool,
+        output: &mut Output<W>,
+    ) -> io::Result<()> {
+        let (robot, time) = (view.robot(), view.time());
+        if let Some(pose) = robot.pose().filter(|pose| is_due || Some(*pose) != told.pose()) {
+            let transforms = vec![TransformStamped::new(time, MAP, BASE, &pose)];
+            output.write(&self.transforms, time, &Transforms { transforms })?;
+        }
+        if let Some(pose) = robot.estimate.filter(|pose| is_due || Some(*pose) != told.estimate) {
+            output.write(&self.pose, time, &PoseStamped::new(time, MAP, &pose))?;
+        }
+        if let Some(battery) = robot.battery.filter(|_| is_due || robot.is_charging() != told.is_charging()) {
+            output.write(&self.battery, time, &battery_state(time, battery))?;
+        }
+        match view.new_scene() {
+            Some(scene) => self.write_scene(time, scene, view.header().lasers(), output),
+            None => Ok(()),
+        }
+    }
+
+    fn write_scene<W: Write>(
+        &self,
+        time: Duration,
+        scene: &Scene,
+        lasers: &[LaserSpec],
+        output: &mut Output<W>,
+    ) -> io::Result<()> {
+        for scan in &scene.scans {
+            let (laser, (ranges, hits)) = (&lasers[scan.laser], &self.lasers[scan.laser]);
+            output.write(ranges, time, &laser_scan(laser, scan))?;
+            output.write(hits, time, &PointCloud::new(scan.time, BASE, scan.hits(laser, &Pose::identity())))?;
+        }
+        output.write(&self.particles, time, &PointCloud::new(time, MAP, scene.particles.iter().copied()))?;
+        let pose = |point: &Point| PoseStamped::new(time, MAP, &maps::pose(point.x, point.y, 0.0));
+        let path = ros::Path { header: Header::new(time, MAP), poses: scene.path.iter().map(pose).collect() };
+        output.write(&self.path.0, time, &path)?;
+        output.write(&self.path.1, time, &PointCloud::new(time, MAP, scene.path.iter().copied()))?;
+        let bodies: Vec<Outline> = scene.bodies.iter().map(Outline::of_body).collect();
+        self.bodies.write(time, MAP, &bodies, output)
+    }
+}
+
+/// How large a place without an area is drawn.
+const POINT_RADIUS_M: f64 = 0.15;
+
+fn place(place: &Place) -> Outline {
+    match place.corners[..] {
+        [point] => Outline::disc(&place.name, &maps::pose(point.x, point.y, 0.0), POINT_RADIUS_M),
+        _ => Outline::new(&place.name, place.corners.clone()),
+    }
+}
+
+fn laser_frame(laser: &LaserSpec) -> String {
+    format!("laser_{}", token(&laser.name))
+}
+
+/// Letters, digits and underscores.
+fn token(name: &str) -> String {
+    name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' }).collect()
+}
+
+/// The topics of the channels that others than their process can see.
+fn channel_topics<W: Write>(
+    topology: &Topology,
+    output: &mut Output<W>,
+) -> io::Result<Vec<Option<(u16, MessageType)>>> {
+    let (mut taken, mut types) = (BTreeSet::new(), BTreeSet::new());
+    let mut topic = |channel: ChannelId| -> io::Result<_> {
+        if topology.is_internal(channel) {
+            return Ok(None);
+        }
+        let (from, to) = topology.ends(channel);
+        let names = unique(&format!("{}/{}", token(from), token(to)), &mut taken);
+        let of = MessageType::new(&topology.get(channel).domain);
+        let type_name: String = names.replace('/', "To").split('_').map(capitalized).collect();
+        let type_name = format!("steward_msgs/{}", unique(&type_name, &mut types));
+        let id = output.channel(&format!("/channels/{names}"), &type_name, &of.definition())?;
+        Ok(Some((id, of)))
+    };
+    topology.channels().map(&mut topic).collect()
+}
+
+fn capitalized(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
+}
+
+/// Writes the map as a grid, as an image, and as points.
+fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Result<()> {
+    let header = Header::new(Duration::ZERO, MAP);
+    let (width, height) = (map.width() as u32, map.height() as u32);
+    let info = ros::MapMetaData {
+        map_load_time: Duration::ZERO.into(),
+        resolution: map.resolution_m() as f32,
+        width,
+        height,
+        origin: (&map.origin()).into(),
+    };
+    let occupancy = |cell: &Cell| match cell {
+        Cell::Free => 0,
+        Cell::Occupied => 100,
+        Cell::Unknown => -1,
+    };
+    let data = map.cells().iter().map(occupancy).collect();
+    let topic = output.topic("/map")?;
+    output.write(&topic, Duration::ZERO, &ros::OccupancyGrid { header: header.clone(), info, data })?;
+    let grey = |cell: &Cell| match cell {
+        Cell::Free => 254,
+        Cell::Occupied => 0,
+        Cell::Unknown => 205,
+    };
+    // The first row of an image is its uppermost.
+    let rows = map.cells().chunks(map.width().max(1)).rev();
+    let data: Vec<u8> = rows.flatten().flat_map(|cell| [grey(cell); 3]).collect();
+    // Viewers take an image with one number per pixel for distances.
+    let encoding = "rgb8".to_owned();
+    let image = ros::Image { header, height, width, encoding, is_bigendian: 0, step: 3 * width, data };
+    let topic = output.topic("/map/image")?;
+    output.write(&topic, Duration::ZERO, &image)?;
+    let cells = map.cells().iter().enumerate().filter(|(_, cell)| **cell == Cell::Occupied);
+    let centres =
+        cells.map(|(place, _)| map.center(maps::CellIndex { column: place % map.width(), row: place / map.width() }));
+    let topic = output.topic("/map/points")?;
+    output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centres))
+}
+
+fn laser_scan(laser: &LaserSpec, scan: &LaserScan) -> ros::LaserScan {
+    ros::LaserScan {
+        header: Header::new(scan.time, &laser_frame(laser)),
+        angle_min: laser.angle_min_rad as f32,
+        angle_max: laser.beam_angle_rad(laser.beams.saturating_sub(1)) as f32,
+        angle_increment: laser.angle_increment_rad as f32,
+        time_increment: 0.0,
+        scan_time: laser.period.as_secs_f32(),
+        range_min: laser.range_min_m as f32,
+        range_max: laser.range_max_m as f32,
+        ranges: scan.ranges_m.clone(),
+        intensities: Vec::new(),
+    }
+}
+
+fn battery_state(time: Duration, battery: crate::Battery) -> ros::BatteryState {
+    /// What `power_supply_status` calls charging and discharging.
+    const CHARGING: [u8; 2] = [2, 1];
+    ros::BatteryState {
+        header: Header::new(time, BASE),
+        voltage: f32::NAN,
+        temperature: f32::NAN,
+        current: f32::NAN,
+        charge: f32::NAN,
+        capacity: f32::NAN,
+        design_capacity: f32::NAN,
+        percentage: (battery.charge_pct / 100.0) as f32,
+        power_supply_status: CHARGING[usize::from(battery.charging)],
+        present: true,
+        ..ros::BatteryState::default()
+    }
+}
+
+/// What `level` of a diagnostic status means.
+mod diagnostic {
+    pub(super) const OK: u8 = 0;
+    pub(super) const WARN: u8 = 1;
+    pub(super) const ERROR: u8 = 2;
+    pub(super) const STALE: u8 = 3;
+}
+
+/// What `level` of a log means.
+mod level {
+    pub(super) const INFO: u8 = 20;
+    pub(super) const WARN: u8 = 30;
+    pub(super) const ERROR: u8 = 40;
+}
+
+/// A property, its outcome if the run ended now, and why.
+fn monitor(monitor: MonitorView<'_>) -> ros::Status {
+    let outcome = monitor.outcome();
+    let level = match outcome {
+        monitors::Outcome::Satisfied => diagnostic::OK,
+        monitors::Outcome::Inconclusive => diagnostic::WARN,
+        monitors::Outcome::Violated => diagnostic::ERROR,
+    };
+    let verdict = match monitor.state.verdict {
+        Verdict::True => "true",
+        Verdict::False => "false",
+        Verdict::Inconclusive => "inconclusive",
+    };
+    let decided = monitor.decision.map(|decision| ("tick", decision.event.tick.to_string()));
+    let witness = monitor.decision.and_then(|decision| decision.witness.as_ref());
+    let values = [
+        ("verdict", verdict.to_owned()),
+        ("location", monitor.state.location.clone()),
+        ("property", monitor.about.property.clone()),
+    ];
+    let values = values.into_iter().chain(decided).chain(witness.map(|witness| ("witness", witness.to_string())));
+    ros::Status {
+        level: Byte(level),
+        name: monitor.name().to_owned(),
+        message: outcome.name().to_owned(),
+        hardware_id: String::new(),
+        values: values.map(|(key, value)| KeyValue { key: key.to_owned(), value }).collect(),
+    }
+}
+
+/// What happened: how grave it is, whom it concerns, and in words.
+fn in_words(happening: &Happening, view: &RunView) -> (u8, String, String) {
+    let header = view.header();
+    let fault = |index: usize| header.faults[index].words.clone();
+    match happening {
+        Happening::FaultBegan { fault: index, .. } => (level::WARN, "fault".to_owned(), fault(*index)),
+        Happening::FaultEnded { fault: index, .. } => {
+            (level::INFO, "fault".to_owned(), format!("it ended: {}", fault(*index)))
+        }
+        Happening::FaultLeftUndone { fault: index, reason, .. } => {
+            (level::WARN, "fault".to_owned(), format!("not injected: {}: {reason}", fault(*index)))
+        }
+        Happening::TreeError { node, message, .. } => {
+            (level::ERROR, header.tree[*node].process.clone(), message.clone())
+        }
+        Happening::GivenUp { reason } => (level::WARN, "navigation".to_owned(), format!("gave up: {reason}")),
+        Happening::Verdict { monitor, decision } => {
+            let monitor = view.monitor(*monitor);
+            let level = if decision.verdict == Verdict::False { level::ERROR } else { level::INFO };
+            let witness = decision.witness.as_ref().map(ToString::to_string).unwrap_or_default();
+            let text = format!("{} at tick {}\n{witness}", monitor.outcome(), decision.event.tick);
+            (level, monitor.name().to_owned(), text.trim_end().to_owned())
+        }
+        Happening::Said { by, text } => {
+            let by = view.topology().processes().nth(*by).map(|process| view.topology().name(process));
+            (level::INFO, by.unwrap_or_default().to_owned(), format!("said: {text}"))
+        }
+        Happening::Arrival { place } => {
+            (level::INFO, "robot".to_owned(), format!("came to rest at {}", header.places()[*place].name))
+        }
+    }
+}

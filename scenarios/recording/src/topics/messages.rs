@@ -1,0 +1,185 @@
+//! The messages of a channel as messages of a ROS type made for it.
+
+use std::collections::BTreeSet;
+
+use channels::{Domain, Event, FieldKind, Message, Symbol, Value};
+
+use super::cdr::Cdr;
+use super::ros::{Field, Moment, add_definition};
+
+/// The type of a channel's messages: when one was received, and the fields of all shapes.
+///
+/// A field that some messages do not have is a sequence of at most one element.
+pub(super) struct MessageType {
+    domain: Domain,
+    fields: Vec<TypeField>,
+}
+
+/// A field of the type.
+struct TypeField {
+    /// Its name and kind in the domain.
+    of: (String, Primitive),
+    /// Its name in ROS.
+    name: String,
+    /// Whether a message may lack it.
+    is_optional: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Primitive {
+    Bool,
+    Int,
+    Real,
+    Text,
+}
+
+impl Primitive {
+    /// What holds values of a kind, and whether there may be none.
+    fn of(kind: &FieldKind) -> (Self, bool) {
+        match kind {
+            FieldKind::Bool => (Self::Bool, false),
+            FieldKind::Int => (Self::Int, false),
+            FieldKind::Real => (Self::Real, false),
+            FieldKind::Symbol(_) | FieldKind::Text => (Self::Text, false),
+            FieldKind::Optional(kind) => (Self::of(kind).0, true),
+        }
+    }
+
+    fn name(self) -> String {
+        match self {
+            Self::Bool => bool::name(),
+            Self::Int => i64::name(),
+            Self::Real => f64::name(),
+            Self::Text => String::name(),
+        }
+    }
+}
+
+/// The name of the field that says when a message was received.
+const MOMENT: &str = "event";
+
+impl MessageType {
+    pub(super) fn new(domain: &Domain) -> Self {
+        let mut fields: Vec<TypeField> = Vec::new();
+        let mut taken = BTreeSet::from([MOMENT.to_owned()]);
+        for shape in domain.shapes() {
+            for (name, kind) in shape.fields() {
+                let of = (name.clone(), Primitive::of(kind).0);
+                if !fields.iter().any(|field| field.of == of) {
+                    fields.push(TypeField { name: ros_name(name, &mut taken), of, is_optional: false });
+                }
+            }
+        }
+        for field in &mut fields {
+            let always =
+                |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind)) == (&field.of.0, (field.of.1, false));
+            field.is_optional = !domain.shapes().iter().all(|shape| shape.fields().iter().any(always));
+        }
+        Self { domain: domain.clone(), fields }
+    }
+
+    /// The definition as the encoding `ros2msg` has it.
+    pub(super) fn definition(&self) -> String {
+        let fields = self.fields.iter().map(|field| {
+            let bound = if field.is_optional { "[<=1]" } else { "" };
+            format!("{}{bound} {}\n", field.of.1.name(), field.name)
+        });
+        let mut text = format!("{} {MOMENT}\n", Moment::name()) + &fields.collect::<String>();
+        let mut contained = Vec::new();
+        Moment::define(&mut contained);
+        contained.iter().for_each(|(name, fields)| add_definition(&mut text, name, fields));
+        text
+    }
+
+    /// A message that was received.
+    pub(super) fn encode(&self, event: &Event, message: &Message) -> Vec<u8> {
+        let mut cdr = Cdr::new();
+        Moment { step: event.step, tick: event.tick }.write(&mut cdr);
+        let declared = self.domain.shape_of(message).map_or(&[][..], |shape| shape.fields());
+        for field in &self.fields {
+            let is_it = |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind).0) == (&field.of.0, field.of.1);
+            let value = declared.iter().position(is_it).map(|place| (&declared[place].1, &message.fields()[place]));
+            let is_none = |kind: &FieldKind, value: &Value| {
+                matches!(kind, FieldKind::Optional(_)) && value.is_symbol(FieldKind::NONE)
+            };
+            let value = value.filter(|(kind, value)| !is_none(kind, value)).map(|(_, value)| value);
+            if field.is_optional {
+                cdr.length(usize::from(value.is_some()));
+            }
+            value.into_iter().for_each(|value| write_value(value, &mut cdr));
+        }
+        cdr.bytes()
+    }
+}
+
+fn write_value(value: &Value, cdr: &mut Cdr) {
+    match value {
+        Value::Symbol(symbol) => cdr.text(Symbol::name(symbol)),
+        Value::Bool(truth) => truth.write(cdr),
+        Value::Int(number) => number.write(cdr),
+        Value::Real(number) => number.write(cdr),
+        Value::Text(text) => cdr.text(text),
+    }
+}
+
+/// A name for a field, as ROS allows it, that is not taken yet: small letters, digits and single underscores.
+fn ros_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let small = name.to_ascii_lowercase();
+    let words = small.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let mut joined = words.collect::<Vec<_>>().join("_");
+    if !joined.starts_with(|letter: char| letter.is_ascii_lowercase()) {
+        joined.insert_str(0, "field_");
+    }
+    unique(joined.trim_end_matches('_'), taken)
+}
+
+/// The name, with a number if it is taken.
+pub(super) fn unique(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let numbered = (2_u64..).map(|number| format!("{name}{number}"));
+    let free = std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken.contains(name)).unwrap_or_default();
+    taken.insert(free.clone());
+    free
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use channels::{EventKind, Shape};
+
+    use super::*;
+
+    #[test]
+    fn a_field_that_messages_may_lack_is_a_sequence() {
+        let optional = FieldKind::Optional(Box::new(FieldKind::Int));
+        let domain = Domain::new([
+            Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real), ("Event", optional)]),
+            Shape::new([("status", FieldKind::symbols(["error"])), ("the reason!", FieldKind::Text)]),
+        ]);
+        let channel = MessageType::new(&domain);
+        let fields = "steward_msgs/Event event\nstring status\nfloat64[<=1] level\nint64[<=1] event2\n\
+                      string[<=1] the_reason\n";
+        assert!(channel.definition().starts_with(fields), "{}", channel.definition());
+        let encoded = |values: Vec<Value>| {
+            let message = Message::new(values);
+            let event = Event { step: 5, tick: 2, time: Duration::ZERO, kind: EventKind::Tick };
+            channel.encode(&event, &message)
+        };
+        let start = [&[0, 1, 0, 0][..], &5_u64.to_le_bytes(), &2_u64.to_le_bytes()].concat();
+        let failed = encoded(vec![Value::symbol("error"), "no".into()]);
+        let error = [6, 0, 0, 0, b'e', b'r', b'r', b'o', b'r', 0, 0, 0];
+        let rest = [1, 0, 0, 0, 3, 0, 0, 0, b'n', b'o', 0];
+        assert_eq!(failed, [&start[..], &error, &[0; 8], &rest].concat());
+        let fine = encoded(vec![Value::symbol("ok"), 0.5.into(), Value::symbol("none")]);
+        let ok = [3, 0, 0, 0, b'o', b'k', 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
+        let level = 0.5_f64.to_le_bytes();
+        assert_eq!(fine[20..], [&ok[..], &level, &[0; 8]].concat()[..]);
+    }
+
+    #[test]
+    fn names_are_made_fit_for_ros() {
+        let mut taken = BTreeSet::new();
+        let names = ["m[2]", "1st", "Ü", "a__b_", "a b"].map(|name| ros_name(name, &mut taken));
+        assert_eq!(names, ["m_2", "field_1st", "field", "a_b", "a_b2"]);
+    }
+}
