@@ -28,11 +28,13 @@ RUNS = {
 }
 DRAWN = {  # what Rerun makes of types that it knows
     "sensor_msgs/msg/PointCloud2": "Points3D",
+    "nav_msgs/msg/OccupancyGrid": "GridMap",
     "tf2_msgs/msg/TFMessage": "Transform3D",
     "geometry_msgs/msg/PoseStamped": "InstancePoses3D",
     "sensor_msgs/msg/Image": "Image",
     "sensor_msgs/msg/BatteryState": "Scalars",
     "rcl_interfaces/msg/Log": "TextLog",
+    "std_msgs/msg/String": "TextDocument",
 }
 
 
