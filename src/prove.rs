@@ -3,15 +3,17 @@
 mod finding;
 mod table;
 mod violation;
+mod written;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use campaigns::Error;
 use clap::Args;
-use explorer::Limits;
+use explorer::{Limits, Outcome};
 use reports::junit::{self, Suite};
 use scenarios::Complaints;
 use scenarios::prove::{Proof, Question};
@@ -20,8 +22,9 @@ use scenarios::scenario::{Found, Scenario};
 use self::finding::{Finding, Findings};
 use self::table::Table;
 use self::violation::Violation;
+use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{print_json, say};
+use crate::output::{note, print_json, say};
 use crate::progress::ProofBar;
 use crate::run::select::select;
 
@@ -46,6 +49,14 @@ pub(crate) struct ProveArgs {
     /// Shows all messages of a run that violates a property, and not only those that the property is about
     #[arg(long)]
     messages: bool,
+    /// Writes each run that violates a property into a folder here: as a page with its sequence chart, as a schedule,
+    /// and as a scenario that follows it
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Runs each run that violates a property once more, with the physics: levels and lost messages as faults at the same
+    /// times; says whether the property is violated there, too, or what is different
+    #[arg(long)]
+    replay: bool,
     /// Writes what is explored as a model in Promela, one file per property, so that SPIN can be asked the same
     #[arg(long, value_name = "FOLDER")]
     promela: Option<PathBuf>,
@@ -62,12 +73,13 @@ pub(crate) struct ProveArgs {
 
 /// Proves what is asked for. Exit status 1 if something is not as expected.
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
+    let stop = interrupt::listen();
     let found = select(&args.scenarios, &[])?;
     let mut complaints = Complaints::default();
     let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
     complaints.check()?;
     let mut all = Vec::new();
-    for proof in proofs {
+    for (found_here, proof) in found.iter().zip(proofs) {
         let mut findings = Vec::new();
         if !args.json {
             say(table::head(&proof))?;
@@ -77,7 +89,10 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             say(table.titles())?;
         }
         for question in proof.questions() {
-            let finding = args.explore(&proof, question)?;
+            if interrupt::flow().is_break() {
+                break;
+            }
+            let finding = args.explore(&proof, question, found_here, stop)?;
             if !args.json {
                 say(table.line(&finding))?;
             }
@@ -85,12 +100,26 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         }
         if !args.json {
             for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
-                say(violation.in_words(&finding.question.property, args.messages))?;
+                say(violation.in_words(&finding.question.property, args.messages) + &written::physics(finding))?;
+            }
+        }
+        if let Some(out) = &args.out {
+            let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
+            for written in findings.iter().filter_map(|finding| written::write(&proof, finding, &folder).transpose()) {
+                let written = written?;
+                if !args.json {
+                    say(written)?;
+                }
             }
         }
         all.push(Findings { proof, findings });
     }
-    if let Some(path) = &args.junit {
+    let is_interrupted = interrupt::flow().is_break();
+    if let Some(path) = &args.junit
+        && is_interrupted
+    {
+        note(&format!("{} was not written: the proof was interrupted", path.display()));
+    } else if let Some(path) = &args.junit {
         let suites: Vec<Suite> = all.iter().map(Findings::suite).collect();
         junit::write_suites(path, &suites)?;
     }
@@ -101,6 +130,9 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             reports => print_json(&reports)?,
         }
     }
+    if is_interrupted {
+        return Ok(ExitCode::from(interrupt::STATUS));
+    }
     let is_as_expected = all.iter().flat_map(|it| &it.findings).all(Finding::is_as_expected);
     Ok(ExitCode::from(u8::from(!is_as_expected)))
 }
@@ -110,33 +142,46 @@ impl ProveArgs {
         Proof::new(Arc::new(Scenario::load_for_proof(found, &self.set)?), &self.properties)
     }
 
-    fn limits(&self, proof: &Proof) -> Limits {
+    fn limits(&self, proof: &Proof, stop: &'static AtomicBool) -> Limits {
         let said = &proof.scenario().file.prove;
         let memory = self.memory.map_or(said.memory_bytes, |memory_mb| memory_mb << 20);
         let threads = self.threads.or(said.threads).and_then(|threads| usize::try_from(threads).ok());
         Limits {
             memory: usize::try_from(memory).unwrap_or(usize::MAX),
             threads: threads.unwrap_or_else(batch::threads),
+            stop: Some(stop),
             ..Limits::default()
         }
     }
 
-    fn explore(&self, proof: &Proof, question: &Question) -> Result<Finding, Error> {
+    fn explore(
+        &self,
+        proof: &Proof,
+        question: &Question,
+        found: &Found,
+        stop: &'static AtomicBool,
+    ) -> Result<Finding, Error> {
+        let limits = self.limits(proof, stop);
         #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of a proof")]
         let began = Instant::now();
         let bar = ProofBar::new(self.quiet || self.json, &question.property);
-        let answer = proof.prove(question, &self.limits(proof), &mut |progress| bar.show(progress));
+        let answer = proof.prove(question, &limits, &mut |progress| bar.show(progress));
         bar.finish();
         let answer = answer?;
-        if let Some(folder) = &self.promela {
+        if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
             let monitor = Some(proof.monitor(question));
-            let model = explorer::promela(&answer.model, monitor, &self.limits(proof), &mut |_| ());
+            let model = explorer::promela(&answer.model, monitor, &limits, &mut |_| ());
             let help = "`--memory` gives it more memory; a coarser `execution.tick_s` makes times shorter";
             let model = model.map_err(|error| Error::refused(error.to_string(), help))?;
             let name = format!("{}-{}.pml", proof.scenario().name, question.property).replace('/', "-");
             diagnostics::write_whole(&folder.join(name), model.text)?;
         }
         let violation = Violation::of(proof, question, &answer)?;
-        Ok(Finding { question: question.clone(), seconds: began.elapsed().as_secs_f64(), answer, violation })
+        let seconds = began.elapsed().as_secs_f64();
+        let physical = match &answer.exploration.outcome {
+            Outcome::Violated(run) if self.replay => proof.with_physics(question, &answer, run, found)?,
+            _ => None,
+        };
+        Ok(Finding { question: question.clone(), seconds, answer, violation, physical })
     }
 }

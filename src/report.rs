@@ -39,7 +39,12 @@ pub(crate) struct ReportArgs {
 pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
     let stem = || Path::new("out").join(args.recording.file_stem().unwrap_or_default());
     let out = args.out.clone().unwrap_or_else(stem);
-    let outputs = Outputs { folder: Some(out.clone()), snapshots: !args.no_snapshots, gif: args.gif.clone() };
+    let outputs = Outputs {
+        folder: Some(out.clone()),
+        snapshots: !args.no_snapshots,
+        gif: args.gif.clone(),
+        ..Outputs::default()
+    };
     refuse_campaign(&outputs)?;
     let report = report_recording(&args.recording, &outputs, args.record.as_deref())?;
     let status = summary::tell(&report, &out, args.quiet)?;

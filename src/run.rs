@@ -152,8 +152,12 @@ impl Job {
         ready: impl FnOnce(&[Warnings]),
         mut follow: impl FnMut(&RunView),
     ) -> Result<Report, Error> {
-        let outputs =
-            Outputs { folder: Some(self.folder.clone()), snapshots: !options.no_snapshots, gif: options.gif.clone() };
+        let outputs = Outputs {
+            folder: Some(self.folder.clone()),
+            snapshots: !options.no_snapshots,
+            gif: options.gif.clone(),
+            ..Outputs::default()
+        };
         let live = Live::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
         ready(live.warnings());
         run_and_report(live, Detail::Full, &outputs, options.record.as_deref(), |view| {

@@ -187,7 +187,7 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
         (&["nominal", "nominal", "mine/a.toml"], 2),
         (&["faults/*", "--filter", "battery_"], 7),
         (&["--filter", "bug", "--filter", "early"], 4),
-        (&["--all"], 98),
+        (&["--all"], 99),
     ] {
         let (said, status) = said_in(folder.path(), &[&["run"], arguments, &["--gif", "a.gif"]].concat());
         assert_eq!(status, Some(2), "{said}");

@@ -10,6 +10,7 @@ mod campaign_results;
 mod check_command;
 mod command_line;
 mod components;
+mod counterexamples;
 mod determinism;
 mod devices;
 mod documentation;

@@ -150,7 +150,7 @@ fn assumptions_that_contradict_each_other_are_refused() {
 fn what_cannot_be_proved_is_said_with_a_way_out() {
     let pick = refusal(&["prove", "pick"]);
     assert!(pick.contains("the property delivered demands something without a bound"), "{pick}");
-    let guide = refusal(&["prove", "guide"]);
+    let guide = refusal(&["prove", "guide", "--set", "prove.components={}"]);
     assert!(guide.contains("TourPlanner cannot be proved: it is a program"), "{guide}");
     assert!(guide.contains("Door cannot be proved: it senses and changes"), "{guide}");
     assert!(guide.contains("[prove.components.TourPlanner]"), "{guide}");
@@ -162,4 +162,23 @@ fn what_cannot_be_proved_is_said_with_a_way_out() {
     let said = refused(&[&format!("leaves.BatteryLevel.machine='{}'", machine.display())]);
     assert!(said.contains("the machine computes with a level, which a proof cannot follow"), "{said}");
     assert!(said.contains("BatteryLevel.scxml"), "{said}");
+}
+
+#[test]
+fn the_published_protocol_takes_turns_but_not_in_time() {
+    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
+        let proof = proof(0, &["takes_turns", "--set", tree]);
+        assert_eq!(results(&proof), [("takes_turns", "proved"), ("stops_first", "violated")]);
+    }
+}
+
+#[test]
+fn a_guide_that_cannot_reach_a_stop_leaves_it_out_and_does_nothing_worse() {
+    let whole = proof(0, &["guide"]);
+    let expected = ["shows_once", "opens_first", "locks_nobody_in", "plans_promptly"].map(|name| (name, "proved"));
+    assert_eq!(results(&whole), [&[("shows_all", "violated")], &expected[..]].concat());
+    let fewer = ["execution.tree=nodes", "prove.trips.fail=false", "prove.messages={}", "prove.expect={}"];
+    let fewer: Vec<&str> = fewer.iter().flat_map(|set| ["--set", set]).collect();
+    let nodes = proof(0, &[&["guide", "--property", "opens_first"], &fewer[..]].concat());
+    assert_eq!(results(&nodes), [("opens_first", "proved")]);
 }

@@ -51,7 +51,8 @@ pub fn conduct<E: From<Error>>(
             }
             return Err(Error::from(failure).into());
         }
-        if let Some(why) = ending.reached(&scenario.file, &view).or(interrupted) {
+        let over = live.is_over().then_some(Ended::Scheduled);
+        if let Some(why) = ending.reached(&scenario.file, &view).or(over).or(interrupted) {
             let end = live.end(why, detail);
             if let Some(archive) = &mut archive {
                 archive.record(|| Record::End(Box::new(end.clone()))).map_err(Error::from)?;

@@ -31,6 +31,9 @@ pub enum StepError {
     /// There have been more communications than the scenario allows.
     #[error("there have been more than {0} communications")]
     Budget(u64),
+    /// The schedule that it follows demands what is not possible.
+    #[error("{0}")]
+    Schedule(Problem),
 }
 
 impl Error {
@@ -64,6 +67,7 @@ impl From<StepError> for Error {
         match error {
             StepError::Run(error) => error.into(),
             StepError::Budget(limit) => Self::Budget(limit),
+            StepError::Schedule(problem) => Self::bad_input(problem),
         }
     }
 }

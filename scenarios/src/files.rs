@@ -29,6 +29,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("scenarios/already_there.toml", include_bytes!("../already_there.toml")),
     ("scenarios/late_halt.toml", include_bytes!("../late_halt.toml")),
     ("scenarios/early_release.toml", include_bytes!("../early_release.toml")),
+    ("scenarios/takes_turns.toml", include_bytes!("../takes_turns.toml")),
     ("scenarios/errand.toml", include_bytes!("../errand.toml")),
     ("scenarios/corridor.toml", include_bytes!("../corridor.toml")),
     ("scenarios/populated.toml", include_bytes!("../populated.toml")),

@@ -7,6 +7,7 @@
 //! start to end.
 
 pub mod conduct;
+mod driven;
 mod ending;
 mod error;
 pub mod faults;
@@ -19,6 +20,7 @@ mod occurrences;
 pub mod processes;
 pub mod prove;
 pub mod scenario;
+pub mod schedule;
 pub mod schema;
 pub mod session;
 mod skill_errors;

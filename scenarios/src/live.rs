@@ -15,11 +15,13 @@ use recording::{
 use roaml::PropertyMonitor;
 use robot::{RobotModel, Streams};
 
+use crate::driven::DriverData;
 use crate::error::{Complaints, Error, StepError};
 use crate::faults::{self, Injector, SystemUnderTest};
 use crate::monitoring::{MachineMonitor, Monitoring};
 use crate::names::unknown;
 use crate::scenario::{Premises, STEP, Scenario, settings};
+use crate::schedule::{Part, Player};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
 use crate::tree_errors::TreeErrors;
@@ -39,6 +41,8 @@ pub struct Live {
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
+    /// The schedule, if it follows one.
+    player: Option<Player>,
     /// The events of the last step.
     events: Vec<Event>,
     /// Whether a timer or a fault moved a process in the last step.
@@ -86,9 +90,14 @@ impl Live {
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
         let streams = Streams::new(seed);
         let mut wired = wire(&scenario, &streams)?;
-        let world = World::new(scenario.premises.as_ref().zip(wired.ids.robot), &wired.system, &streams)?;
-        let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let mut complaints = Complaints::default();
+        let player = scenario.schedule.as_ref().map(|schedule| {
+            let generator = wired.ids.tree.map(|ids| ids.tick_generator);
+            Player::new(schedule, &scenario, &wired.system, generator, &mut complaints)
+        });
+        let robot = scenario.premises.as_ref().zip(wired.ids.robot).filter(|_| player.is_none());
+        let world = World::new(robot, &wired.system, &streams)?;
+        let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
         start_programs(&scenario, &mut wired.system)?;
@@ -107,6 +116,7 @@ impl Live {
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
+            player,
             events: Vec::new(),
             stirred: false,
             monitoring,
@@ -127,6 +137,38 @@ impl Live {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
         self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
+        match self.player {
+            Some(_) => self.follow_schedule()?,
+            None => self.act()?,
+        }
+        let now = self.time();
+        self.note_tree_errors();
+        self.skill_errors.note(&self.system, now);
+        let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
+        self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
+        let speeches = self.world.new_speeches(&self.system);
+        self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
+        self.note_verdicts();
+        self.note_arrivals();
+        Ok(())
+    }
+
+    /// Performs a step of the schedule.
+    fn follow_schedule(&mut self) -> Result<(), StepError> {
+        let Self { player: Some(player), system, world, events, hash, .. } = self else { return Ok(()) };
+        let mut part = Part::default();
+        let performed = player.perform_part(system, &mut part);
+        world.step(player.now(), system);
+        part.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
+        *events = part.events;
+        self.overruns += part.overruns;
+        self.happenings.extend(part.words.into_iter().map(|words| Happening::Moved { words }));
+        (self.begun, self.stirred) = (true, true);
+        performed
+    }
+
+    /// Performs a step with faults, physics and drivers.
+    fn act(&mut self) -> Result<(), StepError> {
         self.apply_faults();
         let now = self.next_time();
         self.begun = true;
@@ -140,14 +182,6 @@ impl Live {
         while self.scenario.model.is_some() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
-        self.note_tree_errors();
-        self.skill_errors.note(&self.system, now);
-        let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
-        self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
-        let speeches = self.world.new_speeches(&self.system);
-        self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
-        self.note_verdicts();
-        self.note_arrivals();
         Ok(())
     }
 
@@ -302,6 +336,22 @@ impl Live {
         Ok(())
     }
 
+    /// Whether the schedule that it follows is over.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.player.as_ref().is_some_and(Player::is_over)
+    }
+
+    /// The channel system.
+    pub(crate) fn system(&self) -> &ChannelSystem {
+        &self.system
+    }
+
+    /// The events of the last step.
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.events
+    }
+
     /// Time since the start of the run.
     #[must_use]
     pub fn time(&self) -> Duration {
@@ -333,6 +383,8 @@ impl Live {
     #[must_use]
     pub fn header(&self) -> Header {
         let Scenario { name, file, origin, premises, tree, .. } = &*self.scenario;
+        // A schedule knows no map.
+        let premises = premises.as_ref().filter(|_| self.player.is_none());
         Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scenario: name.clone(),
@@ -353,8 +405,8 @@ impl Live {
             components: self.scenario.component_names().map(str::to_owned).collect(),
             monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
             faults: file.faults.iter().map(|fault| Arc::new(fault.told())).collect(),
-            premises: premises.as_ref().map(premises_record),
-            robot: premises.as_ref().map(|premises| robot_record(&premises.entry.sim.model)),
+            premises: premises.map(premises_record),
+            robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
             snapshots: file.snapshots.clone(),
             expected: file.expect.told(),
         }
@@ -364,7 +416,11 @@ impl Live {
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
         self.is_fine |= detail > Detail::Verdicts;
-        let robot = self.world.robot_state();
+        let mut robot = self.world.robot_state();
+        if self.player.is_some() {
+            let told = DriverData::of(&self.system).battery;
+            robot.battery = told.map(|(charge_pct, charging)| recording::Battery { charge_pct, charging });
+        }
         let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
         let is_start = time.is_zero();
         let wants_scene = match detail {

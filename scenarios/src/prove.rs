@@ -5,10 +5,13 @@
 //! what that is.
 
 mod assumptions;
+mod concrete;
 mod environment;
 mod levels;
+mod physics;
 mod subject;
 mod thresholds;
+mod written;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -21,8 +24,10 @@ use robot::Streams;
 
 use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
 use self::levels::{Levels, Rates, micros};
-use self::subject::process_of;
+pub use self::physics::Physical;
+pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 use crate::Error;
+use crate::driven::process_of;
 use crate::error::Complaints;
 use crate::monitoring::Monitoring;
 use crate::names::unknown;
@@ -58,8 +63,10 @@ pub struct Question {
 pub struct Answer {
     /// What was explored.
     pub model: Model,
-    /// What was found.
+    /// What was found. The levels of a run that violates a property are such as a battery can have.
     pub exploration: Exploration,
+    /// Whether no battery can have the levels of the run, however finely they are told apart.
+    pub is_spurious: bool,
 }
 
 impl Answer {
@@ -67,6 +74,7 @@ impl Answer {
     #[must_use]
     pub fn outcome(&self) -> Option<ProofOutcome> {
         match self.exploration.outcome {
+            _ if self.is_spurious => None,
             Outcome::Proved => Some(ProofOutcome::Proved),
             Outcome::Violated(_) => Some(ProofOutcome::Violated),
             _ => None,
@@ -130,15 +138,39 @@ impl Proof {
         progress: &mut dyn FnMut(&Progress),
     ) -> Result<Answer, Error> {
         let monitor = self.monitor(question);
-        let model = self.model(monitor)?;
-        let exploration = explorer::explore(&model, Some(monitor), limits, progress).map_err(refused)?;
-        Ok(Answer { model, exploration })
+        let mut battery = if self.ids.robot.is_some() { self.battery(monitor)? } else { None };
+        loop {
+            let model = self.model(battery.clone());
+            let mut exploration = explorer::explore(&model, Some(monitor), limits, progress).map_err(refused)?;
+            let mut is_spurious = false;
+            if let Outcome::Violated(path) = &mut exploration.outcome
+                && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
+            {
+                match concrete::run(path, &model, Some(monitor), (levels, bounds), &self.known_places()) {
+                    Some(run) => *path = run,
+                    None => {
+                        if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
+                            *levels = refined;
+                            continue;
+                        }
+                        is_spurious = true;
+                    }
+                }
+            }
+            return Ok(Answer { model, exploration, is_spurious });
+        }
+    }
+
+    /// The places that Localization knows.
+    fn known_places(&self) -> Arc<[String]> {
+        let premises = self.scenario.premises.iter();
+        premises.flat_map(|premises| premises.places.iter()).map(|(name, _)| name.to_owned()).collect()
     }
 
     /// The system, its environment, and the ticks.
-    fn model(&self, monitor: &dyn Monitor) -> Result<Model, Error> {
+    fn model(&self, battery: Option<Battery>) -> Model {
         let environment: Arc<dyn Environment> = match self.ids.robot {
-            Some(_) => Arc::new(self.environment(monitor)?),
+            Some(_) => Arc::new(self.environment(battery)),
             None => Arc::new(explorer::Closed),
         };
         let execution = &self.scenario.file.execution;
@@ -156,10 +188,10 @@ impl Proof {
             delayed: (messages.delay, messages.hold),
             channels: self.damaged.clone(),
         });
-        Ok(if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model })
+        if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model }
     }
 
-    fn environment(&self, monitor: &dyn Monitor) -> Result<RobotEnvironment, Error> {
+    fn environment(&self, battery: Option<Battery>) -> RobotEnvironment {
         let Self { scenario, system, .. } = self;
         let prove = &scenario.file.prove;
         let ground = subject::ground(scenario, system);
@@ -174,9 +206,8 @@ impl Proof {
             may_fail: prove.trips.fail,
             passes,
         };
-        let battery = self.battery(monitor)?;
         let localization = process_of::<Localization>(system, LOCALIZATION);
-        Ok(RobotEnvironment::new(battery, localization, trips, ground))
+        RobotEnvironment::new(battery, localization, trips, ground)
     }
 
     fn battery(&self, monitor: &dyn Monitor) -> Result<Option<Battery>, Error> {
@@ -212,8 +243,7 @@ impl Proof {
                 problem.with_label("this battery").with_help("make the drain or the charge per tick larger"),
             )
         })?;
-        let class = |level| levels.class(level);
-        let bounds = Bounds { rates, start: (class(low), class(high)), is_full_from: class(full) };
+        let bounds = Bounds { rates, start: (low, high), is_full_from: full };
         Ok(Some(Battery { process, levels, bounds: Some(bounds) }))
     }
 }

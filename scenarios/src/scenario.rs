@@ -52,6 +52,7 @@ pub use world::WorldBody;
 use crate::Error;
 use crate::monitoring::{Described, Monitoring};
 use crate::processes::BUILTIN;
+use crate::schedule::Schedule;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
@@ -78,6 +79,8 @@ pub struct Scenario {
     pub properties: Vec<(String, String)>,
     /// The machines that monitor the run, by their index among the monitors of the file.
     pub watching: BTreeMap<usize, Arc<Chart>>,
+    /// The schedule that its runs follow; without one, a scheduler chooses, and drivers and physics do the rest.
+    pub schedule: Option<Arc<Schedule>>,
     /// The monitors of the properties, once requested.
     monitoring: OnceLock<Arc<Monitoring>>,
 }

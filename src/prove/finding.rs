@@ -2,7 +2,7 @@
 
 use explorer::Outcome;
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Answer, Proof, Question};
+use scenarios::prove::{Answer, Physical, Proof, Question};
 use serde_json::json;
 
 use super::violation::Violation;
@@ -14,6 +14,8 @@ pub(crate) struct Finding {
     pub(crate) seconds: f64,
     /// A run in which something goes wrong.
     pub(crate) violation: Option<Violation>,
+    /// What the physics show of it, if that was asked for.
+    pub(crate) physical: Option<Physical>,
 }
 
 /// What was found of a scenario.
@@ -31,6 +33,7 @@ impl Finding {
     /// What was found, in a word or two.
     pub(crate) fn word(&self) -> &'static str {
         match self.answer.exploration.outcome {
+            _ if self.answer.is_spurious => "spurious",
             Outcome::Proved => "proved",
             Outcome::Violated(_) => "violated",
             Outcome::Endless(_) => "endless",
@@ -48,6 +51,9 @@ impl Finding {
         }
         let explorer::Progress { states, depth, .. } = self.answer.exploration.progress;
         Some(match self.answer.exploration.outcome {
+            _ if self.answer.is_spurious => {
+                format!("{property} is not decided: no battery can have the levels of this run")
+            }
             Outcome::Undecided => format!("{property} is not decided: explored {states} states to depth {depth}"),
             _ => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
         })
@@ -87,6 +93,9 @@ impl Findings {
                 "depth": depth,
                 "memory_bytes": memory,
                 "time_s": finding.seconds,
+                "physics": finding.physical.as_ref().map(|Physical { tick, difference, .. }| {
+                    json!({ "violated_at_tick": tick, "difference": difference })
+                }),
                 "run": finding.violation.as_ref().map(Violation::as_json),
             })
         };

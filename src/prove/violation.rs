@@ -49,6 +49,7 @@ impl Violation {
     /// The run that the search has found, if it has found one.
     pub(crate) fn of(proof: &Proof, question: &Question, answer: &Answer) -> Result<Option<Self>, Error> {
         let (path, what) = match &answer.exploration.outcome {
+            Outcome::Violated(path) if answer.is_spurious => (path, "is spurious"),
             Outcome::Violated(path) => (path, "is violated"),
             Outcome::Endless(path) => (path, "is not decided: messages pile up without end"),
             Outcome::Deadlock(path) => (path, "is not decided: nothing happens any more"),
@@ -151,7 +152,7 @@ fn lines(path: &Path, events: &[(usize, channels::Event)], topology: &Topology, 
                     Damage::None => None,
                     Damage::Lost => Some("is lost"),
                     Damage::Held => Some("is delayed"),
-                    Damage::Repeated => Some("will be delivered again"),
+                    Damage::Repeated => Some("is delivered twice"),
                 };
                 if let (EnabledKind::Send(channel) | EnabledKind::Receive(channel), Some(how)) = (&enabled.kind, how) {
                     let (from, to) = ends(*channel);

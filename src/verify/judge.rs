@@ -54,7 +54,7 @@ pub(super) fn judge(
     let Some(out) = &args.out else { return monitors::verify(events, monitors_of(properties)) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = if args.logs.len() > 1 { out.join(file_name(&name)) } else { out.clone() };
-    let outputs = Outputs { folder: Some(folder), snapshots: false, gif: None };
+    let outputs = Outputs { folder: Some(folder), ..Outputs::default() };
     refuse_campaign(&outputs)?;
     let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
     let (mut judge, header, start) = Judge::begin([name, about], origin, &system.topology, system.tick, properties);

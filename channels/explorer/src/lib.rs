@@ -77,6 +77,6 @@ mod tables;
 
 pub use error::Refused;
 pub use model::{Closed, Damage, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
-pub use path::{Path, PathStep, Replay, ReplayError};
+pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError};
 pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limits, Outcome, Progress, Reduction, explore};

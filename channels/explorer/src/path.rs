@@ -4,8 +4,8 @@ use std::fmt;
 use std::time::Duration;
 
 use channels::{
-    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Message, Monitor, RunError,
-    TransitionId, Verdict,
+    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Message, Monitor, ProcessId,
+    RunError, TransitionId, Verdict,
 };
 
 use crate::model::{Damage, Model, Update};
@@ -60,7 +60,7 @@ impl fmt::Debug for PathStep {
 pub struct Replay {
     /// What happened, and after which step of the run: the events of the timed state sequence.
     pub events: Vec<(usize, Event)>,
-    /// The messages that were lost or held back, and at which step of the run.
+    /// The messages that were lost, held back or repeated, and at which step of the run.
     pub damaged: Vec<(usize, ChannelId, Message, Damage)>,
     /// The monitor at the end.
     pub monitor: Option<Box<dyn Monitor>>,
@@ -110,77 +110,146 @@ impl Path {
     /// # Errors
     /// [`ReplayError`] if the run is not one of the channel system.
     pub fn replay(&self, model: &Model, monitor: Option<&dyn Monitor>) -> Result<Replay, ReplayError> {
+        self.replay_and_look(model, monitor, |_, _| ())
+    }
+
+    /// The same; `look` sees the system after each step, with the step's number.
+    ///
+    /// # Errors
+    /// As [`replay`](Self::replay).
+    pub fn replay_and_look(
+        &self,
+        model: &Model,
+        monitor: Option<&dyn Monitor>,
+        mut look: impl FnMut(usize, &ChannelSystem),
+    ) -> Result<Replay, ReplayError> {
         let mut system = model.start.fork();
         let mut monitor = monitor.map(Monitor::boxed_clone);
         let (mut events, mut damaged) = (Vec::new(), Vec::new());
-        let mut now = Duration::ZERO;
+        let mut performer = Performer::of(model);
         for (number, step) in self.steps.iter().enumerate() {
             let impossible = || ReplayError::Impossible { step: number, what: format!("{step:?}") };
-            let event = match step {
-                PathStep::Environment { update, .. } => {
-                    drive(&mut system, model, update);
-                    None
-                }
-                PathStep::Wait(span) => {
-                    now += *span;
-                    system.advance(now);
-                    None
-                }
-                PathStep::Tick { delivered } => {
-                    let ticks = model.ticks.ok_or_else(impossible)?;
-                    let (event, taken) = system.generate_tick(ticks.generator);
-                    if taken != *delivered {
-                        return Err(impossible());
-                    }
-                    Some(event)
-                }
-                PathStep::Take { enabled, damage: damage @ (Damage::Lost | Damage::Held) } => {
-                    let hold = model.faults.delayed.1;
-                    let effect = if *damage == Damage::Lost { Effect::Lose } else { Effect::Hold(hold) };
-                    let (channel, message) = send_damaged(&mut system, enabled, effect)?.ok_or_else(impossible)?;
-                    damaged.push((number, channel, message, *damage));
-                    None
-                }
-                PathStep::Take { enabled, .. } if self.is_repeated_later(number) => {
-                    send_damaged(&mut system, enabled, Effect::Repeat)?.ok_or_else(impossible)?;
-                    None
-                }
-                PathStep::Take { enabled, .. } if system.enabled().contains(enabled) => system.take(enabled)?,
-                PathStep::Take { .. } => return Err(impossible()),
-            };
-            if let Some(event) = event {
+            let performed = performer.perform(step, &mut system)?.ok_or_else(impossible)?;
+            if let (Some((channel, message)), PathStep::Take { damage, .. }) = (performed.damaged, step) {
+                damaged.push((number, channel, message, *damage));
+            }
+            if let Some(event) = performed.event {
                 if let Some(monitor) = &mut monitor {
                     monitor.observe(&event);
                 }
                 events.push((number, event));
             }
+            look(number, &system);
         }
         Ok(Replay { events, damaged, monitor, system })
     }
+}
 
-    /// Whether the message that this step sends is received twice.
-    fn is_repeated_later(&self, number: usize) -> bool {
-        let PathStep::Take { enabled: Enabled { kind: EnabledKind::Send(sent), .. }, .. } = &self.steps[number] else {
-            return false;
-        };
-        let later = self.steps[number + 1..].iter().find_map(|step| match step {
-            PathStep::Take { enabled, damage } if enabled.kind == EnabledKind::Receive(*sent) => Some(*damage),
-            _ => None,
-        });
-        later == Some(Damage::Repeated)
+impl From<Vec<PathStep>> for Path {
+    /// The run of these steps. The search notices that a message is delivered twice when it is received; in a run, it
+    /// is repeated when it is sent.
+    fn from(mut steps: Vec<PathStep>) -> Self {
+        let mut repeated: Vec<ChannelId> = Vec::new();
+        for step in steps.iter_mut().rev() {
+            let PathStep::Take { enabled, damage } = step else { continue };
+            match enabled.kind {
+                EnabledKind::Receive(channel) if *damage == Damage::Repeated => {
+                    repeated.push(channel);
+                    *damage = Damage::None;
+                }
+                EnabledKind::Send(channel) if repeated.contains(&channel) => {
+                    repeated.retain(|other| *other != channel);
+                    if *damage == Damage::None {
+                        *damage = Damage::Repeated;
+                    }
+                }
+                _ => {}
+            }
+        }
+        Self { steps }
     }
 }
 
-/// Sends a message, and lets a disturbance act on it at once. The channel and the message; `None` if it cannot be sent.
+/// Performs the steps of a run in a channel system.
+#[derive(Clone, Debug)]
+pub struct Performer {
+    /// What generates ticks.
+    pub generator: Option<ProcessId>,
+    /// The processes that the environment drives.
+    pub driven: Vec<ProcessId>,
+    /// How long a message is held that is held back.
+    pub hold: Duration,
+    /// The time of the run.
+    pub now: Duration,
+}
+
+/// What came of a step.
+#[derive(Clone, Debug, Default)]
+pub struct Performed {
+    /// Its event, if it is one of the timed state sequence.
+    pub event: Option<Event>,
+    /// The message that was lost, held back or repeated.
+    pub damaged: Option<(ChannelId, Message)>,
+}
+
+impl Performer {
+    /// What performs the runs of a model.
+    #[must_use]
+    pub fn of(model: &Model) -> Self {
+        Self {
+            generator: model.ticks.map(|ticks| ticks.generator),
+            driven: model.environment.driven().to_vec(),
+            hold: model.faults.delayed.1,
+            now: Duration::ZERO,
+        }
+    }
+
+    /// Performs a step; `None` if the system cannot take it.
+    ///
+    /// # Errors
+    /// [`RunError`] if a process sends what its channel cannot carry.
+    pub fn perform(&mut self, step: &PathStep, system: &mut ChannelSystem) -> Result<Option<Performed>, RunError> {
+        let mut performed = Performed::default();
+        match step {
+            PathStep::Environment { update, .. } => drive(system, &self.driven, update),
+            PathStep::Wait(span) => {
+                self.now += *span;
+                system.advance(self.now);
+            }
+            PathStep::Tick { delivered } => {
+                let Some(generator) = self.generator else { return Ok(None) };
+                let (event, taken) = system.generate_tick(generator);
+                performed.event = Some(event);
+                return Ok((taken == *delivered).then_some(performed));
+            }
+            PathStep::Take { enabled, .. } if !system.enabled().contains(enabled) => return Ok(None),
+            PathStep::Take { enabled, damage } => {
+                let effect = match damage {
+                    Damage::None => None,
+                    Damage::Lost => Some(Effect::Lose),
+                    Damage::Held => Some(Effect::Hold(self.hold)),
+                    Damage::Repeated => Some(Effect::Repeat),
+                };
+                match (effect, &enabled.kind) {
+                    (None, _) => performed.event = system.take(enabled)?,
+                    (Some(effect), EnabledKind::Send(channel)) => {
+                        performed.damaged = send_damaged(system, enabled, *channel, effect)?;
+                    }
+                    (Some(_), _) => return Ok(None),
+                }
+            }
+        }
+        Ok(Some(performed))
+    }
+}
+
+/// Sends a message, and lets a disturbance act on it at once. The channel and the message.
 fn send_damaged(
     system: &mut ChannelSystem,
     enabled: &Enabled,
+    channel: ChannelId,
     effect: Effect,
 ) -> Result<Option<(ChannelId, Message)>, RunError> {
-    let EnabledKind::Send(channel) = enabled.kind else { return Ok(None) };
-    if !system.enabled().contains(enabled) {
-        return Ok(None);
-    }
     let disturbance = system.disturb(Disturbance::all(channel, effect));
     system.take(enabled)?;
     let message = system.content(channel).map(|envelope| envelope.message.clone());
@@ -194,8 +263,8 @@ fn send_damaged(
     Ok(message.map(|message| (channel, message)))
 }
 
-fn drive(system: &mut ChannelSystem, model: &Model, update: &Update) {
-    for id in model.environment.driven() {
+fn drive(system: &mut ChannelSystem, driven: &[ProcessId], update: &Update) {
+    for id in driven {
         if let Some(mut process) = system.clone_process(*id) {
             update(*id, process.as_mut());
             let replaced = system.replace(*id, process);
@@ -214,7 +283,11 @@ impl Replay {
             EventKind::Received { channel, message } => (step, format!("{}: {message}", topology.describe(*channel))),
         });
         let damaged = self.damaged.iter().map(|(step, channel, message, damage)| {
-            let what = if *damage == Damage::Lost { "is lost" } else { "is held back" };
+            let what = match damage {
+                Damage::Lost => "is lost",
+                Damage::Repeated => "is repeated",
+                _ => "is held back",
+            };
             (step, format!("{}: {message} {what}", topology.describe(*channel)))
         });
         let mut lines: Vec<(&usize, String)> = events.chain(damaged).collect();

@@ -3,6 +3,7 @@
 mod runs;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ScopedJoinHandle;
 
 use channels::{Monitor, Process, ProcessId, Verdict};
@@ -24,6 +25,14 @@ pub struct Limits {
     pub threads: usize,
     /// Whether states with a single successor are passed through without being stored.
     pub reduction: Reduction,
+    /// Once this is set, the search ends, with what it has found so far.
+    pub stop: Option<&'static AtomicBool>,
+}
+
+impl Limits {
+    fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
 }
 
 /// When states with a single successor are passed through without being stored: that takes less memory and more time,
@@ -41,7 +50,7 @@ pub enum Reduction {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default() }
+        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default(), stop: None }
     }
 }
 
@@ -83,7 +92,7 @@ pub enum Outcome {
     Deadlock(Path),
     /// After this run, processes can communicate forever before time passes: it ends in a state that is on a cycle.
     Livelock(Path),
-    /// There was not enough memory to decide.
+    /// There was not enough memory to decide, or the search was stopped.
     Undecided,
 }
 
@@ -115,7 +124,7 @@ pub fn explore(
 ) -> Result<Exploration, Refused> {
     let found = search(model, property, limits, limits.reduction == Reduction::On, progress)?;
     match found.outcome {
-        Outcome::Undecided if limits.reduction == Reduction::WhenNeeded => {
+        Outcome::Undecided if limits.reduction == Reduction::WhenNeeded && !limits.is_stopped() => {
             drop(found);
             search(model, property, limits, true, progress)
         }
@@ -144,7 +153,7 @@ pub(crate) struct AllStates {
     pub(crate) semantics: Semantics,
     pub(crate) start: Vec<u32>,
     pub(crate) states: u64,
-    /// Whether there was enough memory.
+    /// Whether there was enough memory, and nobody stopped the search.
     pub(crate) is_complete: bool,
 }
 
@@ -168,7 +177,8 @@ pub(crate) fn find_all(
 #[derive(Clone, Copy, Debug)]
 enum End {
     Complete,
-    OutOfMemory,
+    /// Out of memory, or stopped.
+    Incomplete,
     /// The successor of this state with this index is bad; or the state itself, if there is no index.
     Bad {
         from: Option<(u32, Option<u32>)>,
@@ -272,8 +282,9 @@ impl<'a> Search<'a> {
                 }
                 let now = self.progress();
                 progress(&now);
-                if now.memory > self.limits.memory || self.store.len() > u32::MAX / 2 {
-                    return Ok(End::OutOfMemory);
+                let is_full = now.memory > self.limits.memory || self.store.len() > u32::MAX / 2;
+                if is_full || self.limits.is_stopped() {
+                    return Ok(End::Incomplete);
                 }
             }
             if self.store.len() > end_of_layer {
@@ -420,7 +431,7 @@ impl<'a> Search<'a> {
         };
         let outcome = match end {
             End::Complete => Outcome::Proved,
-            End::OutOfMemory => Outcome::Undecided,
+            End::Incomplete => Outcome::Undecided,
             End::Bad { from, kind } => {
                 let path = from.map_or_else(Path::default, |(number, index)| self.path_to(number, index));
                 match kind {

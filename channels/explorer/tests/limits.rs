@@ -1,13 +1,14 @@
 //! What has no end, or does not fit: a clear answer, never a wrong one.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use channels::{
     Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
     NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
 };
-use explorer::{Closed, Limits, Model, NotExported, Outcome, Reduction, Refused, explore, promela};
+use explorer::{Closed, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela};
 
 /// Two processes with a channel from the first to the second.
 fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
@@ -53,6 +54,17 @@ fn a_search_ends_where_its_memory_does() {
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
     assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
     assert!(found.progress.states > 100 && found.progress.depth > 100, "{:?}", found.progress);
+}
+
+#[test]
+fn a_search_that_is_stopped_says_how_far_it_came() {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    let limits = Limits { stop: Some(&STOP), ..Limits::default() };
+    let mut stop_at_depth_50 = |progress: &Progress| STOP.store(progress.depth >= 50, Ordering::Relaxed);
+    let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut stop_at_depth_50);
+    let found = found.expect("a finite model");
+    assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+    assert_eq!(found.progress.depth, 50, "{:?}", found.progress);
 }
 
 /// A process that sends itself more and more to do.

@@ -388,6 +388,7 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
         assert_eq!((in_parallel.progress, in_parallel.transitions), (found.progress, found.transitions), "seed {seed}");
         assert_eq!(format!("{:?}", in_parallel.outcome), shown, "seed {seed}");
     }
+    eprintln!("{violated} runs that violate a property, all of them replayed");
     assert!(passed_through > 1000, "{passed_through}");
     assert!(proved > 50 && violated > 50 && largest > 1000, "{proved} proved, {violated} violated, {largest} states");
 }

@@ -6,7 +6,7 @@
 //! | `param.KEY` | integer, real, boolean or text | the value of each parameter |
 //! | `outcome` | text | `as_expected`, `not_as_expected` or `failed` |
 //! | `failure` | text | why the run failed, in which case all following columns are null; null otherwise |
-//! | `ended` | text | why the run ended: `arrival`, `violation`, `settled` or `time_limit` |
+//! | `ended` | text | why the run ended: `arrival`, `violation`, `settled`, `time_limit` or `schedule` |
 //! | `sim_time_s` | real | simulated duration of the run |
 //! | `ticks` | integer | how many ticks were generated |
 //! | `arrived_s` | real | when the robot first came to rest at a place where the scenario stops |

@@ -53,7 +53,7 @@ impl RunOutcome {
 /// What was measured in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFacts {
-    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    /// Why the run ended: `arrival`, `violation`, `settled`, `time_limit` or `schedule`.
     pub ended: String,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,

@@ -119,6 +119,7 @@ fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)
             }
         }
         Happening::Said { text, .. } => ("said", format!("“{text}”")),
+        Happening::Moved { words } => ("environment", words.clone()),
         Happening::Arrival { place } => ("arrival", format!("at {}", view.header().places()[*place].name)),
     })
 }

@@ -38,6 +38,8 @@ pub enum Ended {
     Settled,
     /// The scenario's limit of simulated time was reached.
     TimeLimit(Duration),
+    /// The schedule that it followed was over.
+    Scheduled,
     /// Whoever ran it broke it off.
     Interrupted,
     /// It was no run of a simulation, and its recording ends here.
@@ -53,6 +55,7 @@ impl Ended {
             Self::Violation(_) => "violation",
             Self::Settled => "settled",
             Self::TimeLimit(_) => "time_limit",
+            Self::Scheduled => "schedule",
             Self::Interrupted => "interrupted",
             Self::Recorded => "recorded",
         }
@@ -66,6 +69,7 @@ impl fmt::Display for Ended {
             Self::Violation(property) => write!(f, "{property} was violated"),
             Self::Settled => f.write_str("every property had its verdict"),
             Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", limit.as_secs_f64()),
+            Self::Scheduled => f.write_str("the schedule was over"),
             Self::Interrupted => f.write_str("the run was interrupted"),
             Self::Recorded => f.write_str("the recording ends here"),
         }

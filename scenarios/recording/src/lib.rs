@@ -131,6 +131,6 @@ pub use step::{
 };
 pub use trace_hash::TraceHash;
 pub use view::{
-    BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, RunView, Said,
-    Tally, TreeError, UndoneFault,
+    BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,
+    Said, Tally, TreeError, UndoneFault,
 };

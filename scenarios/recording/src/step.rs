@@ -151,6 +151,11 @@ pub enum Happening {
         /// The text.
         text: String,
     },
+    /// Something happened around the processes, because the schedule of the run says so.
+    Moved {
+        /// What, in words.
+        words: String,
+    },
     /// The robot came to rest at a place for the first time.
     Arrival {
         /// Its index in the [header](crate::Header::places).

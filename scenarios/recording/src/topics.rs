@@ -447,6 +447,7 @@ fn in_words(happening: &Happening, view: &RunView) -> (u8, String, String) {
             let by = view.topology().processes().nth(*by).map(|process| view.topology().name(process));
             (level::INFO, by.unwrap_or_default().to_owned(), format!("said: {text}"))
         }
+        Happening::Moved { words } => (level::INFO, "environment".to_owned(), words.clone()),
         Happening::Arrival { place } => {
             (level::INFO, "robot".to_owned(), format!("came to rest at {}", header.places()[*place].name))
         }

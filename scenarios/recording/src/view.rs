@@ -42,6 +42,7 @@ pub struct RunView {
     tree_errors: Vec<TreeError>,
     given_up: Vec<GivenUp>,
     said: Vec<Said>,
+    moves: Vec<Moved>,
     /// By the index of the place in the header.
     reached: Vec<Option<Duration>>,
     tally: Tally,
@@ -83,6 +84,7 @@ impl RunView {
             tree_errors: Vec::new(),
             given_up: Vec::new(),
             said: Vec::new(),
+            moves: Vec::new(),
             reached: vec![None; header.places().len()],
             tally: Tally::default(),
             end: None,
@@ -144,6 +146,7 @@ impl RunView {
                 let by = self.header.topology.name(by).to_owned();
                 self.said.push(Said { time: self.time, by, text: text.clone() });
             }
+            Happening::Moved { words } => self.moves.push(Moved { time: self.time, words: words.clone() }),
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
@@ -371,6 +374,12 @@ impl RunView {
         &self.given_up
     }
 
+    /// What has happened around the processes so far, because the schedule of the run says so.
+    #[must_use]
+    pub fn moves(&self) -> &[Moved] {
+        &self.moves
+    }
+
     /// What speakers have said so far.
     #[must_use]
     pub fn said(&self) -> &[Said] {
@@ -525,6 +534,15 @@ pub struct GivenUp {
     pub time: Duration,
     /// Why, in words.
     pub reason: String,
+}
+
+/// Something that happened around the processes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moved {
+    /// When.
+    pub time: Duration,
+    /// What, in words.
+    pub words: String,
 }
 
 /// What a speaker said.

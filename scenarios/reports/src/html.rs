@@ -28,12 +28,14 @@ mod violations;
 mod words;
 
 use diagnostics::Staging;
+use drawing::Renderer;
 use drawing::canvas::is_allowed;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
 use recording::RunView;
 
 use crate::Error;
+use crate::file_name;
 use crate::report::{MonitorReport, Report};
 use crate::timeline::Timeline;
 
@@ -61,6 +63,20 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
         pictures.push(Picture { snapshot: snapshot.clone(), png: folder.read(&snapshot.file)? });
     }
     Ok(folder.write(FILE, page(view, timeline, report, &pictures))?)
+}
+
+/// Writes the sequence chart of each violation, as SVG and PNG, beside the page.
+///
+/// # Errors
+/// What cannot be drawn or written.
+pub fn write_charts(folder: &Staging, view: &RunView, timeline: &Timeline) -> Result<(), Error> {
+    let renderer = Renderer::new();
+    for (property, [svg, embedded]) in violations::pictures(view, timeline) {
+        let name = format!("sequence-{}", file_name(&property));
+        folder.write(format!("{name}.svg"), svg)?;
+        folder.write(format!("{name}.png"), renderer.png(&embedded)?)?;
+    }
+    Ok(())
 }
 
 /// The page of a run in its last step.

@@ -21,6 +21,8 @@ pub struct Outputs {
     pub folder: Option<PathBuf>,
     /// Whether pictures are taken.
     pub snapshots: bool,
+    /// Whether the sequence charts of violations are pictures of their own, too.
+    pub charts: bool,
     /// Where an animation goes.
     pub gif: Option<PathBuf>,
 }
@@ -45,6 +47,7 @@ pub struct Presentation {
     pictures: RunPictures,
     /// None where there is no page to make.
     timeline: Option<Timeline>,
+    charts: bool,
 }
 
 impl Presentation {
@@ -59,7 +62,7 @@ impl Presentation {
         let snapshots = outputs.snapshots && staging.is_some();
         let pictures = RunPictures::begin(view, snapshots, outputs.gif.as_deref())?;
         let timeline = staging.is_some().then(|| Timeline::new(view));
-        Ok(Self { began, staging, pictures, timeline })
+        Ok(Self { began, staging, pictures, timeline, charts: outputs.charts })
     }
 
     /// Takes in the last step, which comes with the end if it is the last one.
@@ -90,6 +93,9 @@ impl Presentation {
             staging.replace(stale_pictures(&staging));
             staging.write(REPORT, serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n")?;
             html::write(&staging, view, timeline, &report)?;
+            if self.charts {
+                html::write_charts(&staging, view, timeline)?;
+            }
             staging.publish(&[REPORT, html::FILE])?;
         }
         Ok(report)

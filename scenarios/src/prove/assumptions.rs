@@ -4,7 +4,7 @@ use channels::ChannelSystem;
 use components::{BATTERY_READER, BatteryReader, NAVIGATION, Navigation};
 use recording::decimals;
 
-use super::subject::process_of;
+use crate::driven::process_of;
 use crate::scenario::{
     BatteryAssumption, Drained, MessageAssumption, Passes, Premises, ProveEntry, Scenario, TripAssumption,
 };

@@ -2,14 +2,13 @@
 //! them, as an environment of a proof.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use channels::{Process, ProcessId};
-use components::{BatteryReader, Localization, Navigation, TripStatus};
+use components::{BatteryReader, Navigation, TripStatus};
 use explorer::{Environment, Instant, Move};
-use robot::BatteryState;
 
-use super::levels::{Class, FULL, Levels, Rates};
+use super::levels::{Class, FULL, Levels, Micros, Rates};
+use crate::driven::DriverData;
 
 /// The battery, Localization and Navigation of a robot, of which everything may be expected that is assumed of them.
 #[derive(Clone, Debug)]
@@ -41,10 +40,10 @@ pub(crate) struct Battery {
 #[derive(Clone, Debug)]
 pub(crate) struct Bounds {
     pub(crate) rates: Rates,
-    /// The lowest and the highest class at the start.
-    pub(crate) start: (Class, Class),
-    /// From this class on, it need not be charged at the station.
-    pub(crate) is_full_from: Class,
+    /// The lowest and the highest level at the start.
+    pub(crate) start: (Micros, Micros),
+    /// From this level on, it need not be charged at the station.
+    pub(crate) is_full_from: Micros,
 }
 
 /// Navigation and its driver.
@@ -95,7 +94,7 @@ struct Charge {
 
 /// What a battery has done since the last tick, all the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-enum Since {
+pub(super) enum Since {
     /// It was not charged.
     #[default]
     Drained,
@@ -207,7 +206,7 @@ impl RobotEnvironment {
             }
             for class in battery.levels_after(bounds, state, is_charging, instant) {
                 let is_driving = leg.status == Some(TripStatus::Running);
-                if is_docked && !is_charging && !is_driving && class < bounds.is_full_from {
+                if is_docked && !is_charging && !is_driving && class < battery.levels.class(bounds.is_full_from) {
                     continue;
                 }
                 let charge = state.charge.after(state.has_begun, class, is_charging, instant);
@@ -222,22 +221,10 @@ impl RobotEnvironment {
         let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
         let words = self.words(before, leg, reading, told);
         let level = reading.zip(self.battery.as_ref());
-        let level = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
-        let (known, places) = (Arc::clone(&self.known), Arc::clone(&self.places));
-        let update = move |_: ProcessId, process: &mut dyn Process| {
-            let process = process.as_any_mut();
-            if let (Some(reader), Some((level_pct, is_charging))) = (process.downcast_mut::<BatteryReader>(), level) {
-                reader.update(&BatteryState { time: Duration::ZERO, charge_pct: level_pct, charging: is_charging });
-            }
-            if let Some(localization) = process.downcast_mut::<Localization>() {
-                localization.set_place(known.iter().map(String::as_str), leg.at.map(|at| places[at].as_str()));
-            }
-            if let Some(navigation) = process.downcast_mut::<Navigation>() {
-                while navigation.next_order().is_some() {}
-                leg.status.into_iter().for_each(|status| navigation.set_trip_status(status));
-            }
-        };
-        Move { state: state.encoded(), update: Arc::new(update), words }
+        let battery = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
+        let place = leg.at.map(|at| self.places[at].clone());
+        let update = DriverData { battery, place, trip: leg.status }.update(Arc::clone(&self.known));
+        Move { state: state.encoded(), update, words }
     }
 
     /// What changes for the processes, in words.
@@ -290,7 +277,7 @@ impl Battery {
         let Bounds { rates: Rates { drain, charge }, start, .. } = *bounds;
         let Charge { level, at_tick, since, .. } = state.charge;
         if !state.has_begun {
-            return (start.0..=start.1).collect();
+            return (self.levels.class(start.0)..=self.levels.class(start.1)).collect();
         }
         // What is charged throughout a tick gains at least `charge`.
         let gain = if instant == Instant::Tick { charge } else { 0 };
@@ -304,7 +291,7 @@ impl Battery {
 
 impl Since {
     /// The same, after some more time.
-    fn and(self, is_charging: bool) -> Self {
+    pub(super) fn and(self, is_charging: bool) -> Self {
         match (self, is_charging) {
             (Self::Drained, false) => Self::Drained,
             (Self::Charged, true) => Self::Charged,

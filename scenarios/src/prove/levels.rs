@@ -78,6 +78,24 @@ impl Levels {
         (2 * all.len() <= MOST).then(|| Self { points: all.into_iter().collect(), inside_pct })
     }
 
+    /// The same classes, divided until a class is reached from all levels of another or from none of them. `None` if
+    /// there would be too many.
+    ///
+    /// With each point, there are those that are lower by the drain, and higher by the charge, again and again. So what
+    /// the level may become in a tick has its ends in the same classes, whichever level of a class it is now.
+    pub(crate) fn refined(&self, Rates { drain, charge }: Rates) -> Option<Self> {
+        let mut all: BTreeSet<Micros> = self.points.iter().copied().collect();
+        let mut new = self.points.clone();
+        while let Some(point) = new.pop() {
+            let next = [point - drain, point + charge];
+            new.extend(next.into_iter().filter(|point| (0..=FULL).contains(point)).filter(|point| all.insert(*point)));
+            if 2 * all.len() > MOST {
+                return None;
+            }
+        }
+        Some(Self { points: all.into_iter().collect(), ..*self })
+    }
+
     /// How many classes there are.
     pub(crate) fn len(&self) -> usize {
         2 * self.points.len() - 1
@@ -92,7 +110,7 @@ impl Levels {
     }
 
     /// The lowest and the highest level of a class; that of an interval is only approached.
-    fn ends(&self, class: Class) -> (Micros, Micros) {
+    pub(super) fn ends(&self, class: Class) -> (Micros, Micros) {
         (self.points[class / 2], self.points[class.div_ceil(2)])
     }
 

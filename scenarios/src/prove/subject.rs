@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use channels::{ChannelSystem, Process, ProcessId, Use, Value};
+use channels::{ChannelSystem, Use, Value};
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use devices::DeviceKind;
 use diagnostics::Problem;
@@ -125,9 +125,4 @@ pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
         places: meant,
         known,
     }
-}
-
-/// The process with this name, if it is the built-in one.
-pub(super) fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Option<ProcessId> {
-    system.topology().find_process(name).filter(|id| system.process::<P>(*id).is_some())
 }

@@ -93,7 +93,7 @@ impl FileReader<'_> {
             };
             let interface = match (&entry.interface, &entry.runs) {
                 (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
-                (None, _) => Some(Interface::default()),
+                (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
                 (Some(file), _) => {
                     let read = |path: &Path| self.files.read(path);
                     let interface = Interface::load(&file.value, &places, &read);

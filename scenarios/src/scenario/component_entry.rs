@@ -21,6 +21,8 @@ pub struct ComponentEntry {
     pub data: Data,
     /// The file with its interface, if others ask it or read its topics.
     pub interface: Option<Spanned<PathBuf>>,
+    /// The device in whose place its machine is in a proof, with that one's interface.
+    pub stands_for: Option<DeviceKind>,
 }
 
 impl ComponentEntry {
@@ -65,7 +67,7 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
         let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
         let interface = entry.text("interface").try_map(|path, span| Ok(named(path, span))).spanned().optional();
         let name = Spanned { value: name.to_owned(), span: span.clone() };
-        entries.extend(runs.map(|runs| ComponentEntry { name, runs, data, interface }));
+        entries.extend(runs.map(|runs| ComponentEntry { name, runs, data, interface, stands_for: None }));
     }
     entries
 }

@@ -97,6 +97,8 @@ pub struct Order {
 pub struct Execution {
     /// Time between ticks.
     pub tick: Duration,
+    /// The file with the schedule that runs follow, if they follow one.
+    pub schedule: Option<Spanned<PathBuf>>,
     /// The scheduling policy.
     pub policy: Policy,
     /// This process moves only when no other can.
@@ -269,6 +271,12 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let components = root.table("components").optional().map_or_else(Vec::new, read_components);
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
+    let schedule = execution.as_ref().and_then(|execution| execution.schedule.as_ref());
+    if let (Some(schedule), false) = (schedule, faults.is_empty()) {
+        let problem = schedule.span.problem("a run that follows a schedule has no faults, and this scenario has some");
+        let help = "remove them: `faults = []`; a schedule says itself which messages are lost";
+        root.report(problem.with_label("this schedule").with_help(help));
+    }
     if matches!(premises, Some(None)) {
         PremisesEntry::report_missing(root, &faults);
     }
@@ -302,6 +310,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
 fn read_execution(root: Table<'_>) -> Option<Execution> {
     let mut execution = Execution {
         tick: Duration::from_secs(1),
+        schedule: None,
         policy: Policy::Random,
         starved: None,
         orders: Vec::new(),
@@ -314,6 +323,8 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     };
     let Some(table) = root.table("execution").optional() else { return Some(execution) };
     execution.tick = table.seconds("tick_s").check(|tick| *tick >= STEP, "be at least 0.02").or(execution.tick);
+    let schedule = table.text("schedule").try_map(|path, span| Ok(named(path, span))).spanned();
+    execution.schedule = schedule.optional();
     let leaf_timeout = table.seconds("leaf_timeout_s").check(|time| !time.is_zero(), "be above 0");
     execution.leaf_timeout = leaf_timeout.or(execution.leaf_timeout);
     execution.max_time = table.seconds("max_time_s").check(|time| !time.is_zero(), "be above 0").or(execution.max_time);

@@ -6,6 +6,7 @@ use diagnostics::{Problem, Span, Spanned};
 
 use crate::error::Complaints;
 use crate::files::Files;
+use crate::schedule::Schedule;
 
 /// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {
@@ -29,6 +30,12 @@ impl FileReader<'_> {
             }
             result => self.complaints.note(result),
         }
+    }
+
+    /// The schedule in a file.
+    pub(super) fn schedule(&mut self, path: &Spanned<PathBuf>) -> Option<Schedule> {
+        let text = self.text(&path.span, "schedule", &path.value)?;
+        self.complaints.note(Schedule::parse(&path.value.display().to_string(), &text))
     }
 
     /// The text of the file named at `span`.

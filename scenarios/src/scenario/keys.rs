@@ -295,6 +295,12 @@ fn execution() -> Vec<Key> {
             or(one_of(&["whole", "nodes"]), "whole"),
         ),
         Key::new(
+            "execution.schedule",
+            "A file with a schedule, as `steward prove --out` writes it. The run follows it step by step; drivers and \
+             physics are replaced by what it says.",
+            text(),
+        ),
+        Key::new(
             "execution.policy",
             "Who chooses among enabled transitions: chance (`random`), or each process in turn (`round-robin`).",
             or(one_of(&["random", "round-robin"]), "random"),

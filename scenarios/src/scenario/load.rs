@@ -59,10 +59,17 @@ impl Scenario {
         let mut file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
         change(&mut file)?;
+        let mut complaints = Complaints::default();
+        let schedule = file.execution.schedule.clone().and_then(|path| {
+            // Its run is one of a proof.
+            complaints.take(file.prove.put_stand_ins(&mut file.components));
+            FileReader { files: &found.files, complaints: &mut complaints }.schedule(&path)
+        });
+        complaints.check()?;
         let mut found = found.clone();
         if let Some(folder) = &file.folder {
             found.files = found.files.in_folder(&folder.value);
-            if found.files.on_disk(&file.tree.value).is_none() {
+            if found.files.read(&file.tree.value).is_err() {
                 let problem = folder.span.problem(format!("there is no {} in this folder", file.tree.value.display()));
                 let help = "set the folder that contains the scenario's files with `--set folder=DIR`";
                 return Err(Error::bad_input(problem.with_label("this folder").with_help(help)));
@@ -73,7 +80,8 @@ impl Scenario {
         let reader = FileReader { files: &found.files, complaints: &mut complaints };
         let loaded = Loader { found, overrides, like, reader }.load(file);
         complaints.check()?;
-        Ok(loaded.expect("what could not be loaded was complained about"))
+        let loaded = loaded.expect("what could not be loaded was complained about");
+        Ok(Self { schedule: schedule.map(Arc::new), ..loaded })
     }
 }
 
@@ -152,6 +160,7 @@ impl<'a> Loader<'a> {
             machines: machines?,
             properties,
             watching,
+            schedule: None,
             monitoring: monitoring.unwrap_or_default(),
             origin: Origin {
                 argument: self.found.argument.clone(),

@@ -192,6 +192,7 @@ impl ProveEntry {
         for StandIn { component, machine } in &self.components {
             match components.iter_mut().find(|entry| entry.name.value == component.value) {
                 Some(entry) => {
+                    entry.stands_for = entry.stands_for.or(entry.device());
                     entry.runs = RunsEntry::Machine(machine.clone());
                     entry.data.clear();
                 }

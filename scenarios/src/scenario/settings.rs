@@ -52,15 +52,27 @@ fn simulation(sim: &SimConfig) -> Vec<SettingGroup> {
 }
 
 fn execution(execution: &Execution, has_robot: bool, has_model: bool) -> SettingGroup {
-    let Execution { tick, policy, starved, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } =
-        execution;
+    let Execution {
+        tick,
+        schedule,
+        policy,
+        starved,
+        orders,
+        stops,
+        tree,
+        leaf_timeout,
+        max_time,
+        step_budget,
+        run_budget,
+    } = execution;
     let policy = match policy {
         Policy::Random => "random",
         Policy::RoundRobin => "round-robin",
     };
-    let policy = match starved {
-        Some(victim) => format!("{policy}, starve {}", victim.value),
-        None => policy.to_owned(),
+    let policy = match (schedule, starved) {
+        (Some(schedule), _) => format!("as {} says", schedule.value.display()),
+        (None, Some(victim)) => format!("{policy}, starve {}", victim.value),
+        (None, None) => policy.to_owned(),
     };
     let stops = match stops {
         StopRule::OwnTrip => "ends the trip to its place, with a confirmation",

@@ -18,7 +18,7 @@ impl Search<'_> {
             steps.push(self.steps(from, index, &mut desk));
             target = from;
         }
-        Path { steps: steps.into_iter().rev().flatten().collect() }
+        Path::from(steps.into_iter().rev().flatten().collect::<Vec<_>>())
     }
 
     /// The first state from which a state was found, and its index among the successors.

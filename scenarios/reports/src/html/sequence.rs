@@ -6,5 +6,5 @@
 mod chart;
 mod select;
 
-pub(super) use chart::draw;
+pub(super) use chart::{draw, picture};
 pub(super) use select::{Row, Sequence, Weight};

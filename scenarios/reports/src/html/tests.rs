@@ -56,7 +56,7 @@ fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
         look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, view, timeline, layout));
         for episode in timeline.episodes() {
             let evidence = Evidence::of(episode, view);
-            let sequence = Sequence::of(&evidence, view.topology(), view.faults());
+            let sequence = Sequence::of(&evidence, view.topology(), view.faults(), view.moves());
             assert!((2..=12).contains(&sequence.lifelines.len()), "{:?}", sequence.lifelines);
             assert!(sequence.rows.len() < 80, "{} rows", sequence.rows.len());
             look_at(&format!("{what}, {}, {layout:?}", evidence.name), sequence::draw(&sequence, layout));

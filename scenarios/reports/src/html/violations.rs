@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
+use drawing::canvas::Canvas;
 use maud::{Markup, html};
 use recording::{FaultCourse, FaultRecord, RunView};
 
@@ -22,6 +23,18 @@ pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
     markup::section("violations", &format!("How {which} came about"), stories)
 }
 
+/// The sequence charts of all violations as pictures of their own, each with the property's name: as SVG for browsers
+/// and for the renderer.
+pub(super) fn pictures(view: &RunView, timeline: &Timeline) -> Vec<(String, [String; 2])> {
+    let of = |episode| {
+        let evidence = Evidence::of(episode, view);
+        let sequence = Sequence::of(&evidence, view.topology(), view.faults(), view.moves());
+        let pictures = [Canvas::for_browsers(), Canvas::new()].map(|canvas| sequence::picture(canvas, &sequence));
+        (evidence.name.to_owned(), pictures)
+    };
+    timeline.episodes().iter().map(of).collect()
+}
+
 /// What happened, in a few sentences.
 pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     let mut sentences = cause_sentences(evidence, view.faults());
@@ -39,7 +52,7 @@ fn anchor(evidence: &Evidence<'_>) -> String {
 }
 
 fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
-    let sequence = Sequence::of(evidence, view.topology(), view.faults());
+    let sequence = Sequence::of(evidence, view.topology(), view.faults(), view.moves());
     let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
     html! {
         article.panel id=(anchor(evidence)) {
@@ -313,6 +326,7 @@ fn transcript(sequence: &Sequence) -> Markup {
         Row::Ticks { first, last, words } if first == last => html! { li { "Tick " (first) ": " (words) } },
         Row::Ticks { first, last, words } => html! { li { "Ticks " (first) " to " (last) ": " (words) } },
         Row::Fault { words, time } => html! { li { "Fault at " (words::time(*time)) ": " (words) } },
+        Row::Moved { words } => html! { li { (words) } },
         Row::Missing { from, to, message, words } => {
             html! { li.decisive { (words) ": " (name(*from)) " → " (name(*to)) " " code { (message) } } }
         }

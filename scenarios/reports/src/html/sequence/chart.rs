@@ -36,10 +36,23 @@ impl Sizes {
     }
 }
 
-/// Draws a sequence chart.
+/// A sequence chart as a picture of its own.
+pub(crate) fn picture(canvas: Canvas, sequence: &Sequence) -> String {
+    let Drawing { canvas: chart, width, height } = draw_on(canvas, sequence, Layout::Wide);
+    let mut page = Canvas::new();
+    page.rounded(Area::new(0.0, 0.0, width, height), 0.0, Paint::fill(theme::PAPER));
+    page.append(chart);
+    page.finish(width, height)
+}
+
+/// Draws a sequence chart for a page.
 pub(crate) fn draw(sequence: &Sequence, layout: Layout) -> Drawing {
+    draw_on(Canvas::for_browsers(), sequence, layout)
+}
+
+fn draw_on(canvas: Canvas, sequence: &Sequence, layout: Layout) -> Drawing {
     let sizes = Sizes::of(layout, sequence.lifelines.len());
-    let mut chart = Chart { canvas: Canvas::for_browsers(), sequence, sizes, y: 0.0, narrow: layout == Layout::Narrow };
+    let mut chart = Chart { canvas, sequence, sizes, y: 0.0, narrow: layout == Layout::Narrow };
     let head = chart.head_height();
     let height = head + sequence.rows.iter().map(|row| chart.height(row)).sum::<f64>() + 10.0;
     chart.lifelines(head, height);
@@ -113,7 +126,7 @@ impl Chart<'_> {
             Row::Tick { .. } => 30.0,
             Row::Message { .. } => self.sizes.row,
             Row::Missing { .. } => self.sizes.row + pitch + 10.0,
-            Row::Ticks { .. } | Row::Fault { .. } | Row::Verdict { .. } => {
+            Row::Ticks { .. } | Row::Fault { .. } | Row::Moved { .. } | Row::Verdict { .. } => {
                 self.note_lines(row).len() as f64 * self.sizes.label.line_height() + 22.0
             }
         }
@@ -149,6 +162,7 @@ impl Chart<'_> {
                 self.label_at(middle.0, below, words, TextStyle::new(self.sizes.small, theme::BAD));
             }
             Row::Ticks { .. } => self.note(row, (theme::IDLE_LIGHT, theme::RULE, theme::MUTED), None),
+            Row::Moved { .. } => self.note(row, (theme::PAPER, theme::RULE, theme::INK), None),
             Row::Fault { .. } => self.note(row, (theme::BAD_LIGHT, theme::BAD, theme::INK), Some(Icon::Alert)),
             Row::Verdict { .. } => self.note(row, (theme::BAD, theme::BAD, theme::PAPER), Some(Icon::Cross)),
         }
@@ -167,6 +181,7 @@ impl Chart<'_> {
             Row::Ticks { first, last, words } if first == last => format!("tick {first}: {words}"),
             Row::Ticks { first, last, words } => format!("ticks {first} to {last}: {words}"),
             Row::Fault { words, time } => format!("fault at {}: {words}", words::time(*time)),
+            Row::Moved { words } => words.clone(),
             Row::Verdict { words, time } => format!("{words} ({})", words::time(*time)),
             _ => String::new(),
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
-use recording::{FaultCourse, FaultRecord};
+use recording::{FaultCourse, FaultRecord, Moved};
 
 use crate::html::evidence::{Evidence, Seen};
 use crate::html::words;
@@ -38,6 +38,8 @@ pub(crate) enum Row {
     Ticks { first: u64, last: u64, words: String },
     /// A fault takes hold.
     Fault { words: String, time: Duration },
+    /// Something happens around the processes.
+    Moved { words: String },
     /// A message that should have come did not.
     Missing { from: usize, to: usize, message: String, words: String },
     /// The property is violated.
@@ -62,11 +64,11 @@ struct TickEvents<'a> {
 }
 
 impl Sequence {
-    /// The chart for a violation; `faults` are all faults of the run.
-    pub(crate) fn of(evidence: &Evidence<'_>, topology: &Topology, faults: &[FaultRecord]) -> Self {
+    /// The chart for a violation; `faults` are all faults of the run, and `moves` what happened around it.
+    pub(crate) fn of(evidence: &Evidence<'_>, topology: &Topology, faults: &[FaultRecord], moves: &[Moved]) -> Self {
         let lifelines = lifelines(evidence, topology);
         let ticks = by_tick(evidence, topology, &lifelines);
-        let mut teller = Teller { evidence, topology, lifelines: &lifelines, faults, rows: Vec::new() };
+        let mut teller = Teller { evidence, topology, lifelines: &lifelines, faults, moves, rows: Vec::new() };
         teller.tell(&ticks);
         let rows = teller.rows;
         Self { lifelines, rows }.without_idle_lifelines()
@@ -154,6 +156,8 @@ struct Teller<'a> {
     topology: &'a Topology,
     lifelines: &'a [String],
     faults: &'a [FaultRecord],
+    /// What happened around the processes and is not told yet.
+    moves: &'a [Moved],
     rows: Vec<Row>,
 }
 
@@ -165,7 +169,8 @@ impl Teller<'_> {
         let mut skipped: Vec<&TickEvents<'_>> = Vec::new();
         for tick in ticks {
             let strikes = self.faults.iter().any(|fault| fault.time > told && fault.time <= tick.time);
-            if strikes || shown.contains(&tick.tick) {
+            let moves = self.moves.first().is_some_and(|moved| moved.time <= tick.time);
+            if strikes || moves || shown.contains(&tick.tick) {
                 self.sum_up(&std::mem::take(&mut skipped));
                 self.tell_faults(told, tick.time);
                 told = tick.time;
@@ -205,6 +210,9 @@ impl Teller<'_> {
         let rows: Vec<Row> =
             new.map(|fault| Row::Fault { words: fault.fault.words.clone(), time: fault.time }).collect();
         self.rows.extend(rows);
+        let (moves, later) = self.moves.split_at(self.moves.partition_point(|moved| moved.time <= until));
+        self.moves = later;
+        self.rows.extend(moves.iter().map(|moved| Row::Moved { words: moved.words.clone() }));
     }
 
     fn tell_tick(&mut self, tick: &TickEvents<'_>) {

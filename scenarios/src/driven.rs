@@ -1,0 +1,69 @@
+//! What the drivers of the built-in components tell them, as data.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelSystem, Process, ProcessId};
+use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, TripStatus};
+use explorer::Update;
+use robot::BatteryState;
+
+/// What the drivers tell the built-in components between two steps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct DriverData {
+    /// The level that BatteryReader is told, in percent, and whether the battery is charged.
+    pub(crate) battery: Option<(f64, bool)>,
+    /// Where Localization believes the robot to be.
+    pub(crate) place: Option<String>,
+    /// The status of the trip, if there is one.
+    pub(crate) trip: Option<TripStatus>,
+}
+
+/// The built-in components of a system, which drivers tell something.
+pub(crate) fn driven(system: &ChannelSystem) -> Vec<ProcessId> {
+    let found = [
+        process_of::<BatteryReader>(system, BATTERY_READER),
+        process_of::<Localization>(system, LOCALIZATION),
+        process_of::<Navigation>(system, NAVIGATION),
+    ];
+    found.into_iter().flatten().collect()
+}
+
+/// The process with this name, if it is the built-in one.
+pub(crate) fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Option<ProcessId> {
+    system.topology().find_process(name).filter(|id| system.process::<P>(*id).is_some())
+}
+
+impl DriverData {
+    /// What the components of a system have been told last.
+    pub(crate) fn of(system: &ChannelSystem) -> Self {
+        let battery = process_of::<BatteryReader>(system, BATTERY_READER);
+        let localization = process_of::<Localization>(system, LOCALIZATION);
+        let navigation = process_of::<Navigation>(system, NAVIGATION);
+        let place = localization.and_then(|id| system.process::<Localization>(id)?.place());
+        Self {
+            battery: battery.and_then(|id| system.process::<BatteryReader>(id)?.reading()),
+            place: place.map(str::to_owned),
+            trip: navigation.and_then(|id| system.process::<Navigation>(id)?.trip_status()),
+        }
+    }
+
+    /// Tells it the components, one by one. Localization knows the `known` places.
+    pub(crate) fn update(self, known: Arc<[String]>) -> Update {
+        Arc::new(move |_: ProcessId, process: &mut dyn Process| {
+            let process = process.as_any_mut();
+            if let (Some(reader), Some((charge_pct, charging))) =
+                (process.downcast_mut::<BatteryReader>(), self.battery)
+            {
+                reader.update(&BatteryState { time: Duration::ZERO, charge_pct, charging });
+            }
+            if let Some(localization) = process.downcast_mut::<Localization>() {
+                localization.set_place(known.iter().map(String::as_str), self.place.as_deref());
+            }
+            if let Some(navigation) = process.downcast_mut::<Navigation>() {
+                while navigation.next_order().is_some() {}
+                self.trip.into_iter().for_each(|status| navigation.set_trip_status(status));
+            }
+        })
+    }
+}

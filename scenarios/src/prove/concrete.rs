@@ -1,0 +1,161 @@
+//! A run over classes of levels, with a level for each class: one that a battery can have.
+//!
+//! The search knows of a level only its class. That a class is reached from another does not mean that every level of
+//! it is reached from every level of the other, so a run of the search may be impossible for every battery. The
+//! levels of a run are bounded by differences: a level lies in its class, and is lower or higher than an earlier one
+//! by so much at most. Such bounds have a solution unless they contradict each other on a cycle, which Bellman and
+//! Ford's algorithm finds.
+
+use std::sync::Arc;
+
+use channels::{ChannelSystem, Monitor};
+use explorer::{Model, Path, PathStep};
+
+use super::environment::{Bounds, Since};
+use super::levels::{FULL, Levels, Micros, micros};
+use crate::driven::DriverData;
+
+/// What is no level: that of an empty battery, from which all are counted.
+const ZERO: usize = 0;
+
+/// Units of a level in one of its millionths of a percent.
+const UNITS: i64 = 1_000_000;
+
+/// A bound: the level with the first number is higher than the second by at most this; less than that if it is strict.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    level: usize,
+    base: usize,
+    most: Micros,
+    is_strict: bool,
+}
+
+/// A moment of a run at which the battery's driver tells a level.
+struct Moment {
+    step: usize,
+    told: DriverData,
+    is_tick: bool,
+}
+
+/// The run with concrete levels. `None` if no battery can have them.
+pub(super) fn run(
+    path: &Path,
+    model: &Model,
+    monitor: Option<&dyn Monitor>,
+    (levels, bounds): (&Levels, &Bounds),
+    known: &Arc<[String]>,
+) -> Option<Path> {
+    let steps = path.steps();
+    let mut moments = Vec::new();
+    let look = |step: usize, system: &ChannelSystem| {
+        if let PathStep::Environment { .. } = steps[step] {
+            let is_tick = matches!(steps.get(step + 2), Some(PathStep::Tick { .. }))
+                && matches!(steps.get(step + 1), Some(PathStep::Wait(_)));
+            moments.push(Moment { step, told: DriverData::of(system), is_tick });
+        }
+    };
+    path.replay_and_look(model, monitor, look).ok()?;
+    let found = solve(&all_bounds(&moments, levels, bounds), moments.len() + 1)?;
+    let mut steps = steps.to_vec();
+    for (Moment { step, told, .. }, level_pct) in moments.into_iter().zip(found) {
+        let (Some((class_pct, charging)), PathStep::Environment { words, update }) = (told.battery, &mut steps[step])
+        else {
+            continue;
+        };
+        let class = levels.words(levels.class(micros(class_pct)?));
+        *words = words.replace(&class, &format!("{} %", recording::decimals(level_pct, 6)));
+        *update = DriverData { battery: Some((level_pct, charging)), ..told }.update(Arc::clone(known));
+    }
+    Some(Path::from(steps))
+}
+
+/// What bounds the levels of a run, as [`Battery::levels_after`](super::environment::Battery::levels_after) bounds
+/// classes.
+fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound> {
+    let mut all = Vec::new();
+    let mut at_most = |level, base, most, is_strict| all.push(Bound { level, base, most, is_strict });
+    // The number of the level at the last tick, and what the battery has done since.
+    let (mut at_tick, mut since) = (ZERO, Since::Drained);
+    for (index, Moment { told, is_tick, .. }) in moments.iter().enumerate() {
+        let Some((class_pct, is_charging)) = told.battery else { continue };
+        let (level, previous) = (index + 1, index);
+        let Some(class) = micros(class_pct).map(|level| levels.class(level)) else { continue };
+        let (low, high) = levels.ends(class);
+        at_most(level, ZERO, high, low != high);
+        at_most(ZERO, level, -low, low != high);
+        let as_now = if is_charging { Since::Charged } else { Since::Drained };
+        if index > 0 {
+            since = since.and(is_charging);
+            match since {
+                Since::Drained => {
+                    at_most(level, previous, 0, false);
+                    at_most(at_tick, level, bounds.rates.drain, false);
+                }
+                Since::Charged => {
+                    at_most(previous, level, 0, false);
+                    // A full battery stays full.
+                    if *is_tick && low < FULL {
+                        at_most(at_tick, level, -bounds.rates.charge, false);
+                    }
+                }
+                Since::Mixed => at_most(at_tick, level, bounds.rates.drain, false),
+            }
+        }
+        if *is_tick || index == 0 {
+            (at_tick, since) = (level, as_now);
+        }
+    }
+    all
+}
+
+/// Levels that satisfy all bounds, in percent, each as high as possible; `None` if there are none.
+fn solve(bounds: &[Bound], count: usize) -> Option<Vec<f64>> {
+    // What is below another level is so by a step: as large as possible, so that the levels are easy to read.
+    let steps = std::iter::successors(Some(100_000 * UNITS), |step| (*step > 1).then_some(step / 10));
+    let solved = |step: i64| {
+        let mut found = vec![i64::MAX / 4; count];
+        found[ZERO] = 0;
+        for _ in 0..=count {
+            let mut is_settled = true;
+            for Bound { level, base, most, is_strict } in bounds {
+                let limit = found[*base] + most * UNITS - if *is_strict { step } else { 0 };
+                if limit < found[*level] {
+                    (found[*level], is_settled) = (limit, false);
+                }
+            }
+            if is_settled {
+                return (found[ZERO] == 0).then_some(found);
+            }
+        }
+        None
+    };
+    let found = steps.into_iter().find_map(solved)?;
+    Some(found[1..].iter().map(|level| *level as f64 / (1e6 * UNITS as f64)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bound(level: usize, base: usize, most_pct: i64, is_strict: bool) -> Bound {
+        Bound { level, base, most: most_pct * 1_000_000, is_strict }
+    }
+
+    #[test]
+    fn levels_satisfy_their_bounds_and_are_easy_to_read() {
+        // Above 30 %, then below it and at most 1 % lower.
+        let mut bounds = vec![bound(1, 0, 31, true), bound(0, 1, -30, true), bound(2, 0, 30, true)];
+        bounds.extend([bound(2, 1, 0, false), bound(1, 2, 1, false)]);
+        assert_eq!(solve(&bounds, 3), Some(vec![30.9, 29.9]));
+        // And above 29.95 %.
+        bounds.push(Bound { level: 0, base: 2, most: -29_950_000, is_strict: true });
+        assert!(solve(&bounds, 3).is_some_and(|found| found[1] > 29.95 && found[0] - found[1] <= 1.0));
+    }
+
+    #[test]
+    fn bounds_that_contradict_each_other_have_no_solution() {
+        // Above 30 %, and a tick later below 29 %, though it loses 1 % at most.
+        let bounds = [bound(0, 1, -30, true), bound(2, 0, 29, true), bound(1, 2, 1, false), bound(1, 0, 100, false)];
+        assert_eq!(solve(&bounds, 3), None);
+    }
+}

@@ -1,0 +1,182 @@
+//! A run that was found, with the physics: the environment's moves as settings and faults of the scenario.
+//!
+//! Levels and damaged messages happen at the same times as in the run; where the robot is, and how long its trips take,
+//! is up to the physics, and the order of the messages to the scheduler.
+
+use std::time::Duration;
+
+use channels::{EventKind, Verdict};
+use components::TripStatus;
+use explorer::{Damage, Path, PathStep};
+use monitors::Outcome;
+
+use super::{Answer, Proof, Question, subject};
+use crate::Error;
+use crate::driven::DriverData;
+use crate::live::Live;
+use crate::scenario::{Found, STEP, Scenario};
+
+/// How much longer it may take with the physics.
+const LONGER: Duration = Duration::from_secs(60);
+
+/// What the physics show of a run that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physical {
+    /// The tick at which the property is violated, if it is.
+    pub tick: Option<u64>,
+    /// The first difference from the run that was found, in words: `at tick 1 the robot is at …`.
+    pub difference: Option<String>,
+    /// What came of each property until then.
+    pub outcomes: Vec<(String, Outcome)>,
+    /// What the scenario was changed by, as assignments.
+    pub overrides: Vec<String>,
+}
+
+impl Proof {
+    /// Runs the scenario with its physics, the environment's moves as settings and faults. `None` without a robot, since
+    /// there are no physics.
+    ///
+    /// # Errors
+    /// What is wrong with the scenario when it is run, or why the run cannot continue.
+    pub fn with_physics(
+        &self,
+        question: &Question,
+        answer: &Answer,
+        run: &Path,
+        found: &Found,
+    ) -> Result<Option<Physical>, Error> {
+        if self.scenario.premises.is_none() {
+            return Ok(None);
+        }
+        let told = self.told(answer, run)?;
+        let overrides = self.realized(run, &told);
+        let all: Vec<String> = self.scenario.origin.overrides.iter().chain(&overrides).cloned().collect();
+        let scenario = Scenario::load_for_proof(found, &all)?;
+        let mut live = Live::new(scenario.into(), self.scenario.file.seed, true)?;
+        let places = subject::ground(&self.scenario, &self.system).places;
+        let watched = live.properties().position(|name| name == question.property);
+        let mut expected = self.after_ticks(answer, run)?.into_iter();
+        let mut difference = None;
+        let end = duration(run) + LONGER;
+        while live.time() < end {
+            live.step()?;
+            let Some(tick) = live.events().iter().find(|event| event.kind == EventKind::Tick).map(|event| event.tick)
+            else {
+                continue;
+            };
+            if let Some(expected) = expected.next() {
+                let mut told = DriverData::of(live.system());
+                // The run knows only the places that matter.
+                told.place = told.place.filter(|place| places.contains(place));
+                let differs = || differs(&expected, &told);
+                difference = difference.or_else(|| Some(format!("at tick {tick} {}", differs()?)));
+            }
+            let verdict = watched.map(|watched| live.system().monitors()[watched].monitor.verdict());
+            if verdict == Some(Verdict::False) {
+                let outcomes = outcomes(&live);
+                return Ok(Some(Physical { tick: Some(tick), difference, outcomes, overrides }));
+            }
+        }
+        let outcomes = outcomes(&live);
+        Ok(Some(Physical { tick: None, difference, outcomes, overrides }))
+    }
+
+    /// What the components know after each tick of the run.
+    fn after_ticks(&self, answer: &Answer, run: &Path) -> Result<Vec<DriverData>, Error> {
+        let (steps, mut known) = (run.steps(), Vec::new());
+        self.replayed(answer, run, |_, system| known.push(DriverData::of(system)))?;
+        let is_later = |step: &PathStep| matches!(step, PathStep::Environment { .. } | PathStep::Wait(_));
+        let ticks = (0..steps.len()).filter(|step| matches!(steps[*step], PathStep::Tick { .. }));
+        let ends = ticks.map(|tick| tick + steps[tick..].iter().position(is_later).unwrap_or(steps.len() - tick) - 1);
+        Ok(ends.map(|end| known[end].clone()).collect())
+    }
+
+    /// The moves of the environment as settings and faults.
+    fn realized(&self, run: &Path, told: &[Option<DriverData>]) -> Vec<String> {
+        let topology = self.system.topology();
+        let mut faults = Vec::new();
+        let (mut now, mut level, mut first) = (Duration::ZERO, None, None);
+        let mut steps = run.steps().iter().zip(told).peekable();
+        while let Some((step, told)) = steps.next() {
+            match step {
+                PathStep::Wait(span) => now += *span,
+                PathStep::Tick { .. } => {}
+                PathStep::Environment { .. } => {
+                    let Some((level_pct, _)) = told.as_ref().and_then(|told| told.battery) else { continue };
+                    first = first.or(Some(level_pct));
+                    if level.is_some_and(|level: f64| level.total_cmp(&level_pct).is_ne()) {
+                        let wait = match steps.peek() {
+                            Some((PathStep::Wait(span), _)) => *span,
+                            _ => Duration::ZERO,
+                        };
+                        let at = before(now + wait);
+                        faults.push(format!("{{ kind = 'battery_level', at_s = {at}, level_pct = {level_pct} }}"));
+                    }
+                    level = Some(level_pct);
+                }
+                PathStep::Take { enabled, damage } => {
+                    let channels::EnabledKind::Send(channel) = enabled.kind else { continue };
+                    let (kind, more) = match damage {
+                        Damage::None => continue,
+                        Damage::Lost => ("message_lost", String::new()),
+                        Damage::Repeated => ("message_duplicated", String::new()),
+                        Damage::Held => {
+                            let hold_s = self.scenario.file.prove.messages.hold.as_secs_f64();
+                            ("message_delayed", format!(", delay_s = {hold_s}"))
+                        }
+                    };
+                    let ((from, to), at) = (topology.ends(channel), before(now));
+                    let when = format!("at_s = {at}, lasts_s = {}, times = 1", STEP.as_secs_f64());
+                    faults.push(format!("{{ kind = '{kind}', from = '{from}', to = '{to}', {when}{more} }}"));
+                }
+            }
+        }
+        let mut overrides = vec![format!("faults = [{}]", faults.join(", "))];
+        if let Some(first) = first {
+            // Nothing but the faults changes the level.
+            overrides.push(format!("battery.initial_pct = {first}"));
+            let rates = ["drain_pct_per_s", "standstill_drain_pct_per_s", "charge_pct_per_s"];
+            overrides.extend(rates.map(|rate| format!("battery.{rate} = 0")));
+        }
+        overrides
+    }
+}
+
+fn outcomes(live: &Live) -> Vec<(String, Outcome)> {
+    let outcomes = live.system().monitors().iter().map(|attached| Outcome::of(attached.monitor.as_ref()));
+    live.properties().map(str::to_owned).zip(outcomes).collect()
+}
+
+/// The time at which a fault must begin to be felt at this time, in seconds.
+fn before(time: Duration) -> f64 {
+    time.saturating_sub(STEP).as_secs_f64()
+}
+
+fn duration(run: &Path) -> Duration {
+    let waits = run.steps().iter().map(|step| if let PathStep::Wait(span) = step { *span } else { Duration::ZERO });
+    waits.sum()
+}
+
+/// What is different with the physics, in words.
+fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
+    let place = |place: &Option<String>| place.as_ref().map_or("at no place".to_owned(), |place| format!("at {place}"));
+    let trip = |trip: Option<TripStatus>| match trip {
+        None => "has no trip",
+        Some(TripStatus::Running) => "is on its way",
+        Some(TripStatus::Success) => "has arrived",
+        Some(TripStatus::Failure) => "has failed to arrive",
+    };
+    let differs =
+        |found: String, physical: String| Some(format!("the robot {found}, and with the physics it {physical}"));
+    match () {
+        () if expected.place != told.place => {
+            differs(format!("is {}", place(&expected.place)), format!("is {}", place(&told.place)))
+        }
+        () if expected.trip != told.trip => differs(trip(expected.trip).to_owned(), trip(told.trip).to_owned()),
+        () => match (expected.battery, told.battery) {
+            (Some((_, true)), Some((_, false))) => differs("is charged".to_owned(), "is not".to_owned()),
+            (Some((_, false)), Some((_, true))) => differs("is not charged".to_owned(), "is".to_owned()),
+            _ => None,
+        },
+    }
+}

@@ -1,0 +1,154 @@
+//! A schedule on its way through a run.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelSystem, Event, ProcessId};
+use diagnostics::{Problem, Span, Spanned};
+use explorer::{Damage, PathStep, Performer};
+
+use super::{Schedule, Step, Taken};
+use crate::driven::driven;
+use crate::error::{Complaints, StepError};
+use crate::names::unknown;
+use crate::scenario::Scenario;
+
+/// A schedule that a run follows.
+#[derive(Debug)]
+pub(crate) struct Player {
+    schedule: Arc<Schedule>,
+    /// The number of the next step.
+    next: usize,
+    performer: Performer,
+    /// The places that Localization knows.
+    known: Arc<[String]>,
+}
+
+/// What happens between two moments at which the environment moves or time passes.
+#[derive(Debug, Default)]
+pub(crate) struct Part {
+    /// The events, also those before an error.
+    pub(crate) events: Vec<Event>,
+    /// What happened around the system, in words.
+    pub(crate) words: Vec<String>,
+    /// How many ticks were lost.
+    pub(crate) overruns: u64,
+}
+
+impl Player {
+    /// A schedule at its start. Processes and places that the system does not have are complained about.
+    pub(crate) fn new(
+        schedule: &Arc<Schedule>,
+        scenario: &Scenario,
+        system: &ChannelSystem,
+        generator: Option<ProcessId>,
+        complaints: &mut Complaints,
+    ) -> Self {
+        let topology = system.topology();
+        let known: Vec<String> = scenario
+            .premises
+            .iter()
+            .flat_map(|premises| premises.places.iter().map(|(name, _)| name.to_owned()))
+            .collect();
+        let mut complained = BTreeSet::new();
+        let mut check = |what, name: &str, span: &Span, is_known: bool, all: Vec<&str>| {
+            if !is_known && complained.insert(name.to_owned()) {
+                complaints.push(unknown(what, &Spanned { value: name.to_owned(), span: span.clone() }, all));
+            }
+        };
+        for Spanned { value, span } in &schedule.steps {
+            match value {
+                Step::Take(Taken { process, to, from, .. }) => {
+                    for name in [Some(process), to.as_ref(), from.as_ref()].into_iter().flatten() {
+                        let all = topology.processes().map(|id| topology.name(id)).collect();
+                        check("process", name, span, topology.find_process(name).is_some(), all);
+                    }
+                }
+                Step::Environment(_, told) => {
+                    if let Some(place) = &told.place {
+                        check("place", place, span, known.contains(place), known.iter().map(String::as_str).collect());
+                    }
+                }
+                Step::Wait(_) | Step::Tick(_) => {}
+            }
+        }
+        let performer = Performer { generator, driven: driven(system), hold: Duration::ZERO, now: Duration::ZERO };
+        Self { schedule: Arc::clone(schedule), next: 0, performer, known: known.into() }
+    }
+
+    /// Whether there is nothing more to come.
+    pub(crate) fn is_over(&self) -> bool {
+        self.next >= self.schedule.steps.len()
+    }
+
+    /// The time of the run.
+    pub(crate) fn now(&self) -> Duration {
+        self.performer.now
+    }
+
+    /// Performs what comes until the environment moves again, or time passes again, and adds it to `part`.
+    pub(crate) fn perform_part(&mut self, system: &mut ChannelSystem, part: &mut Part) -> Result<(), StepError> {
+        let schedule = Arc::clone(&self.schedule);
+        let mut may_begin = true;
+        while let Some(Spanned { value: step, span }) = schedule.steps.get(self.next) {
+            let begins = matches!(step, Step::Environment(..) | Step::Wait(_));
+            if begins && !may_begin {
+                break;
+            }
+            may_begin &= matches!(step, Step::Environment(..));
+            let step = match step {
+                Step::Environment(words, told) => {
+                    part.words.extend((!words.is_empty()).then(|| words.clone()));
+                    let update = told.clone().update(Arc::clone(&self.known));
+                    PathStep::Environment { words: String::new(), update }
+                }
+                Step::Wait(span) => PathStep::Wait(*span),
+                Step::Tick(delivered) => {
+                    part.overruns += u64::from(!delivered);
+                    PathStep::Tick { delivered: *delivered }
+                }
+                Step::Take(taken) => self.take(taken, system, span)?,
+            };
+            let performed = self.performer.perform(&step, system)?;
+            let performed = performed.ok_or_else(|| match step {
+                PathStep::Tick { delivered: true } => misfit(span, "the tree cannot take a tick here"),
+                _ => misfit(span, "the tree takes the tick here"),
+            })?;
+            part.events.extend(performed.event);
+            self.next += 1;
+        }
+        Ok(())
+    }
+
+    /// The transition of the system that a step means.
+    fn take(&mut self, taken: &Taken, system: &mut ChannelSystem, span: &Span) -> Result<PathStep, StepError> {
+        let enabled = system.enabled();
+        let topology = system.topology();
+        let means = |one: &&channels::Enabled| {
+            let offered = Taken::of(one, taken.damage, taken.held, topology);
+            offered == *taken
+        };
+        if let Some(found) = enabled.iter().find(means) {
+            self.performer.hold = taken.held;
+            return Ok(PathStep::Take { enabled: found.clone(), damage: taken.damage });
+        }
+        let possible: Vec<String> =
+            enabled.iter().map(|one| Taken::of(one, Damage::None, Duration::ZERO, topology).words()).collect();
+        let help = match possible.as_slice() {
+            [] => "nothing is possible here before time passes".to_owned(),
+            possible => format!("possible here: {}", possible.join(", ")),
+        };
+        let problem = problem(span, &format!("{} is not possible here", taken.words()));
+        Err(StepError::Schedule(problem.with_help(help)))
+    }
+}
+
+fn problem(span: &Span, what: &str) -> Problem {
+    span.problem("the schedule does not fit the system").with_label(what)
+}
+
+fn misfit(span: &Span, what: &str) -> StepError {
+    let help = "a schedule fits the tree, the skills and the settings for which it was written";
+    StepError::Schedule(problem(span, what).with_help(help))
+}

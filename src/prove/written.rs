@@ -1,0 +1,56 @@
+//! A run that was found, in files.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use campaigns::{Error, run_and_report};
+use explorer::Outcome;
+use recording::Detail;
+use reports::report::OutcomeReport;
+use reports::{Outputs, file_name, html};
+use scenarios::live::Live;
+use scenarios::prove::{COUNTEREXAMPLE, PHYSICS, Physical, Proof, SCHEDULE};
+use scenarios::scenario::{Scenario, find};
+
+use super::finding::Finding;
+
+/// Writes a run that violates a property into a folder of its own, and follows it from there: what was written, in
+/// words. `None` if no such run was found.
+pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<String>, Error> {
+    let Outcome::Violated(run) = &finding.answer.exploration.outcome else { return Ok(None) };
+    if finding.answer.is_spurious {
+        return Ok(None);
+    }
+    let property = &finding.question.property;
+    let folder = folder.join(file_name(property));
+    let outputs = Outputs { folder: Some(folder.clone()), charts: true, ..Outputs::default() };
+    campaigns::refuse_campaign(&outputs)?;
+    let file = proof.write_run(&finding.question, &finding.answer, run, &folder)?;
+    let scenario = Arc::new(Scenario::load(&find::find(&file.display().to_string())?, &[])?);
+    let live = Live::new(Arc::clone(&scenario), scenario.file.seed, true)?;
+    let report = run_and_report(live, Detail::Full, &outputs, None, |_| ControlFlow::Continue(()))?;
+    if report.outcome != OutcomeReport::AsExpected {
+        let help = "this is a mistake of steward: please report it with the scenario";
+        let message = format!("{} does not violate {property} as it was found", file.display());
+        return Err(Error::refused(message, help));
+    }
+    let name = file_name(property);
+    let page = folder.join(html::FILE);
+    let mut files = format!("{}, {SCHEDULE}, {COUNTEREXAMPLE}, sequence-{name}.svg and .png", page.display());
+    if let Some(physical) = finding.physical.as_ref().filter(|physical| physical.tick.is_some()) {
+        proof.write_physical(&finding.question, physical, &folder)?;
+        files += &format!(", {PHYSICS}");
+    }
+    Ok(Some(format!("  wrote {files}\n")))
+}
+
+/// What the physics show of a run that was found, in words; empty if nobody asked.
+pub(super) fn physics(finding: &Finding) -> String {
+    let Some(Physical { tick, difference, .. }) = &finding.physical else { return String::new() };
+    let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));
+    match tick {
+        Some(tick) => format!("  run with the physics: violated, too, at tick {tick}\n"),
+        None => format!("  run with the physics: not violated{difference}\n"),
+    }
+}

@@ -1,0 +1,183 @@
+//! Runs that `steward prove` finds, as files, and schedules that runs follow.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::steward::{picture_size, refusal, report, steward};
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+/// The results of a proof whose runs are written to a folder.
+fn proved(out: &Path, arguments: &[&str]) -> Value {
+    let output = steward(&[&["prove", "--json", "--out", path(out)], arguments].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{arguments:?}: {said}");
+    serde_json::from_slice(&output.stdout).expect("the results are JSON")
+}
+
+#[test]
+fn what_was_found_is_a_scenario_with_a_schedule_and_a_chart() {
+    let folder = tempdir().expect("a folder");
+    let proof = proved(folder.path(), &["nominal", "--property", "phi2", "--set", "execution.tree=nodes"]);
+    let found = folder.path().join("phi2");
+    assert_eq!(picture_size(&found.join("sequence-phi2.png")).0, 960);
+    let svg = fs::read_to_string(found.join("sequence-phi2.svg")).expect("a chart");
+    for words in
+        ["the robot comes to RechargingStation, the level is 30 %", "phi2 is violated", "missing until tick 10"]
+    {
+        assert!(svg.contains(words), "{words}");
+    }
+    let again = folder.path().join("again");
+    let report = report(path(&found.join("counterexample.toml")), &again, &[]);
+    assert_eq!((&report["outcome"], &report["ended"]), (&"as_expected".into(), &"schedule".into()));
+    let verdict = &report["monitors"][1];
+    assert_eq!((&verdict["name"], &verdict["verdict"]), (&"phi2".into(), &"violated".into()));
+    assert_eq!(verdict["tick"], proof["properties"][0]["run"]["decided_at_tick"]);
+    let pages = [&found, &again].map(|folder| fs::read_to_string(folder.join("report.html")).expect("a page"));
+    assert!(pages.iter().all(|page| page.contains("the robot comes to RechargingStation, the level is 30 %")));
+}
+
+#[test]
+fn every_run_against_a_shipped_property_can_be_followed() {
+    let folder = tempdir().expect("a folder");
+    // Where the files do not come to the same verdict, the command fails.
+    let long = ["nominal", "--set", "prove.expect.phi1='violated'", "--set", "prove.trips.ticks=10"];
+    let mut count = 0;
+    for arguments in [&["nominal", "nav2/*"][..], &long] {
+        for (form, out) in [("execution.tree=whole", "whole"), ("execution.tree=nodes", "nodes")] {
+            let proofs = proved(&folder.path().join(out), &[arguments, &["--set", form]].concat());
+            let proofs = proofs.as_array().cloned().unwrap_or_else(|| vec![proofs]);
+            let all = proofs.iter().flat_map(|proof| proof["properties"].as_array().expect("properties"));
+            for property in all.filter(|property| property["result"] == "violated") {
+                assert_eq!(property["run"]["replayed"], true, "{property:#}");
+                count += 1;
+            }
+        }
+    }
+    assert_eq!(count, 10);
+}
+
+#[test]
+fn a_schedule_that_does_not_fit_is_refused_at_the_step() {
+    let folder = tempdir().expect("a folder");
+    proved(folder.path(), &["nominal", "--property", "phi2"]);
+    let found = folder.path().join("phi2");
+    let schedule = fs::read_to_string(found.join("schedule.toml")).expect("a schedule");
+    let wrong = folder.path().join("wrong.toml");
+    let set = format!("execution.schedule='{}'", wrong.display());
+    let to_bt = "{ process = \"TickGenerator\", transition = 0, to = \"BT\" }";
+    for (from, to, said) in [
+        (to_bt, to_bt.replace("TickGenerator", "TickGenerators"), "did you mean `TickGenerator`?"),
+        (to_bt, to_bt.replace('0', "7"), "TickGenerator sends to BT (its transition 7) is not possible here"),
+        ("{ tick = \"taken\" }", "{ tick = \"lost\" }".to_owned(), "the tree takes the tick here"),
+        ("level_pct = 31,", "level_pct = 131,".to_owned(), "`level_pct` must lie between 0 and 100"),
+    ] {
+        fs::write(&wrong, schedule.replacen(from, &to, 1)).expect("room for a schedule");
+        let refused = refusal(&["run", "nominal", "--set", &set]);
+        assert!(refused.contains(said) && refused.contains("wrong.toml"), "{said}: {refused}");
+        assert_eq!(refused.lines().filter(|line| line.starts_with("  x ")).count(), 1, "{refused}");
+    }
+    let missing = refusal(&["run", "nominal", "--set", "execution.schedule='nowhere.toml'"]);
+    assert!(missing.contains("cannot read the schedule ./nowhere.toml"), "{missing}");
+    let faulty = refusal(&["run", "battery_fault", "--set", &set]);
+    assert!(faulty.contains("a run that follows a schedule has no faults"), "{faulty}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_one_message() {
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join("a file");
+    fs::write(&file, "").expect("room for a file");
+    let output = steward(&["prove", "nominal", "--property", "phi2", "--out", path(&file)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("a file") && said.lines().count() <= 3, "{said}");
+}
+
+/// No level of at most 30 % is read before tick 5.
+const SLOW: &str = "property slow := not (time_until (BatteryReader, BatteryLevel, m[2] <= 30) < 5)\n";
+
+#[test]
+fn levels_that_no_battery_can_have_are_told_apart_more_finely() {
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join("slow.scope");
+    fs::write(&file, SLOW).expect("room for a property");
+    let of = |start: &str, rates: &str| {
+        let sets = [
+            format!("properties=['{}']", file.display()),
+            "prove.properties=[]".to_owned(),
+            "prove.expect={}".to_owned(),
+            format!("prove.battery={{start_pct={start}, {rates}}}"),
+        ];
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        proved(&folder.path().join("out"), &[&["nominal"], &sets[..]].concat())["properties"][0].clone()
+    };
+    // Above 30 %, all levels are alike at first: any of them may be followed by 30 %.
+    assert_eq!(of("100", "drain_pct_per_tick=1")["result"], "proved");
+    assert_eq!(of("34.5", "drain_pct_per_tick=1")["result"], "proved");
+    // These rates have no common divisor that is large enough.
+    let rates = "drain_pct_per_tick=0.9999, charge_pct_per_tick=1";
+    assert_eq!(of("100", rates)["result"], "spurious");
+    let violated = of("33.5", "drain_pct_per_tick=1");
+    assert_eq!((&violated["result"], &violated["run"]["replayed"]), (&"violated".into(), &true.into()));
+    let levels: Vec<f64> = violated["run"]["steps"]
+        .as_array()
+        .expect("steps")
+        .iter()
+        .filter(|step| step["from"] == "BatteryReader" && step["to"] == "BatteryLevel")
+        .filter_map(|step| step["message"][1].as_f64())
+        .collect();
+    assert!(levels.len() > 3 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
+}
+
+#[test]
+fn an_interrupted_proof_says_how_far_it_came() {
+    let large = ["execution.tree=nodes", "prove={}", "prove.messages={lose=3, repeat=3}"];
+    let large: Vec<&str> = large.iter().flat_map(|set| ["--set", set]).collect();
+    let arguments = [&["prove", "nominal", "--property", "phi3", "--memory", "3000"], &large[..]].concat();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary starts");
+    let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+    let mut line = String::new();
+    while !line.contains("states") {
+        line.clear();
+        assert!(stdout.read_line(&mut line).expect("text") > 0, "the table begins");
+    }
+    let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(signalled.success());
+    let mut said = String::new();
+    stdout.read_to_string(&mut said).expect("text");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130), "{said}");
+    assert!(said.contains("! phi3 is not decided: explored ") && said.contains(" states to depth "), "{said}");
+}
+
+#[test]
+fn the_physics_show_a_violation_too_or_it_is_said_what_is_different() {
+    let folder = tempdir().expect("a folder");
+    let long = ["nominal", "--replay", "--set", "prove.trips.ticks=10", "--set", "battery.initial_pct=50"];
+    let proof = proved(folder.path(), &long);
+    let of = |name: &str| {
+        let properties = proof["properties"].as_array().expect("properties");
+        properties.iter().find(|it| it["property"] == name).expect("it is there")["physics"].clone()
+    };
+    // The trip from the hall to the station takes longer than 10 s.
+    let tick = of("phi1")["violated_at_tick"].as_u64().expect("a tick");
+    let physics = folder.path().join("phi1/physics.toml");
+    let report = report(path(&physics), &folder.path().join("again"), &[]);
+    assert_eq!((&report["outcome"], &report["monitors"][0]["tick"]), (&"as_expected".into(), &tick.into()));
+    let difference = of("phi2")["difference"].clone();
+    let expected = "at tick 1 the robot is at RechargingStation, and with the physics it is at no place";
+    assert_eq!((&of("phi2")["violated_at_tick"], &difference), (&Value::Null, &expected.into()));
+    assert!(!folder.path().join("phi2/physics.toml").exists());
+}
