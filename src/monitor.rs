@@ -150,6 +150,7 @@ fn method(property: &Property) -> String {
     match property.scope_monitor().map(ScopeMonitor::method) {
         None | Some(Method::Graph) => "a program graph".to_owned(),
         Some(Method::Automaton { states }) => format!("an automaton of {states} states"),
+        Some(Method::Rules) => "rules, which have no graph; violations come as early as possible".to_owned(),
         Some(Method::Graphs) => "program graphs side by side; verdicts may come late".to_owned(),
         Some(_) => "progression; verdicts may come late".to_owned(),
     }

@@ -187,7 +187,7 @@ fn examples_of_operators_are_properties() {
     };
     let written = OPERATORS.iter().enumerate().map(|(number, operator)| match operator.written {
         "const" => format!("{}\n", operator.example),
-        "property" => format!("{}\n", event(operator.example)),
+        "property" | "timed" => format!("{}\n", event(operator.example).replace("phi", &format!("p{number}"))),
         _ => format!("property p{number} := {}\n", event(operator.example)),
     });
     std::fs::write(&file, written.collect::<String>()).unwrap();

@@ -6,10 +6,12 @@
 //! Formulas that are equal by the laws of a distributive lattice and by De Morgan's laws have the same form.
 
 use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
 
-use channels::{ChannelId, Relation};
+use channels::{ChannelId, Event, EventKind, Relation};
 
-use crate::formula::{EventAtom, Formula};
+use crate::data::Remembered;
+use crate::formula::{Bound, EventAtom, Formula, FormulaError};
 
 /// An event of a [`Vocabulary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -19,6 +21,8 @@ pub(crate) struct EventId(pub(crate) u32);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Vocabulary {
     events: Vec<EventAtom>,
+    /// Whether τ is time, in nanoseconds.
+    pub(crate) is_timed: bool,
 }
 
 impl Vocabulary {
@@ -37,7 +41,97 @@ impl Vocabulary {
             }
         });
         events.sort_by_key(|event| channels.iter().position(|channel| *channel == event.channel));
-        Self { events }
+        Self { events, is_timed: matches!(formula, Formula::Timed(_)) }
+    }
+
+    /// Whether values are remembered.
+    pub(crate) fn has_data(&self) -> bool {
+        self.events.iter().any(|event| !remembered_by(event).is_empty())
+    }
+
+    /// The names that an event compares with.
+    pub(crate) fn names(&self, event: EventId) -> Vec<Arc<str>> {
+        let mut names = Vec::new();
+        self.get(event).condition.names(&mut |name| names.push(Arc::clone(name)));
+        names
+    }
+
+    /// What is remembered in a state in which a part is checked.
+    pub(crate) fn remembered(&self, part: &Part) -> Vec<Remembered> {
+        let events = part.iter().filter_map(|literal| match literal {
+            Literal::Event { event, .. } => Some(self.get(*event)),
+            _ => None,
+        });
+        let mut remembered: Vec<Remembered> = events.flat_map(remembered_by).collect();
+        remembered.sort();
+        remembered.dedup();
+        remembered
+    }
+
+    /// The names that a literal compares with and that are remembered outside it.
+    pub(crate) fn free(&self, literal: &Literal) -> Vec<Arc<str>> {
+        let mut free = match literal {
+            Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
+                self.names(*event)
+            }
+            operator => operator.forms().into_iter().flatten().flat_map(|part| self.free_of(part)).collect(),
+        };
+        free.sort();
+        free.dedup();
+        free
+    }
+
+    /// The names that a part compares with and that are remembered outside it.
+    fn free_of(&self, part: &Part) -> Vec<Arc<str>> {
+        let own = self.remembered(part);
+        let is_own = |name: &Arc<str>| own.iter().any(|(known, ..)| known == name);
+        part.iter().flat_map(|literal| self.free(literal)).filter(|name| !is_own(name)).collect()
+    }
+
+    /// Whether what a literal says about the past needs more than bits: values are compared or remembered in it.
+    pub(crate) fn looks_back_at_values(&self, literal: &Literal) -> bool {
+        match literal {
+            Literal::Event { event, .. } | Literal::Count { event, .. } => {
+                !self.names(*event).is_empty() || !remembered_by(self.get(*event)).is_empty()
+            }
+            operator => {
+                operator.forms().into_iter().flatten().flatten().any(|inside| self.looks_back_at_values(inside))
+            }
+        }
+    }
+
+    /// Checks that every name is remembered where it is used, and that the past needs no endless memory.
+    fn check(&self, form: &Form, known: &[Arc<str>], in_past: bool) -> Result<(), FormulaError> {
+        for part in form {
+            let own = self.remembered(part);
+            if let Some(pair) = own.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+                return Err(FormulaError::RememberedTwice(Arc::clone(&pair[0].0)));
+            }
+            let known: Vec<Arc<str>> = known.iter().cloned().chain(own.into_iter().map(|(name, ..)| name)).collect();
+            for literal in part {
+                if let Some(name) = self.free(literal).into_iter().find(|name| !known.contains(name)) {
+                    return Err(FormulaError::NotRemembered(name));
+                }
+                let is_past = literal.past().is_some() && self.looks_back_at_values(literal);
+                let endless = match literal {
+                    Literal::Since { bound, .. } => bound.end() == Some(u64::MAX),
+                    Literal::Previous { bound, .. } => in_past && bound.end() == Some(u64::MAX),
+                    _ => false,
+                };
+                if is_past && endless {
+                    return Err(FormulaError::Endless);
+                }
+                for inside in literal.forms() {
+                    self.check(inside, &known, in_past || is_past)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// τ of an event.
+    pub(crate) fn tau(&self, event: &Event) -> u64 {
+        if self.is_timed { u64::try_from(event.time.as_nanos()).unwrap_or(u64::MAX) } else { event.tick }
     }
 
     /// The number of an event of the formula.
@@ -66,21 +160,19 @@ impl Vocabulary {
     }
 }
 
+/// What an event remembers.
+fn remembered_by(event: &EventAtom) -> Vec<Remembered> {
+    let mut remembered = Vec::new();
+    event.condition.remembers(&mut |name, field| remembered.push((Arc::clone(name), event.channel, field)));
+    remembered
+}
+
 /// Ticks from now, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     pub(crate) first: u64,
     /// `u64::MAX` if there is no end.
     pub(crate) last: u64,
-}
-
-/// The bound of a `time_until`, as the formula has it: `⋈ ticks`.
-///
-/// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked all the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Bound {
-    pub(crate) relation: Relation,
-    pub(crate) ticks: u64,
 }
 
 impl Bound {
@@ -120,6 +212,39 @@ pub(crate) enum Literal {
     Until { hold: Form, goal: Form },
     /// All clauses of `hold` hold whenever they are checked, until a product of `escape` has held.
     Release { escape: Form, hold: Form },
+    /// A product of `goal` held at some state as long ago as the bound says, and all clauses of `hold` held whenever
+    /// they were checked after it (or not).
+    Since { hold: Form, goal: Form, bound: Bound, holds: bool },
+    /// At the last state before this one with a message on one of their own channels, as long ago as the bound says,
+    /// the clauses held (or not).
+    Previous { clauses: Form, bound: Bound, holds: bool },
+    /// At least `count` messages that satisfy the event have passed in the last `ticks` (or not).
+    Count { event: EventId, count: u64, ticks: u64, holds: bool },
+}
+
+impl Literal {
+    /// The forms that an operator is made of.
+    pub(crate) fn forms(&self) -> Vec<&Form> {
+        match self {
+            Self::Event { .. } | Self::Time { .. } | Self::Count { .. } => Vec::new(),
+            Self::Next { clauses, .. } | Self::Previous { clauses, .. } => vec![clauses],
+            Self::Until { hold: one, goal: other }
+            | Self::Release { escape: one, hold: other }
+            | Self::Since { hold: one, goal: other, .. } => vec![one, other],
+        }
+    }
+
+    /// A literal about what has happened, as if it were not negated, and whether it holds.
+    pub(crate) fn past(&self) -> Option<(Self, bool)> {
+        let mut positive = self.clone();
+        match &mut positive {
+            Self::Since { holds, .. } | Self::Previous { holds, .. } | Self::Count { holds, .. } => {
+                let held = std::mem::replace(holds, true);
+                Some((positive, held))
+            }
+            _ => None,
+        }
+    }
 }
 
 /// A set of literals: a clause, or a product.
@@ -138,18 +263,23 @@ enum Shape {
 /// A formula is refused if a set in its clause form has more parts than this.
 const MAX_PARTS: usize = 2_000;
 
-/// The clause form of a formula is too large to work with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct TooManyParts;
-
 /// The clauses of a formula.
-pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, TooManyParts> {
-    form(formula, true, Shape::Clauses, vocabulary)
+pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, FormulaError> {
+    if formula.looks_ahead_of_the_past() {
+        return Err(FormulaError::LooksAhead);
+    }
+    let form = form(formula, true, Shape::Clauses, vocabulary)?;
+    vocabulary.check(&form, &[], false)?;
+    Ok(form)
 }
 
 /// The form of a formula, or of its negation.
-fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Result<Form, TooManyParts> {
+fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Result<Form, FormulaError> {
     let of = |part: &Formula, holds, shape| form(part, holds, shape, words);
+    let once = |bound: &Bound, goal: &Formula, truth, holds| {
+        let goal = of(goal, truth, Shape::Products)?;
+        Ok(single(Literal::Since { hold: Form::new(), goal, bound: *bound, holds }))
+    };
     match formula {
         Formula::True => Ok(constant(holds, shape)),
         Formula::False => Ok(constant(!holds, shape)),
@@ -158,6 +288,7 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
             let bound = Bound { relation: *relation, ticks: *ticks };
             Ok(single(Literal::Time { event: words.id(event), bound, holds }))
         }
+        Formula::Timed(part) => of(part, holds, shape),
         Formula::Not(part) => of(part, !holds, shape),
         Formula::And(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), holds, shape),
         Formula::Or(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), !holds, shape),
@@ -178,6 +309,23 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         } else {
             Literal::Release { escape: of(a, false, Shape::Products)?, hold: of(b, false, Shape::Clauses)? }
         })),
+        Formula::Once(bound, part) => once(bound, part, true, holds),
+        Formula::Historically(bound, part) => once(bound, part, false, !holds),
+        Formula::Since(bound, a, b) => {
+            let (hold, goal) = (of(a, true, Shape::Clauses)?, of(b, true, Shape::Products)?);
+            Ok(single(Literal::Since { hold, goal, bound: *bound, holds }))
+        }
+        Formula::Previous(bound, part) => {
+            let clauses = of(part, true, Shape::Clauses)?;
+            Ok(single(Literal::Previous { clauses, bound: *bound, holds }))
+        }
+        Formula::Count { is_at_most: false, count: 0, .. } => Ok(constant(holds, shape)),
+        Formula::Count { event, is_at_most, count, ticks } => {
+            // At most n is not at least n + 1.
+            let count = count.saturating_add(u64::from(*is_at_most));
+            let event = words.id(event);
+            Ok(single(Literal::Count { event, count, ticks: *ticks, holds: holds != *is_at_most }))
+        }
     }
 }
 
@@ -192,17 +340,17 @@ fn single(literal: Literal) -> Form {
 
 /// The `and` of forms (or their `or`).
 fn combine(
-    mut forms: impl Iterator<Item = Result<Form, TooManyParts>>,
+    mut forms: impl Iterator<Item = Result<Form, FormulaError>>,
     and: bool,
     shape: Shape,
-) -> Result<Form, TooManyParts> {
+) -> Result<Form, FormulaError> {
     let start: Vec<Part> = constant(and, shape).into_iter().collect();
     let unite = and == (shape == Shape::Clauses);
     let parts = forms.try_fold(start, |mut all, form| {
         let form = form?;
         let count = if unite { all.len() + form.len() } else { all.len() * form.len() };
         if count > MAX_PARTS {
-            return Err(TooManyParts);
+            return Err(FormulaError::TooLarge);
         }
         if unite {
             form.into_iter().for_each(|part| add(&mut all, part));
@@ -226,19 +374,72 @@ fn add(parts: &mut Vec<Part>, part: Part) {
     parts.push(part);
 }
 
-/// The channels of a part's own atoms: the part is checked at each message on one of them. If there are none, it is
-/// checked at every tick.
-pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
-    let own = part.iter().filter_map(|literal| match literal {
-        Literal::Event { event, .. } => Some(vocabulary.get(*event).channel),
-        _ => None,
-    });
-    own.collect()
+/// When something is checked.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Clock {
+    /// At messages on these channels,
+    pub(crate) channels: BTreeSet<ChannelId>,
+    /// and at ticks, if so.
+    pub(crate) ticks: bool,
 }
 
-/// The channels of the own atoms of all parts together: they determine when the operand of a `next` is checked.
-pub(crate) fn own_channels_of_all(form: &Form, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
-    form.iter().flat_map(|part| own_channels(part, vocabulary)).collect()
+impl Clock {
+    /// When parts are checked together: at messages on the channels of their own atoms. If they have none, at every
+    /// tick, and at messages on the channels of what they say about the past.
+    pub(crate) fn of<'a>(parts: impl Iterator<Item = &'a Part> + Clone, words: &Vocabulary) -> Self {
+        let own = parts.clone().flatten().filter_map(|literal| match literal {
+            Literal::Event { event, .. } => Some(words.get(*event).channel),
+            _ => None,
+        });
+        let own: BTreeSet<ChannelId> = own.collect();
+        if !own.is_empty() {
+            return Self { channels: own, ticks: false };
+        }
+        let mut channels = BTreeSet::new();
+        let past = parts.flatten().filter(|literal| literal.past().is_some());
+        past.for_each(|literal| all_channels(literal, words, &mut channels));
+        Self { channels, ticks: true }
+    }
+
+    pub(crate) fn strikes(&self, kind: &EventKind) -> bool {
+        match kind {
+            EventKind::Tick => self.ticks,
+            EventKind::Received { channel, .. } => self.channels.contains(channel),
+        }
+    }
+}
+
+/// When a part is checked.
+pub(crate) fn clock(part: &Part, words: &Vocabulary) -> Clock {
+    Clock::of(std::iter::once(part), words)
+}
+
+/// Whether a violation of the formula shows as soon as nothing can avert it: it is `always` of clauses of the present
+/// and the past, of which only one has deadlines, or is alone. Silence, or all that it waits for, then keeps it.
+pub(crate) fn is_prompt(form: &Form) -> bool {
+    let mut rules = Vec::new();
+    for clause in form {
+        let mut literals = clause.iter();
+        let (Some(Literal::Release { escape, hold }), None) = (literals.next(), literals.next()) else { return false };
+        if !escape.is_empty() {
+            return false;
+        }
+        rules.extend(hold);
+    }
+    let is_time = |literal: &Literal| matches!(literal, Literal::Time { .. });
+    let is_present =
+        |literal: &Literal| is_time(literal) || matches!(literal, Literal::Event { .. }) || literal.past().is_some();
+    let is_timed = rules.iter().copied().flatten().any(is_time);
+    rules.iter().copied().flatten().all(is_present) && (rules.len() <= 1 || !is_timed)
+}
+
+fn all_channels(literal: &Literal, words: &Vocabulary, channels: &mut BTreeSet<ChannelId>) {
+    match literal {
+        Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
+            channels.insert(words.get(*event).channel);
+        }
+        _ => literal.forms().into_iter().flatten().flatten().for_each(|inside| all_channels(inside, words, channels)),
+    }
 }
 
 /// The bounds of all `time_until`s of a form that wait for the event.
@@ -246,13 +447,8 @@ pub(crate) fn bounds(form: &Form, of: EventId) -> BTreeSet<Bound> {
     let mut bounds = BTreeSet::new();
     for literal in form.iter().flatten() {
         match literal {
-            Literal::Event { .. } => {}
             Literal::Time { event, bound, .. } => bounds.extend(Some(*bound).filter(|_| *event == of)),
-            Literal::Next { clauses, .. } => bounds.extend(self::bounds(clauses, of)),
-            Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
-                bounds.extend(self::bounds(one, of));
-                bounds.extend(self::bounds(other, of));
-            }
+            operator => operator.forms().into_iter().for_each(|form| bounds.extend(self::bounds(form, of))),
         }
     }
     bounds
@@ -317,7 +513,7 @@ mod tests {
         let pair = |n| Formula::And(vec![event(0, n), event(1, n)]);
         let grown = |n| Formula::Or((1..=n).map(pair).collect());
         assert_eq!(clauses(&grown(8), &Vocabulary::of(&grown(8))).unwrap().len(), 256);
-        assert_eq!(clauses(&grown(11), &Vocabulary::of(&grown(11))), Err(TooManyParts));
+        assert_eq!(clauses(&grown(11), &Vocabulary::of(&grown(11))), Err(FormulaError::TooLarge));
         // 2 · 2 · 2 · 2 · 5 · 5 · 5 clauses are the maximum.
         let all = |(first, last)| Formula::And((first..=last).map(|field| event(0, field)).collect());
         let largest = [(1, 2), (3, 4), (5, 6), (7, 8), (9, 13), (14, 18), (19, 23)];

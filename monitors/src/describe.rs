@@ -2,17 +2,22 @@
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::clause::{Bound, EventId, Form, Literal, Part, Vocabulary, Window, bounds};
-use crate::formula::{EventAtom, Formula, MessageCondition};
+use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, bounds};
+use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
 
 /// An event as the language writes it.
 pub(crate) fn event(event: &EventAtom, topology: &Topology) -> String {
     Formula::Event(event.clone()).text(topology)
 }
 
+/// A formula in the SCOPE language.
+pub(crate) fn text(formula: Formula, words: &Vocabulary, topology: &Topology) -> String {
+    if words.is_timed { Formula::Timed(Box::new(formula)).text(topology) } else { formula.text(topology) }
+}
+
 /// A formula from its clauses.
 pub(crate) fn form(form: &Form, words: &Vocabulary, topology: &Topology) -> String {
-    clauses(form, true, words).text(topology)
+    text(clauses(form, true, words), words, topology)
 }
 
 /// An operator and its operands.
@@ -36,28 +41,44 @@ pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocab
 
 /// A clause in the SCOPE language: an implication if it has both negative and positive literals.
 pub(crate) fn clause(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
-    any(clause, true, words).text(topology)
+    text(any(clause, true, words), words, topology)
 }
 
 /// The antecedent of a clause: the negations of its negative literals, which must hold before it demands anything.
 pub(crate) fn antecedent(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
-    and(denied(clause).map(|id| Formula::Event(words.get(id).clone())).collect()).text(topology)
+    let denied = denied(clause).into_iter().map(|denied| literal(denied, false, words));
+    text(and(denied.collect()), words, topology)
 }
 
-/// The events that a clause negates.
-pub(crate) fn denied(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
-    clause.iter().filter_map(|literal| match literal {
-        Literal::Event { event, holds: false } => Some(*event),
-        _ => None,
-    })
+/// The literals that a clause negates: those under whose opposites it demands something.
+pub(crate) fn denied(clause: &Part) -> Vec<&Literal> {
+    split(clause, true).0
 }
 
-/// The events that would answer the clause.
-pub(crate) fn answers(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
-    clause.iter().filter_map(|literal| match literal {
-        Literal::Event { event, holds: true } | Literal::Time { event, holds: true, .. } => Some(*event),
-        _ => None,
-    })
+/// What would answer the clause.
+pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) -> Vec<String> {
+    let answers = split(clause, true).1.into_iter().filter_map(|wanted| match wanted {
+        Literal::Event { event: id, holds: true } | Literal::Time { event: id, holds: true, .. } => {
+            Some(event(words.get(*id), topology))
+        }
+        past => past.past().map(|_| text(literal(past, true, words), words, topology)),
+    });
+    answers.collect()
+}
+
+/// The literals of a clause that are denied, and the others. `historically` and `at most` deny something too, but are
+/// better said as they are, unless there is nothing else that they could demand something of.
+fn split(clause: &Part, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
+    let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = clause.iter().partition(|literal| match literal {
+        Literal::Event { holds: said, .. } | Literal::Previous { holds: said, .. } => *said != holds,
+        Literal::Since { hold, holds: said, .. } => *said != holds && !hold.is_empty(),
+        _ => false,
+    });
+    let is_weak = |literal: &&Literal| literal.past().is_some_and(|(_, said)| said != holds);
+    if !denied.is_empty() || wanted.iter().all(is_weak) {
+        return (denied, wanted);
+    }
+    wanted.into_iter().partition(is_weak)
 }
 
 /// Clauses, or their negation.
@@ -83,8 +104,7 @@ fn all(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
 
 /// One literal of a part, or one of their negations: an implication from the negated events to the rest.
 fn any(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
-    let is_denied = |literal: &&Literal| matches!(literal, Literal::Event { holds: said, .. } if *said != holds);
-    let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = part.iter().partition(is_denied);
+    let (denied, wanted) = split(part, holds);
     let wanted: Vec<Formula> = wanted.into_iter().map(|part| literal(part, holds, words)).collect();
     let denied: Vec<Formula> = denied.into_iter().map(|part| literal(part, !holds, words)).collect();
     match (denied.is_empty(), wanted.is_empty()) {
@@ -124,6 +144,22 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
             let until = Formula::Until(boxed(products(escape, false, words)), boxed(clauses(hold, false, words)));
             unless(holds, until)
         }
+        Literal::Since { hold, goal, bound, holds: said } if hold.is_empty() => match *said == holds {
+            true => Formula::Once(*bound, boxed(products(goal, true, words))),
+            false => Formula::Historically(*bound, boxed(products(goal, false, words))),
+        },
+        Literal::Since { hold, goal, bound, holds: said } => {
+            let (hold, goal) = (clauses(hold, true, words), products(goal, true, words));
+            unless(*said != holds, Formula::Since(*bound, boxed(hold), boxed(goal)))
+        }
+        Literal::Previous { clauses: inside, bound, holds: said } => {
+            unless(*said != holds, Formula::Previous(*bound, boxed(clauses(inside, true, words))))
+        }
+        Literal::Count { event, count, ticks, holds: said } => {
+            let (event, ticks) = (words.get(*event).clone(), *ticks);
+            let is_at_most = *said != holds;
+            Formula::Count { event, is_at_most, count: count - u64::from(is_at_most), ticks }
+        }
     }
 }
 
@@ -156,6 +192,7 @@ pub(crate) fn brief(condition: &MessageCondition) -> String {
             symbol.name().to_owned()
         }
         MessageCondition::Compare { relation, value, .. } => format!("{relation} {value}"),
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(),
         MessageCondition::Not(part) => brief_not(part),
         MessageCondition::And(parts) => list(parts, " and "),
         MessageCondition::Or(parts) => parts.iter().map(brief).collect::<Vec<_>>().join(" or "),
@@ -250,8 +287,8 @@ mod tests {
         topology
     }
 
-    /// A formula for each seed.
-    fn formula(seed: &mut u64, topology: &Topology, depth: u32) -> Formula {
+    /// A formula for each seed; it looks only back, if so.
+    fn formula(seed: &mut u64, topology: &Topology, depth: u32, back: bool) -> Formula {
         let mut roll = |sides: u64| {
             *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (*seed >> 33) % sides
@@ -260,10 +297,16 @@ mod tests {
         let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: true.into() };
         let event = EventAtom { channel, condition };
         let (relation, ticks) = BOUNDS[roll(6) as usize];
-        let kind = if depth == 0 { roll(3) } else { 2 + roll(8) };
-        let mut part = || formula(seed, topology, depth.saturating_sub(1));
+        let kind = match (depth, back) {
+            (0, _) => roll(3),
+            (_, false) => 2 + roll(13),
+            (_, true) => [0, 3, 4, 5, 10, 11, 12, 13, 14][roll(9) as usize],
+        };
+        let bound = Bound { relation, ticks };
+        let mut part = || formula(seed, topology, depth.saturating_sub(1), back || kind >= 10);
         match kind {
             0 | 1 => Formula::Event(event),
+            2 if back => Formula::Event(event),
             2 => Formula::TimeUntil { event, relation, ticks },
             3 => part().negated(),
             4 => Formula::And(vec![part(), part()]),
@@ -271,6 +314,11 @@ mod tests {
             6 => Formula::Next(Box::new(part())),
             7 => part().always(),
             8 => Formula::Eventually(Box::new(part())),
+            10 => Formula::Once(bound, Box::new(part())),
+            11 => Formula::Historically(Bound::NONE, Box::new(part())),
+            12 => Formula::Previous(bound, Box::new(part())),
+            13 => Formula::Since(bound, Box::new(part()), Box::new(part())),
+            14 => Formula::Count { event, is_at_most: ticks % 2 == 0, count: ticks, ticks: 3 },
             _ => Formula::Until(Box::new(part()), Box::new(part())),
         }
     }
@@ -283,14 +331,10 @@ mod tests {
     /// All operators of a form, including nested ones.
     fn operators<'a>(form: &'a Form, found: &mut Vec<&'a Literal>) {
         for literal in form.iter().flatten() {
-            match literal {
-                Literal::Event { .. } | Literal::Time { .. } => continue,
-                Literal::Next { clauses, .. } => operators(clauses, found),
-                Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
-                    operators(one, found);
-                    operators(other, found);
-                }
+            if matches!(literal, Literal::Event { .. } | Literal::Time { .. }) {
+                continue;
             }
+            literal.forms().into_iter().for_each(|inside| operators(inside, found));
             found.push(literal);
         }
     }
@@ -301,7 +345,7 @@ mod tests {
         let mut seen = 0;
         for start in 0..3_000 {
             let mut seed = start;
-            let formula = formula(&mut seed, &topology, 1 + start as u32 % 4).always();
+            let formula = formula(&mut seed, &topology, 1 + start as u32 % 4, false).always();
             let words = Vocabulary::of(&formula);
             let Ok(all) = clause::clauses(&formula, &words) else { continue };
             let printed = form(&all, &words, &topology);
@@ -310,7 +354,12 @@ mod tests {
             let mut owed = Vec::new();
             operators(&all, &mut owed);
             for literal in owed {
+                let looks_ahead = operator(literal, &words).looks_ahead();
                 let printed = operator(literal, &words).text(&topology);
+                if !looks_ahead {
+                    // A property does not consist of it alone.
+                    continue;
+                }
                 let again = clause::clauses(&read(&printed, &topology), &words);
                 assert_eq!(again, Ok(Form::from([Part::from([literal.clone()])])), "{printed}");
                 seen += 1;

@@ -1,6 +1,7 @@
 //! Monitors on letters: what remains of a formula after each state, and the machines that track it.
 //!
 //! - [`Alphabet`] turns messages into letters: the events of the formula that a message satisfies.
+//! - [`Past`] says in each state what the operators that look back say of it; [`Memory`] is what it needs for that.
 //! - [`Obligations`] are what the rest of a run must do; [`Operators`] carry them from one state to the next.
 //! - [`Anticipation`] determines what endless words can still do with obligations.
 //! - [`Progression`] keeps the obligations themselves. An [`Automaton`] has computed all their possible states before
@@ -10,8 +11,10 @@ mod alphabet;
 mod anticipation;
 mod automaton;
 mod compact;
+mod history;
 mod obligations;
 mod operators;
+mod past;
 mod progression;
 mod situation;
 mod table;
@@ -23,5 +26,6 @@ pub(crate) use automaton::{Automaton, AutomatonRun, MAX_STATES as MAX_AUTOMATON_
 pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub(crate) use obligations::{Clause, Obligation, Obligations};
 pub(crate) use operators::Operators;
+pub(crate) use past::{Memory, Past, Strikes};
 pub(crate) use progression::Progression;
 pub(crate) use situation::Situation;

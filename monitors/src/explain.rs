@@ -4,7 +4,8 @@
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::formula::{EventAtom, Formula, MessageCondition};
+use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
+use crate::wording::duration;
 
 /// What a formula requires, as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
@@ -13,7 +14,17 @@ pub fn explain(formula: &Formula, topology: &Topology) -> String {
         Formula::And(parts) if !parts.is_empty() => {
             parts.iter().map(|part| explain(part, topology)).collect::<Vec<_>>().join(" ")
         }
-        formula => capitalised(Explainer { topology }.sentence(formula)) + ".",
+        Formula::Timed(formula) => explained(formula, topology, true),
+        formula => explained(formula, topology, false),
+    }
+}
+
+fn explained(formula: &Formula, topology: &Topology, is_timed: bool) -> String {
+    match formula {
+        Formula::And(parts) if !parts.is_empty() && is_timed => {
+            parts.iter().map(|part| explained(part, topology, is_timed)).collect::<Vec<_>>().join(" ")
+        }
+        formula => capitalised(Explainer { topology, is_timed }.sentence(formula)) + ".",
     }
 }
 
@@ -26,6 +37,7 @@ fn capitalised(mut text: String) -> String {
 
 struct Explainer<'a> {
     topology: &'a Topology,
+    is_timed: bool,
 }
 
 impl Explainer<'_> {
@@ -67,11 +79,11 @@ impl Explainer<'_> {
             Formula::False => "this is impossible".to_owned(),
             Formula::Event(event) => self.told("tells", "something", event),
             Formula::TimeUntil { event, relation, ticks } => {
-                format!("{}, {}", time(*relation, *ticks), self.told("tells", "something", event))
+                format!("{}, {}", self.time(*relation, *ticks), self.told("tells", "something", event))
             }
             Formula::Not(inside) => match &**inside {
                 Formula::TimeUntil { event, relation, ticks } => {
-                    let time = time(*relation, *ticks);
+                    let time = self.time(*relation, *ticks);
                     let time = time.trim_start_matches("eventually, ");
                     format!("it does not happen {time} that {}", self.told("tells", "something", event))
                 }
@@ -84,7 +96,26 @@ impl Explainer<'_> {
             Formula::Next(inside) => format!("the next time, {}", self.rest(inside)),
             Formula::Always(inside) => format!("from then on always {}", self.rest(inside)),
             Formula::Eventually(inside) => format!("at some point, {}", self.rest(inside)),
+            Formula::Timed(inside) => Self { is_timed: true, ..*self }.clause(inside),
             Formula::Until(a, b) => format!("{} until {}", self.inside(a), self.rest(b)),
+            Formula::Once(bound, a) => format!("{}, {}", self.ago("at some time", *bound), self.rest(a)),
+            Formula::Historically(bound, a) => format!("{}, {}", self.ago("at all times", *bound), self.rest(a)),
+            Formula::Previous(Bound::NONE, a) => format!("the time before, {}", self.rest(a)),
+            Formula::Previous(bound, a) => {
+                format!("the time before and {}, {}", self.ago("", *bound).trim_start(), self.rest(a))
+            }
+            Formula::Since(Bound::NONE, a, b) => format!("{} ever since {}", self.inside(a), self.rest(b)),
+            Formula::Since(bound, a, b) => {
+                format!("{} ever since, {}, {}", self.inside(a), self.ago("at some time", *bound), self.rest(b))
+            }
+            Formula::Count { event, is_at_most, count, ticks } => {
+                let what = self.told("tells", "something", event);
+                let most = if *is_at_most { "at most" } else { "at least" };
+                format!(
+                    "{most} {count} times {}, {what}",
+                    self.ago("", Bound { relation: Relation::Less, ticks: *ticks }).trim_start()
+                )
+            }
         }
     }
 
@@ -103,6 +134,7 @@ impl Explainer<'_> {
     fn rest(&self, formula: &Formula) -> String {
         match formula {
             Formula::Not(_) | Formula::Next(_) | Formula::Always(_) | Formula::Eventually(_) => self.clause(formula),
+            Formula::Once(..) | Formula::Historically(..) | Formula::Previous(..) => self.clause(formula),
             formula => self.inside(formula),
         }
     }
@@ -129,6 +161,42 @@ impl Explainer<'_> {
         }
     }
 
+    /// How long ago something was, after a word for when.
+    fn ago(&self, when: &str, Bound { relation, ticks }: Bound) -> String {
+        let count = self.length(ticks);
+        match relation {
+            Relation::GreaterOrEqual if ticks == 0 => format!("{when} so far"),
+            Relation::Less => format!("{when} in the last {count}"),
+            Relation::LessOrEqual => format!("{when} at most {count} ago"),
+            Relation::Equal => format!("{when} exactly {count} ago"),
+            Relation::NotEqual => format!("{when} more or fewer than {count} ago"),
+            Relation::Greater => format!("{when} more than {count} ago"),
+            Relation::GreaterOrEqual => format!("{when} at least {count} ago"),
+        }
+    }
+
+    /// When a timed event is due. `< 5` excludes the fifth tick from now, `<= 5` includes it.
+    fn time(&self, relation: Relation, ticks: u64) -> String {
+        let count = self.length(ticks);
+        match relation {
+            Relation::Less => format!("in fewer than {count}"),
+            Relation::LessOrEqual => format!("within {count}"),
+            Relation::Equal => format!("after exactly {count}"),
+            Relation::NotEqual => format!("after more or fewer than {count}"),
+            Relation::Greater => format!("eventually, after more than {count}"),
+            Relation::GreaterOrEqual => format!("eventually, after at least {count}"),
+        }
+    }
+
+    /// A number of ticks, or a duration.
+    fn length(&self, ticks: u64) -> String {
+        match ticks {
+            ticks if self.is_timed => duration(ticks).to_string(),
+            1 => "1 tick".to_owned(),
+            ticks => format!("{ticks} ticks"),
+        }
+    }
+
     fn condition(&self, condition: &MessageCondition, channel: ChannelId) -> String {
         let join = |parts: &[MessageCondition], word: &str, is_alike: fn(&MessageCondition) -> bool| {
             let part = |part: &MessageCondition| match is_alike(part) {
@@ -143,7 +211,14 @@ impl Explainer<'_> {
             MessageCondition::Compare { field, relation, value } => {
                 format!("{} {} {}", self.field(*field, value, channel), verb(*relation), plain(value))
             }
+            MessageCondition::Relate { left, relation, right } => {
+                format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel))
+            }
+            MessageCondition::Remember { field, name } => format!("{} is {name}", self.field_name(*field, channel)),
             MessageCondition::Not(inside) => match &**inside {
+                MessageCondition::Relate { left, relation, right } => {
+                    format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
+                }
                 MessageCondition::Compare { field, relation, value } => {
                     format!("{} {} {}", self.field(*field, value, channel), negated_verb(*relation), plain(value))
                 }
@@ -167,12 +242,42 @@ impl Explainer<'_> {
     /// A condition inside another one.
     fn condition_inside(&self, condition: &MessageCondition, channel: ChannelId) -> String {
         let is_one = match condition {
-            MessageCondition::True | MessageCondition::False | MessageCondition::Compare { .. } => true,
-            MessageCondition::Not(inside) => matches!(**inside, MessageCondition::Compare { .. }),
+            MessageCondition::True | MessageCondition::False | MessageCondition::Remember { .. } => true,
+            MessageCondition::Compare { .. } | MessageCondition::Relate { .. } => true,
+            MessageCondition::Not(inside) => {
+                matches!(**inside, MessageCondition::Compare { .. } | MessageCondition::Relate { .. })
+            }
             _ => false,
         };
         let text = self.condition(condition, channel);
         if is_one { text } else { format!("({text})") }
+    }
+
+    fn term(&self, term: &Term, channel: ChannelId) -> String {
+        match term {
+            Term::Field(field) => self.field_name(*field, channel),
+            Term::Value(value) => plain(value),
+            Term::Remembered(name) => name.to_string(),
+            Term::Arithmetic(left, operator, right) => {
+                let side = |side: &Term| match side {
+                    Term::Arithmetic(..) => format!("({})", self.term(side, channel)),
+                    side => self.term(side, channel),
+                };
+                format!("{} {} {}", side(left), operator.sign(), side(right))
+            }
+        }
+    }
+
+    /// The name of a field, if it has the same in all messages; else its number.
+    fn field_name(&self, field: usize, channel: ChannelId) -> String {
+        let shapes = self.topology.get(channel).domain.shapes().iter();
+        let mut names: Vec<&str> =
+            shapes.filter_map(|shape| shape.fields().get(field - 1)).map(|(name, _)| name.as_str()).collect();
+        names.dedup();
+        match names[..] {
+            [name] => format!("its {name}"),
+            _ => format!("m[{field}]"),
+        }
     }
 
     /// A field by its name in the shapes whose field can hold this value, or by its number.
@@ -215,18 +320,5 @@ fn plain(value: &Value) -> String {
     match value {
         Value::Symbol(symbol) => symbol.name().to_owned(),
         other => other.to_string(),
-    }
-}
-
-/// When a timed event is due. `< 5` excludes the fifth tick from now, `<= 5` includes it.
-fn time(relation: Relation, ticks: u64) -> String {
-    let count = if ticks == 1 { "1 tick".to_owned() } else { format!("{ticks} ticks") };
-    match relation {
-        Relation::Less => format!("in fewer than {count}"),
-        Relation::LessOrEqual => format!("within {count}"),
-        Relation::Equal => format!("after exactly {count}"),
-        Relation::NotEqual => format!("after more or fewer than {count}"),
-        Relation::Greater => format!("eventually, after more than {count}"),
-        Relation::GreaterOrEqual => format!("eventually, after at least {count}"),
     }
 }

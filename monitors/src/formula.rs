@@ -1,6 +1,8 @@
 //! Formulas with resolved names, as the semantics uses them.
 
-use channels::{ChannelId, Message, Relation, Value};
+use std::sync::Arc;
+
+use channels::{ChannelId, Relation, Value};
 use serde::{Deserialize, Serialize};
 
 /// A SCOPE constraint over the channels of a topology.
@@ -37,6 +39,65 @@ pub enum Formula {
     Eventually(Box<Formula>),
     /// The second operand holds at some state, and the first whenever it is checked before that.
     Until(Box<Formula>, Box<Formula>),
+    /// The operand holds or held at some j ≤ i with τi − τj within the bound.
+    Once(Bound, Box<Formula>),
+    /// The operand holds and held at every j ≤ i with τi − τj within the bound, whenever it was checked.
+    Historically(Bound, Box<Formula>),
+    /// The operand held when it was checked the last time before i, at a j with τi − τj within the bound.
+    Previous(Bound, Box<Formula>),
+    /// The second operand holds or held at some j ≤ i with τi − τj within the bound, and the first whenever it was
+    /// checked after that.
+    Since(Bound, Box<Formula>, Box<Formula>),
+    /// So many messages that satisfy the event have passed at states j ≤ i with τi − τj < ticks.
+    Count {
+        /// The event.
+        event: EventAtom,
+        /// Whether the number is the greatest one allowed, or the least.
+        is_at_most: bool,
+        /// The number.
+        count: u64,
+        /// The length of the window.
+        ticks: u64,
+    },
+    /// Of a whole formula: τ is the time of a state in nanoseconds, and its bounds are nanoseconds, not ticks.
+    Timed(Box<Formula>),
+}
+
+/// A formula cannot be evaluated or monitored.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormulaError {
+    /// Its clause form has too many parts.
+    #[error("the formula is too large: its clause form has more than two thousand parts")]
+    TooLarge,
+    /// An operator that looks ahead is inside one that looks back.
+    #[error("an operator that looks back contains one that looks ahead")]
+    LooksAhead,
+    /// A value is compared with in a case in which it was not remembered.
+    #[error("`{0}` is not remembered in every case in which something is compared with it")]
+    NotRemembered(Arc<str>),
+    /// Two values of one name are remembered at once.
+    #[error("two values called `{0}` are remembered at once")]
+    RememberedTwice(Arc<str>),
+    /// What looks back at values would have to remember all messages.
+    #[error("what looks back at remembered values needs an upper bound, as in `once[<= 10 min]`")]
+    Endless,
+}
+
+/// A bound of an operator, as the formula has it: `⋈ ticks`.
+///
+/// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Bound {
+    /// ⋈
+    pub relation: Relation,
+    /// θ
+    pub ticks: u64,
+}
+
+impl Bound {
+    /// No bound: `>= 0`.
+    pub const NONE: Self = Self { relation: Relation::GreaterOrEqual, ticks: 0 };
 }
 
 /// An event atom: a channel and a condition on its messages.
@@ -73,29 +134,73 @@ pub enum MessageCondition {
     Or(Vec<MessageCondition>),
     /// If the first holds, the second does.
     Implies(Box<MessageCondition>, Box<MessageCondition>),
+    /// The values of two terms compare. If one has none, every relation is false except `!=`.
+    Relate {
+        /// The left term.
+        left: Term,
+        /// ⋈
+        relation: Relation,
+        /// The right term.
+        right: Term,
+    },
+    /// The message has the field, and its value is remembered: `m[field] as name`.
+    Remember {
+        /// The field, counted from 1.
+        field: usize,
+        /// What the value is called.
+        name: Arc<str>,
+    },
+}
+
+/// A value that a condition compares.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Term {
+    /// The field of the message, counted from 1.
+    Field(usize),
+    /// A constant.
+    Value(Value),
+    /// A value that was remembered from this message or another.
+    Remembered(Arc<str>),
+    /// Arithmetic on numbers.
+    Arithmetic(Box<Term>, Arithmetic, Box<Term>),
+}
+
+/// An operator on numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Arithmetic {
+    /// `+`
+    Add,
+    /// `-`
+    Subtract,
+    /// `*`
+    Multiply,
+    /// `/`, whose result is a real number.
+    Divide,
+}
+
+impl Arithmetic {
+    /// Whether it binds tighter than a sum.
+    pub(crate) fn is_factor(self) -> bool {
+        matches!(self, Self::Multiply | Self::Divide)
+    }
+
+    /// The sign in formulas.
+    #[must_use]
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+        }
+    }
 }
 
 impl MessageCondition {
-    /// Whether a message satisfies the condition.
-    #[must_use]
-    pub fn holds(&self, message: &Message) -> bool {
-        match self {
-            Self::True => true,
-            Self::False => false,
-            Self::Compare { field, relation, value } => {
-                message.field(*field).map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value))
-            }
-            Self::Not(condition) => !condition.holds(message),
-            Self::And(conditions) => conditions.iter().all(|condition| condition.holds(message)),
-            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds(message)),
-            Self::Implies(a, b) => !a.holds(message) || b.holds(message),
-        }
-    }
-
-    /// Calls `visit` with the field, relation and constant of each comparison.
+    /// Calls `visit` with the field, relation and constant of each comparison with a constant.
     pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
         match self {
-            Self::True | Self::False => {}
+            Self::True | Self::False | Self::Relate { .. } | Self::Remember { .. } => {}
             Self::Compare { field, relation, value } => visit(*field, *relation, value),
             Self::Not(condition) => condition.comparisons(visit),
             Self::And(conditions) | Self::Or(conditions) => {
@@ -139,9 +244,11 @@ impl Formula {
     fn is_bounded(&self, holds: bool) -> bool {
         match self {
             Self::True | Self::False | Self::Event(_) => true,
+            Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..) | Self::Count { .. } => true,
             Self::TimeUntil { relation, .. } => {
                 !holds || matches!(relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
             }
+            Self::Timed(a) => a.is_bounded(holds),
             Self::Not(a) => a.is_bounded(!holds),
             Self::Next(a) => a.is_bounded(holds),
             Self::Always(a) => holds && a.is_bounded(true),
@@ -152,17 +259,35 @@ impl Formula {
         }
     }
 
+    /// Whether an operator that looks ahead is inside one that looks back.
+    pub(crate) fn looks_ahead_of_the_past(&self) -> bool {
+        let is_past = matches!(self, Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..));
+        let looks_bad = |part: &&Self| if is_past { part.looks_ahead() } else { part.looks_ahead_of_the_past() };
+        self.operands().iter().any(looks_bad)
+    }
+
+    pub(crate) fn looks_ahead(&self) -> bool {
+        matches!(self, Self::TimeUntil { .. } | Self::Next(_) | Self::Always(_) | Self::Eventually(_) | Self::Until(..))
+            || self.operands().iter().any(|part| part.looks_ahead())
+    }
+
+    /// The formulas that it is made of, in the order in which it is written.
+    #[must_use]
+    pub fn operands(&self) -> Vec<&Self> {
+        match self {
+            Self::True | Self::False | Self::Event(_) | Self::TimeUntil { .. } | Self::Count { .. } => Vec::new(),
+            Self::Not(a) | Self::Next(a) | Self::Always(a) | Self::Eventually(a) | Self::Timed(a) => vec![a],
+            Self::Once(_, a) | Self::Historically(_, a) | Self::Previous(_, a) => vec![a],
+            Self::Implies(a, b) | Self::Until(a, b) | Self::Since(_, a, b) => vec![a, b],
+            Self::And(parts) | Self::Or(parts) => parts.iter().collect(),
+        }
+    }
+
     /// Calls `visit` with each event, including those inside `time_until`.
     pub fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
         match self {
-            Self::True | Self::False => {}
-            Self::Event(event) | Self::TimeUntil { event, .. } => visit(event),
-            Self::Not(a) | Self::Next(a) | Self::Always(a) | Self::Eventually(a) => a.events(visit),
-            Self::And(parts) | Self::Or(parts) => parts.iter().for_each(|part| part.events(visit)),
-            Self::Implies(a, b) | Self::Until(a, b) => {
-                a.events(visit);
-                b.events(visit);
-            }
+            Self::Event(event) | Self::TimeUntil { event, .. } | Self::Count { event, .. } => visit(event),
+            _ => self.operands().into_iter().for_each(|operand| operand.events(visit)),
         }
     }
 }

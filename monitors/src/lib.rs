@@ -15,15 +15,16 @@
 //!
 //! # The language
 //!
-//! This is the grammar of the paper's figure; the comment at the top of `syntax/parse.rs` has it in full:
+//! This is the grammar of the paper's figure and of what looks back; the comment at the top of `syntax/parse.rs` has it
+//! in full:
 //!
 //! ```text
 #![doc = include_str!("grammar.txt")]
 //! ```
 //!
 //! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
-//! `not`, `next`, `always` and `eventually` bind tightest, then `until`, `and`, `or` and `implies`; `until` and
-//! `implies` group to the right. Operators can also be written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are
+//! `not`, `next`, `always`, `eventually`, `once`, `historically` and `previous` bind tightest, then `until` and `since`,
+//! `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are
 //! `m[1]`, `m[2]`, … or the names that the channel's domain gives them, `m.level` or just `level`: these are compared
 //! only in messages that have a field with that name, wherever it is. A bound is a number of ticks or a duration
 //! (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right after `always`, `eventually`,
@@ -54,8 +55,9 @@
 //! that contains another part is dropped. A part's *own* atoms are its events outside any further temporal operator or
 //! `time_until`; its own channels are the channels of these events.
 //!
-//! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message; a part
-//! without own atoms is checked at every tick. Then, at state i:
+//! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message. A part
+//! without own atoms is checked at every tick, and at the messages on the channels of what it says about the past. Then,
+//! at state i:
 //!
 //! | formula | holds at i if |
 //! |---|---|
@@ -64,10 +66,41 @@
 //! | `eventually α` | some product of α is checked and holds at some j ≥ i |
 //! | `α until β` | a product of β is checked and holds at a j ≥ i; each clause of α, where it is checked at i ≤ k < j |
 //!
-//! For an α without own atoms, `next` looks at the first tick generated after i.
+//! For an α without own atoms, `next` looks at the first state after i at which such a part is checked: the next tick, if
+//! α does not look back.
+//!
+//! *What looks back* is defined by the same clauses and products, and says at state i what has happened up to it:
+//!
+//! | formula | holds at i if |
+//! |---|---|
+//! | `once[⋈ θ] α` | some product of α was checked and held at some j ≤ i with τi − τj ⋈ θ |
+//! | `historically[⋈ θ] α` | each clause of α held at every j ≤ i with τi − τj ⋈ θ at which it was checked |
+//! | `previous[⋈ θ] α` | α held at the last j < i at which one of α's own channels carried a message, if τi − τj ⋈ θ |
+//! | `α since[⋈ θ] β` | a product of β was checked and held at a j ≤ i with τi − τj ⋈ θ; each clause of α, where it was checked at j < k ≤ i |
+//! | `at most n e in θ` | at no more than n states j ≤ i with τi − τj < θ a message passed that satisfies e |
+//! | `at least n e in θ` | at no fewer |
+//!
+//! Without `[⋈ θ]`, any distance will do. j = i counts, except for `previous`, which is false where nothing was checked
+//! before. The atoms inside these operators are nobody's own atoms. Nothing that looks ahead can stand inside them. The
+//! window `in θ` is half open: `in 10 s` with a tick a second is the last ten ticks, this one included.
 //!
 //! A property holds on a sequence if it holds at 0. An event outside every temporal operator is refused: it would be
 //! checked in a state before any message.
+//!
+//! *Timed properties.* In a `timed property`, τi is the time of state i instead, and θ a duration, exact to the
+//! nanosecond. Ticks and messages are the states as before; time passes between any of them. A deadline that passes in
+//! silence is noticed at the first event after it, at the next tick at the latest; the witness tells the moment itself.
+//! Nothing else changes, but there are no automata: time has no letters.
+//!
+//! *Remembered values.* `m[k] as x` in an event holds if the message has the field, and x is then the value of that
+//! field in the last message on the event's channel. A part gives its own events' names their values in the state in
+//! which it is checked (the freeze quantifier of TPTL, on data); all of the part can compare with them, and all operators
+//! inside it, which pass them on. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)` awaits, for each
+//! A, a B of the same value. A name must have a value wherever it is used, one only, and cannot be that of a constant.
+//!
+//! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a missing
+//! field, something else than a number, a division by zero or a result that is no finite number has no value, and
+//! compares as a missing field does: only `!=` holds.
 //!
 //! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the
 //! rest rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's
@@ -107,6 +140,21 @@
 //! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
 //! when several obligations contradict each other.
 //!
+//! An operator that looks back keeps how long ago its operand held, and only what its bound can tell apart: the last time
+//! for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last four messages for
+//! `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are as early with them
+//! as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a violation comes as
+//! early, but that nothing can violate the formula any more (`once` has held, say) is noticed only at the end.
+//!
+//! Time and remembered values have no letters. Rules with times are as exact as rules with ticks. A formula that remembers
+//! values is monitored by progression, with the values in its obligations: one for each value that is waited for. What
+//! looks back at values keeps the messages within its bound, and must have one (`previous` needs none). Both are
+//! [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible. Conditions on
+//! several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each other is unknown.
+//!
+//! A monitor's normal form, for proofs, has the ages and values that matter. A timed formula and one that looks back at
+//! values have none, and say so.
+//!
 //! An automaton is not minimised: its states are the possible sets of obligations, and the limit applies to their
 //! number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin
 //! now (`= 30` after each of many messages: two to the power of 30 states, minimised or not) and products of long
@@ -132,6 +180,10 @@
 //!   random endless words. Every printed formula reads back as the same formula. Further tests check the definition by
 //!   examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
+//! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs each with operators that look back, and
+//!   with remembered values and arithmetic.
+//! - `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`: formulas that look back,
+//!   with runs and verdicts, for reelay (`examples/reelay_cases.py` runs them).
 //! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred
 //!   thousand formulas on hundreds of random endless words each: none is too early, none is wrong; it counts the late
 //!   ones.
@@ -144,10 +196,11 @@
 //!   MUTANTS.md lists the surviving mutants and why they survive.
 //! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
 
-/// The grammar of the SCOPE language, from the paper's Figure 3.
+/// The grammar of the SCOPE language: that of the paper's Figure 3, and what looks back.
 pub const GRAMMAR: &str = include_str!("grammar.txt");
 
 mod clause;
+mod data;
 mod describe;
 mod engine;
 mod explain;
@@ -171,7 +224,7 @@ mod wording;
 pub use engine::Symbol;
 pub use explain::explain;
 pub use export::Format;
-pub use formula::{EventAtom, Formula, MessageCondition};
+pub use formula::{Arithmetic, Bound, EventAtom, Formula, FormulaError, MessageCondition, Term};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
@@ -179,7 +232,7 @@ pub use monitor::{
     Continuation, EventTime, MAX_AUTOMATON_STATES, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,
 };
 pub use occurrence::occurrences;
-pub use oracle::{FormulaTooLarge, holds, holds_endlessly};
+pub use oracle::{holds, holds_endlessly};
 pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};
 pub use problem::{ScopeError, Warnings};

@@ -139,29 +139,24 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
         }
         _ => {}
     }
-    if !monitor.method().anticipates() {
-        let message = format!("`{}` needs more than {MAX_AUTOMATON_STATES} states", name.text);
+    if !monitor.method().is_prompt() {
+        let (why, label) = if monitor.has_letters() {
+            (format!("needs more than {MAX_AUTOMATON_STATES} states"), "too large for an automaton")
+        } else {
+            ("has no automaton: it measures time, remembers values or calculates".to_owned(), "more than rules")
+        };
         let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
-        warn(message, name.span, "too large for an automaton", help);
+        warn(format!("`{}` {why}", name.text), name.span, label, help);
     }
 }
 
 /// The places of the events of a constraint, in the order in which [`Formula::events`] visits them.
 fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     match &constraint.kind {
-        ConstraintKind::True | ConstraintKind::False | ConstraintKind::Unreadable => {}
-        ConstraintKind::Event(event) | ConstraintKind::TimeUntil { event, .. } => spans.push(event.span),
-        ConstraintKind::Not(a)
-        | ConstraintKind::Next(a)
-        | ConstraintKind::Always(a)
-        | ConstraintKind::Eventually(a) => {
-            events(a, spans);
-        }
-        ConstraintKind::Until(a, b) | ConstraintKind::Implies(a, b) => {
-            events(a, spans);
-            events(b, spans);
-        }
-        ConstraintKind::And(parts) | ConstraintKind::Or(parts) => parts.iter().for_each(|part| events(part, spans)),
+        ConstraintKind::Event(event)
+        | ConstraintKind::TimeUntil { event, .. }
+        | ConstraintKind::Count { event, .. } => spans.push(event.span),
+        _ => constraint.operands().into_iter().for_each(|operand| events(operand, spans)),
     }
 }
 

@@ -14,8 +14,7 @@ use crate::clause::Window;
 use crate::describe;
 use crate::engine::{CompactRun, Letter, Obligation, Situation, Symbol};
 use crate::export::Picture;
-use crate::formula::Formula;
-use crate::oracle::FormulaTooLarge;
+use crate::formula::{Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use record::{Record, Told};
@@ -83,9 +82,9 @@ impl ScopeMonitor {
     /// The monitor of a formula over the channels of a topology.
     ///
     /// # Errors
-    /// [`FormulaTooLarge`] if the formula has more than 64 different events, or its clause form more than two thousand
-    /// parts.
-    pub fn new(name: &str, formula: Formula, topology: &Arc<Topology>) -> Result<Self, FormulaTooLarge> {
+    /// [`FormulaError`] if the formula has more than 64 different events and operators that look back, its clause form
+    /// has more than two thousand parts, or an operator that looks ahead is inside one that looks back.
+    pub fn new(name: &str, formula: Formula, topology: &Arc<Topology>) -> Result<Self, FormulaError> {
         Self::with(name, formula, topology, Choice::Best)
     }
 
@@ -93,12 +92,7 @@ impl ScopeMonitor {
     ///
     /// # Errors
     /// As [`ScopeMonitor::new`].
-    pub fn with(
-        name: &str,
-        formula: Formula,
-        topology: &Arc<Topology>,
-        choice: Choice,
-    ) -> Result<Self, FormulaTooLarge> {
+    pub fn with(name: &str, formula: Formula, topology: &Arc<Topology>, choice: Choice) -> Result<Self, FormulaError> {
         let synthesis = Synthesis::new(&formula, topology, choice)?;
         let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
         let run = synthesis.start();
@@ -164,12 +158,13 @@ impl ScopeMonitor {
             return Vec::new();
         }
         let start = self.start.unwrap_or(0);
+        let is_timed = self.synthesis.vocabulary.is_timed;
         match (&self.run, &self.rules) {
             (RunningMonitor::Compact(run), _) | (_, Some(run)) => {
                 let rules = run.compact().rules();
                 let owed = run.owed().map(|(rule, due)| {
                     let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
-                    self.record.open(rule, clause, Some(start.saturating_add(due).saturating_sub(1)))
+                    self.record.open(rule, None, clause, Some(start.saturating_add(due).saturating_sub(1)), is_timed)
                 });
                 owed.collect()
             }
@@ -187,22 +182,22 @@ impl ScopeMonitor {
             .filter(|clause| !clause.iter().any(|obligation| operators.met_by_silence(obligation)));
         let open = open.map(|clause| {
             let parts = clause.iter().map(|obligation| match *obligation {
-                Obligation::Goes(operator) | Obligation::Waits(operator) => {
-                    describe::operator(operators.literal_of(operator), words)
+                Obligation::Goes(operator, ref values) | Obligation::Waits(operator, ref values) => {
+                    describe::operator(operators.literal_of(operator), words).told(values)
                 }
-                Obligation::Passes { event, first, last, .. } => {
+                Obligation::Passes { event, first, last, ref values, .. } => {
                     let from_now = |tick: u64| if tick == u64::MAX { tick } else { tick.saturating_sub(self.now) };
                     let window = Window { first: from_now(first), last: from_now(last) };
-                    describe::awaited(event, window, &self.synthesis.form, words)
+                    describe::awaited(event, window, &self.synthesis.form, words).told(values)
                 }
             });
-            let what = Formula::Or(parts.collect()).text(&self.topology);
+            let what = describe::text(Formula::Or(parts.collect()), words, &self.topology);
             let ends = clause.iter().map(|obligation| match obligation {
                 Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
                 _ => None,
             });
             let until = ends.collect::<Option<Vec<u64>>>().and_then(|ends| ends.into_iter().max());
-            self.record.open(0, what, until.map(|until| until.saturating_add(start)))
+            self.record.open(0, Some(clause), what, until.map(|until| until.saturating_add(start)), words.is_timed)
         });
         open.collect()
     }
@@ -213,26 +208,34 @@ impl ScopeMonitor {
         self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
     }
 
+    /// Whether messages are letters to it: it measures no time, remembers no values and does not calculate.
+    pub(crate) fn has_letters(&self) -> bool {
+        self.synthesis.has_graph() && !self.synthesis.vocabulary.has_data()
+    }
+
     /// Whether some message within its channel's domain is this event.
     pub(crate) fn can_hold(&self, event: &crate::formula::EventAtom) -> bool {
         self.synthesis
             .alphabet
             .letters()
             .any(|(_, channel, message)| channel == event.channel && event.condition.holds(message))
+            || !event.condition.is_simple()
     }
 
     /// Whether the very first tick violates the formula: then no run satisfies it.
     pub(crate) fn is_violated_by_a_tick(&self) -> bool {
         let mut run = self.synthesis.start();
-        run.read(Letter::TICK, &self.synthesis.alphabet);
+        run.read(Letter::TICK, None, &self.synthesis.alphabet);
         run.verdict() == Verdict::False
     }
 
     /// The letter of a message, or of a tick after τ has grown by one; `None` if the formula does not mention the
-    /// channel, or there are too many letters for tables.
+    /// channel, there are too many letters for tables, or the formula measures time or remembers values, which have no
+    /// letters.
     #[must_use]
     pub fn symbol(&self, kind: &EventKind) -> Option<Symbol> {
-        self.synthesis.alphabet.symbols()?;
+        let words = &self.synthesis.vocabulary;
+        self.synthesis.alphabet.symbols().filter(|_| !words.is_timed && !words.has_data())?;
         match kind {
             EventKind::Tick => Some(Symbol::NEXT_TICK),
             EventKind::Received { channel, message } => {
@@ -259,7 +262,7 @@ impl ScopeMonitor {
         let alphabet = &self.synthesis.alphabet;
         self.rules = None;
         match &mut self.run {
-            RunningMonitor::Compact(run) => run.run(symbols),
+            RunningMonitor::Compact(run) => run.run(symbols, alphabet),
             RunningMonitor::Automaton(run) => run.run(symbols, alphabet),
             RunningMonitor::Progression(run) => run.run(symbols, alphabet),
         }
@@ -312,9 +315,14 @@ impl ScopeMonitor {
     }
 
     fn read(&mut self, event: &Event, letter: Letter) {
-        let start = *self.start.get_or_insert(event.tick);
-        let now = event.tick.saturating_sub(start);
-        self.record.see(event, letter);
+        let tau = self.synthesis.vocabulary.tau(event);
+        let start = *self.start.get_or_insert(tau);
+        let now = tau.saturating_sub(start);
+        let message = match &event.kind {
+            EventKind::Received { channel, message } => Some((*channel, message)),
+            EventKind::Tick => None,
+        };
+        self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
         if now > self.now {
             self.now = now;
             self.run.advance(now);
@@ -327,9 +335,9 @@ impl ScopeMonitor {
             }
         }
         if self.verdict == Verdict::Inconclusive {
-            self.run.read(letter, &self.synthesis.alphabet);
+            self.run.read(letter, message, &self.synthesis.alphabet);
             if let Some(rules) = &mut self.rules {
-                rules.read(self.synthesis.alphabet.symbol(letter));
+                rules.read(letter, &self.synthesis.alphabet);
             }
             self.verdict = self.run.verdict();
             for watch in &mut self.watches {
@@ -395,6 +403,18 @@ impl Monitor for ScopeMonitor {
 
     /// The messages that it remembers to explain its verdict are forgotten.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        if self.synthesis.past.keeps_messages() {
+            return Err(NoNormalForm::Unsupported {
+                reason: format!("`{}` looks back at remembered values, so it keeps all messages of a while", self.name),
+                help: Some("remember the value in the earlier message, and look ahead from there".to_owned()),
+            });
+        }
+        if self.synthesis.vocabulary.is_timed {
+            return Err(NoNormalForm::Unsupported {
+                reason: format!("`{}` is a timed property, and a proof knows no time between ticks", self.name),
+                help: Some("without `timed`, its durations are counted in ticks".to_owned()),
+            });
+        }
         self.run.normalize();
         self.start = self.start.map(|_| 0);
         self.now = 0;

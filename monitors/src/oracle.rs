@@ -1,67 +1,61 @@
 //! The meaning of a formula on finite and endless sequences, implemented literally: the slow and simple definition that
 //! everything else is checked against.
 
-use std::collections::BTreeSet;
+use channels::{ChannelId, Event, EventKind, Message};
 
-use channels::{ChannelId, Event, EventKind};
-
-use crate::clause::{Bound, Form, Literal, Part, TooManyParts, Vocabulary, clauses, own_channels, own_channels_of_all};
-use crate::formula::{self, Formula};
+use crate::clause::{Clock, Form, Literal, Part, Vocabulary, clauses, clock};
+use crate::data::Values;
+use crate::formula::{self, Bound, Formula, FormulaError};
 
 /// Whether a formula holds on a finished sequence, by the definition in the [crate documentation](crate).
 ///
 /// The time is quadratic in the length of the sequence, and more with nested operators: the aim is to be correct.
 ///
 /// # Errors
-/// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
-pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaTooLarge> {
+/// [`FormulaError`] if the formula's clause form has more than two thousand parts.
+pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaError> {
     holds_endlessly(formula, sequence, &[])
 }
 
 /// Whether a formula holds on the endless sequence that begins with `stem` and then repeats `cycle` forever.
 ///
-/// Each tick of the cycle raises τ by one. A cycle without ticks and without messages visible to the formula is
+/// Each tick of the cycle raises τ by one, that of a timed formula by a second. A cycle without ticks and without messages visible to the formula is
 /// silence: nothing follows the stem.
 ///
 /// # Errors
-/// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
-pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -> Result<bool, FormulaTooLarge> {
+/// [`FormulaError`] if the formula's clause form has more than two thousand parts.
+pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -> Result<bool, FormulaError> {
     let words = Vocabulary::of(formula);
     let channels = words.channels();
     let is_seen = |kind: &EventKind| match kind {
         EventKind::Tick => true,
         EventKind::Received { channel, .. } => channels.contains(channel),
     };
-    let mut states: Vec<State<'_>> = stem.iter().map(|event| State { kind: &event.kind, tick: event.tick }).collect();
+    let mut states: Vec<State<'_>> =
+        stem.iter().map(|event| State { kind: &event.kind, tick: words.tau(event) }).collect();
+    let unit = if words.is_timed { SECOND } else { 1 };
     let mut tick = states.last().map_or(0, |last| last.tick);
     states.retain(|state| is_seen(state.kind));
     let mut turn = || {
         let kinds = cycle.iter().filter(|kind| is_seen(kind));
         let turn = kinds.map(|kind| {
-            tick += u64::from(*kind == EventKind::Tick);
+            tick += unit * u64::from(*kind == EventKind::Tick);
             State { kind, tick }
         });
         turn.collect::<Vec<_>>()
     };
-    // From its second turn on, the cycle is always the same: the last messages are its own.
-    states.extend(turn());
-    let repeated = turn();
-    let lap = Lap { start: states.len(), ticks: cycle.iter().filter(|kind| **kind == EventKind::Tick).count() as u64 };
-    states.extend(repeated);
     let form = clauses(formula, &words)?;
-    let oracle = Oracle { words, states, lap };
-    Ok(form.iter().all(|clause| oracle.clause(clause, 0)))
-}
-
-/// A formula's clause form has too many parts to be evaluated or monitored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the formula is too large: its clause form has more than two thousand parts")]
-pub struct FormulaTooLarge;
-
-impl From<TooManyParts> for FormulaTooLarge {
-    fn from(_: TooManyParts) -> Self {
-        Self
+    // From some turn on, the cycle is always the same. From its second turn on, the last messages are its own; what an
+    // operator says about the past stays the same when its operands have, and its bound has passed.
+    for _ in 0..=form.iter().flatten().map(|literal| settling(literal, unit)).max().unwrap_or(0) {
+        states.extend(turn());
     }
+    let repeated = turn();
+    let ticks = cycle.iter().filter(|kind| **kind == EventKind::Tick).count() as u64;
+    let lap = Lap { start: states.len(), ticks: unit * ticks };
+    states.extend(repeated);
+    let oracle = Oracle { words, states, lap };
+    Ok(form.iter().all(|clause| oracle.clause(clause, 0, &Values::default())))
 }
 
 /// A tick, or a message on a channel that the formula mentions.
@@ -80,6 +74,9 @@ struct Lap {
     ticks: u64,
 }
 
+/// The time between the ticks of a cycle, for a timed formula.
+const SECOND: u64 = 1_000_000_000;
+
 struct Oracle<'a> {
     words: Vocabulary,
     states: Vec<State<'a>>,
@@ -87,12 +84,19 @@ struct Oracle<'a> {
 }
 
 impl Oracle<'_> {
-    fn clause(&self, clause: &Part, i: usize) -> bool {
-        clause.iter().any(|literal| self.literal(literal, i))
+    fn clause(&self, clause: &Part, i: usize, values: &Values) -> bool {
+        let values = self.remembered(clause, i, values);
+        clause.iter().any(|literal| self.literal(literal, i, &values))
     }
 
-    fn product(&self, product: &Part, i: usize) -> bool {
-        product.iter().all(|literal| self.literal(literal, i))
+    fn product(&self, product: &Part, i: usize, values: &Values) -> bool {
+        let values = self.remembered(product, i, values);
+        product.iter().all(|literal| self.literal(literal, i, &values))
+    }
+
+    /// The values, with those that are remembered where a part is checked.
+    fn remembered(&self, part: &Part, i: usize, values: &Values) -> Values {
+        values.with(&self.words.remembered(part), |channel| self.last(channel, i))
     }
 
     /// The states from i on, in order, until every later situation has been seen from each of them.
@@ -101,24 +105,24 @@ impl Oracle<'_> {
     }
 
     /// Whether a literal holds at state i, which may lie past the end: then nothing follows.
-    fn literal(&self, literal: &Literal, i: usize) -> bool {
+    fn literal(&self, literal: &Literal, i: usize, values: &Values) -> bool {
         match literal {
-            Literal::Event { event, holds } => self.last_satisfies(self.words.get(*event), i) == *holds,
+            Literal::Event { event, holds } => self.last_satisfies(self.words.get(*event), i, values) == *holds,
             Literal::Time { event, bound, holds } => {
                 let event = self.words.get(*event);
-                (0..self.states.len()).any(|j| self.passes(event, j) && self.in_time(*bound, i, j)) == *holds
+                (0..self.states.len()).any(|j| self.passes(event, j, values) && self.in_time(*bound, i, j)) == *holds
             }
             Literal::Next { clauses, strong } => {
-                let own = own_channels_of_all(clauses, &self.words);
-                let next = self.onwards(i).skip(1).find(|j| self.speaks(&own, *j));
-                next.map_or(!strong, |j| clauses.iter().all(|clause| self.clause(clause, j)))
+                let clock = Clock::of(clauses.iter(), &self.words);
+                let next = self.onwards(i).skip(1).find(|j| clock.strikes(self.states[*j].kind));
+                next.map_or(!strong, |j| clauses.iter().all(|clause| self.clause(clause, j, values)))
             }
             Literal::Until { hold, goal } => {
                 for j in self.onwards(i) {
-                    if self.some_asked_holds(goal, j) {
+                    if self.some_asked_holds(goal, j, values) {
                         return true;
                     }
-                    if !self.all_asked_hold(hold, j) {
+                    if !self.all_asked_hold(hold, j, values) {
                         return false;
                     }
                 }
@@ -126,52 +130,82 @@ impl Oracle<'_> {
             }
             Literal::Release { escape, hold } => {
                 for j in self.onwards(i) {
-                    if !self.all_asked_hold(hold, j) {
+                    if !self.all_asked_hold(hold, j, values) {
                         return false;
                     }
-                    if self.some_asked_holds(escape, j) {
+                    if self.some_asked_holds(escape, j, values) {
                         return true;
                     }
                 }
                 true
             }
+            Literal::Since { hold, goal, bound, holds } => {
+                let since = |j: usize| {
+                    self.some_asked_holds(goal, j, values) && (j + 1..=i).all(|k| self.all_asked_hold(hold, k, values))
+                };
+                self.until(i).any(|j| self.ago(*bound, i, j) && since(j)) == *holds
+            }
+            Literal::Previous { clauses, bound, holds } => {
+                let clock = Clock::of(clauses.iter(), &self.words);
+                let before = self.until(i).rev().find(|j| *j < i && clock.strikes(self.states[*j].kind));
+                let held =
+                    |j: usize| self.ago(*bound, i, j) && clauses.iter().all(|clause| self.clause(clause, j, values));
+                before.is_some_and(held) == *holds
+            }
+            Literal::Count { event, count, ticks, holds } => {
+                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
+                let event = self.words.get(*event);
+                let passed = self.until(i).filter(|j| self.passes(event, *j, values) && self.ago(bound, i, *j)).count();
+                (passed as u64 >= *count) == *holds
+            }
         }
     }
 
-    fn all_asked_hold(&self, clauses: &Form, k: usize) -> bool {
-        clauses.iter().all(|clause| !self.asked(clause, k) || self.clause(clause, k))
+    /// The states up to i.
+    fn until(&self, i: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
+        0..(i + 1).min(self.states.len())
     }
 
-    fn some_asked_holds(&self, products: &Form, k: usize) -> bool {
-        products.iter().any(|product| self.asked(product, k) && self.product(product, k))
+    /// Whether state j was as many ticks before state i as the bound demands.
+    fn ago(&self, bound: Bound, i: usize, j: usize) -> bool {
+        let ticks = self.states.get(i).map_or(0, |now| now.tick - self.states[j].tick);
+        bound.windows().any(|window| (window.first..=window.last).contains(&ticks))
     }
 
-    /// Whether a part is checked at state j: one of its own channels carries a message, or it has none and there is a
-    /// tick.
+    fn all_asked_hold(&self, clauses: &Form, k: usize, values: &Values) -> bool {
+        clauses.iter().all(|clause| !self.asked(clause, k) || self.clause(clause, k, values))
+    }
+
+    fn some_asked_holds(&self, products: &Form, k: usize, values: &Values) -> bool {
+        products.iter().any(|product| self.asked(product, k) && self.product(product, k, values))
+    }
+
+    /// Whether a part is checked at state j.
     fn asked(&self, part: &Part, j: usize) -> bool {
-        self.speaks(&own_channels(part, &self.words), j)
-    }
-
-    fn speaks(&self, own: &BTreeSet<ChannelId>, j: usize) -> bool {
-        match self.states[j].kind {
-            EventKind::Tick => own.is_empty(),
-            EventKind::Received { channel, .. } => own.contains(channel),
-        }
+        clock(part, &self.words).strikes(self.states[j].kind)
     }
 
     /// Whether the message that passes at state j, if any, satisfies the event.
-    fn passes(&self, event: &formula::EventAtom, j: usize) -> bool {
-        match self.states[j].kind {
-            EventKind::Received { channel, message } => *channel == event.channel && event.condition.holds(message),
-            EventKind::Tick => false,
-        }
+    fn passes(&self, event: &formula::EventAtom, j: usize, values: &Values) -> bool {
+        self.message(event.channel, j).is_some_and(|message| event.condition.holds_with(message, values))
     }
 
     /// Whether there was a message on the event's channel up to state i, and the last one satisfies the event.
-    fn last_satisfies(&self, event: &formula::EventAtom, i: usize) -> bool {
-        let on_channel = |j: &usize| matches!(self.states[*j].kind, EventKind::Received { channel, .. } if *channel == event.channel);
-        let states = 0..(i + 1).min(self.states.len());
-        states.rev().find(on_channel).is_some_and(|j| self.passes(event, j))
+    fn last_satisfies(&self, event: &formula::EventAtom, i: usize, values: &Values) -> bool {
+        self.last(event.channel, i).is_some_and(|message| event.condition.holds_with(message, values))
+    }
+
+    /// The last message on a channel up to state i.
+    fn last(&self, channel: ChannelId, i: usize) -> Option<&Message> {
+        self.until(i).rev().find_map(|j| self.message(channel, j))
+    }
+
+    /// The message that passes on a channel at state j.
+    fn message(&self, channel: ChannelId, j: usize) -> Option<&Message> {
+        match self.states[j].kind {
+            EventKind::Received { channel: on, message } if *on == channel => Some(message),
+            _ => None,
+        }
     }
 
     /// Whether, in one of its turns after state i, state j is as many ticks away as the bound demands.
@@ -188,4 +222,15 @@ impl Oracle<'_> {
             (window.first..=window.last).contains(&first.saturating_add(turns.saturating_mul(ticks)))
         })
     }
+}
+
+/// A number of turns of a cycle after which what a literal says about the past is the same in each turn.
+fn settling(literal: &Literal, unit: u64) -> u64 {
+    let inside = literal.forms().into_iter().flatten().flatten().map(|literal| settling(literal, unit)).max();
+    let own = match literal {
+        Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.ticks / unit + 3,
+        Literal::Count { ticks, .. } => ticks / unit + 3,
+        _ => 0,
+    };
+    inside.unwrap_or(0) + own
 }

@@ -4,14 +4,16 @@ mod channel;
 mod condition;
 mod duration;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use channels::Topology;
+use channels::{Relation, Topology};
 use diagnostics::{Problem, nearest_or_all};
 
-use crate::formula::Formula;
-use crate::syntax::{ByteRange, Constraint, ConstraintKind, File, Item, Literal, Name, PropertyItem};
+use crate::formula::{Bound, Formula};
+use crate::syntax::{
+    ByteRange, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand, PropertyItem,
+};
 
 /// A property of a file with resolved names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,8 +25,15 @@ pub(crate) struct Definition {
 
 /// The properties of a file and everything that is wrong with it.
 pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -> (Vec<Definition>, Vec<Problem>) {
-    let mut resolver =
-        Resolver { topology, tick_period, constants: BTreeMap::new(), unreadable: false, problems: Vec::new() };
+    let mut resolver = Resolver {
+        topology,
+        tick_period,
+        is_timed: false,
+        constants: BTreeMap::new(),
+        remembered: BTreeSet::new(),
+        unreadable: false,
+        problems: Vec::new(),
+    };
     resolver.declare(file);
     let properties = file.items.iter().filter_map(|item| match item {
         Item::Property(property) => Some(property),
@@ -34,10 +43,23 @@ pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -
     (definitions, resolver.problems)
 }
 
+/// Where a constraint is.
+#[derive(Clone, Copy, Default)]
+struct Inside {
+    /// Inside an operator that looks ahead, which says when it is checked.
+    temporal: bool,
+    /// Inside an operator that looks back.
+    past: bool,
+}
+
 struct Resolver<'a> {
     topology: &'a Topology,
     tick_period: Duration,
+    /// Whether the current property measures durations in time.
+    is_timed: bool,
     constants: BTreeMap<&'a str, &'a Literal>,
+    /// The names of values that the current property remembers.
+    remembered: BTreeSet<String>,
     /// Whether the current property has a part that could not be read.
     unreadable: bool,
     problems: Vec<Problem>,
@@ -64,17 +86,37 @@ impl<'a> Resolver<'a> {
 
     fn definition(&mut self, property: &PropertyItem) -> Option<Definition> {
         let noted = self.problems.len();
-        self.unreadable = false;
-        let formula = self.formula(&property.constraint, false);
+        (self.unreadable, self.is_timed) = (false, property.is_timed);
+        self.remembered = BTreeSet::new();
+        remembered_in(&property.constraint, &mut |name| self.remember(name));
+        let formula = self.formula(&property.constraint, Inside::default());
+        let formula = formula.map(|formula| if self.is_timed { Formula::Timed(Box::new(formula)) } else { formula });
         let sound = !self.problems[noted..].iter().any(Problem::is_error) && !self.unreadable;
         let definition =
             |formula| Definition { name: property.name.clone(), constraint: property.constraint.clone(), formula };
         formula.filter(|_| sound).map(definition)
     }
 
+    /// Notes the name of a remembered value.
+    fn remember(&mut self, name: &Name) {
+        if self.constants.contains_key(name.text.as_str()) {
+            let problem =
+                Problem::new(format!("`{}` is already a constant", name.text)).at(name.span, "a name of its own");
+            self.problems.push(problem.with_help("call the remembered value something else"));
+        }
+        self.remembered.insert(name.text.clone());
+    }
+
     /// The formula of a constraint; `None` after its problems have been reported. All of its parts are checked.
-    fn formula(&mut self, constraint: &Constraint, inside_temporal: bool) -> Option<Formula> {
-        let mut temporal = |part: &Constraint| self.formula(part, true).map(Box::new);
+    fn formula(&mut self, constraint: &Constraint, inside: Inside) -> Option<Formula> {
+        if let Some(ahead) = looks_ahead(&constraint.kind).filter(|_| inside.past) {
+            let problem = Problem::new(format!("`{ahead}` looks ahead, but it is inside an operator that looks back"));
+            let problem = problem.at(constraint.span, "not known yet when it is asked");
+            self.problems
+                .push(problem.with_help("`once`, `historically`, `previous` and `since` ask what has happened"));
+            return None;
+        }
+        let mut temporal = |part: &Constraint| self.formula(part, Inside { temporal: true, ..inside }).map(Box::new);
         Some(match &constraint.kind {
             ConstraintKind::True => Formula::True,
             ConstraintKind::False => Formula::False,
@@ -89,22 +131,43 @@ impl<'a> Resolver<'a> {
                 let (left, right) = (temporal(left), temporal(right));
                 Formula::Until(left?, right?)
             }
-            ConstraintKind::Not(part) => self.formula(part, inside_temporal)?.negated(),
-            ConstraintKind::And(parts) => Formula::And(self.formulas(parts, inside_temporal)?),
-            ConstraintKind::Or(parts) => Formula::Or(self.formulas(parts, inside_temporal)?),
+            ConstraintKind::Once(ago, part) => {
+                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
+                Formula::Once(bound?, part?)
+            }
+            ConstraintKind::Historically(ago, part) => {
+                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
+                Formula::Historically(bound?, part?)
+            }
+            ConstraintKind::Previous(ago, part) => {
+                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
+                Formula::Previous(bound?, part?)
+            }
+            ConstraintKind::Since(ago, left, right) => {
+                let bound = self.ago(ago.as_ref());
+                let (left, right) = (self.past(left, inside), self.past(right, inside));
+                Formula::Since(bound?, left?, right?)
+            }
+            ConstraintKind::Count { is_at_most, count, event, bound } => {
+                self.is_asked(inside, event.span);
+                self.remembers_nothing(event);
+                let (event, count) = (self.event(event), self.count(count));
+                let (_, ticks) = self.ticks(Relation::Less, bound)?;
+                Formula::Count { event: event?, is_at_most: *is_at_most, count: count?, ticks }
+            }
+            ConstraintKind::Not(part) => self.formula(part, inside)?.negated(),
+            ConstraintKind::And(parts) => Formula::And(self.formulas(parts, inside)?),
+            ConstraintKind::Or(parts) => Formula::Or(self.formulas(parts, inside)?),
             ConstraintKind::Implies(left, right) => {
-                let (left, right) = (self.formula(left, inside_temporal), self.formula(right, inside_temporal));
+                let (left, right) = (self.formula(left, inside), self.formula(right, inside));
                 left?.implies(right?)
             }
             ConstraintKind::Event(event) => {
-                if !inside_temporal {
-                    let problem = Problem::new("this event is outside every temporal operator");
-                    let problem = problem.at(event.span, "checked only in the first state, before any message");
-                    self.problems.push(problem.with_help("did you mean `always`?"));
-                }
+                self.is_asked(inside, event.span);
                 Formula::Event(self.event(event)?)
             }
             ConstraintKind::TimeUntil { event, relation, bound } => {
+                self.remembers_nothing(event);
                 let (event, ticks) = (self.event(event), self.ticks(*relation, bound));
                 let (relation, ticks) = ticks?;
                 Formula::TimeUntil { event: event?, relation, ticks }
@@ -112,8 +175,58 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    fn formulas(&mut self, parts: &[Constraint], inside_temporal: bool) -> Option<Vec<Formula>> {
-        let formulas: Vec<Option<Formula>> = parts.iter().map(|part| self.formula(part, inside_temporal)).collect();
+    /// Reports values that are remembered in an event that is only awaited or counted.
+    fn remembers_nothing(&mut self, event: &Event) {
+        let mut names = Vec::new();
+        condition::remembered_in(&event.condition, &mut |name| names.push(name.clone()));
+        for name in names {
+            let problem =
+                Problem::new(format!("`{}` cannot be remembered here", name.text)).at(name.span, "which message?");
+            let help =
+                "the event is awaited or counted; remember values in an event that is asked, as before `implies`";
+            self.problems.push(problem.with_help(help));
+            self.remembered.insert(name.text);
+        }
+    }
+
+    /// Reports an event outside every operator that says when it is checked.
+    fn is_asked(&mut self, inside: Inside, event: ByteRange) {
+        if !inside.temporal {
+            let problem = Problem::new("this event is outside every temporal operator");
+            let problem = problem.at(event, "checked only in the first state, before any message");
+            self.problems.push(problem.with_help("did you mean `always`?"));
+        }
+    }
+
+    /// The operand of an operator that looks back.
+    fn past(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
+        self.formula(constraint, Inside { past: true, ..inside }).map(Box::new)
+    }
+
+    fn ago(&mut self, interval: Option<&Interval>) -> Option<Bound> {
+        let Some(Interval { relation, bound }) = interval else { return Some(Bound::NONE) };
+        let (relation, ticks) = self.ticks(*relation, bound)?;
+        Some(Bound { relation, ticks })
+    }
+
+    /// A number of messages.
+    fn count(&mut self, operand: &Operand) -> Option<u64> {
+        let literal = match operand {
+            Operand::Literal(literal, _) => literal.clone(),
+            Operand::Constant(name) => self.constant(name)?.clone(),
+        };
+        if let Literal::Int(number) = literal
+            && let Ok(number) = u64::try_from(number)
+        {
+            return Some(number);
+        }
+        let problem = Problem::new("expected a number of messages").at(operand.span(), "not a whole number from 0 on");
+        self.problems.push(problem.with_help("`at most 3 (sender, receiver, condition) in 10 s`"));
+        None
+    }
+
+    fn formulas(&mut self, parts: &[Constraint], inside: Inside) -> Option<Vec<Formula>> {
+        let formulas: Vec<Option<Formula>> = parts.iter().map(|part| self.formula(part, inside)).collect();
         formulas.into_iter().collect()
     }
 
@@ -127,4 +240,24 @@ impl<'a> Resolver<'a> {
         }
         found
     }
+}
+
+/// The name of an operator that looks ahead.
+fn looks_ahead(kind: &ConstraintKind) -> Option<&'static str> {
+    Some(match kind {
+        ConstraintKind::Next(_) => "next",
+        ConstraintKind::Always(_) => "always",
+        ConstraintKind::Eventually(_) => "eventually",
+        ConstraintKind::Until(..) => "until",
+        ConstraintKind::TimeUntil { .. } => "time_until",
+        _ => return None,
+    })
+}
+
+/// Calls `visit` with each name that a constraint gives to a value.
+fn remembered_in(constraint: &Constraint, visit: &mut impl FnMut(&Name)) {
+    if let ConstraintKind::Event(event) = &constraint.kind {
+        condition::remembered_in(&event.condition, visit);
+    }
+    constraint.operands().into_iter().for_each(|operand| remembered_in(operand, visit));
 }

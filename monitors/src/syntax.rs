@@ -9,8 +9,8 @@ mod print;
 mod token;
 
 pub use ast::{
-    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
-    Literal, Name, Operand, PropertyItem, Unit,
+    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
+    Item, Literal, Name, Operand, PropertyItem, Term, Unit,
 };
 pub use operators::{OPERATORS, Operator};
 pub use parse::{Parsed, parse_file};

@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
-use channels::Topology;
+use channels::{ChannelId, Message, Topology};
 
-use crate::clause::{Form, Vocabulary, clauses};
+use crate::clause::{Form, Vocabulary, clauses, is_prompt};
 use crate::engine::{
     Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS,
-    Operators, Progression, Situation,
+    Operators, Past, Progression, Situation,
 };
-use crate::formula::Formula;
-use crate::oracle::FormulaTooLarge;
+use crate::formula::{Formula, FormulaError};
 
 /// The kind of machine that monitors a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,6 +25,9 @@ pub enum Method {
         /// The number of its states.
         states: usize,
     },
+    /// Rules over what has happened, over time or over several values, which have no graph: a violation comes as early as possible. That nothing can
+    /// violate the formula any more is noticed only at the end of the run.
+    Rules,
     /// Progression of the formula: never wrong, but late when two obligations contradict each other.
     Progression,
 }
@@ -48,6 +50,12 @@ impl Method {
     pub fn anticipates(self) -> bool {
         matches!(self, Self::Graph | Self::Automaton { .. })
     }
+
+    /// Whether a violation is noticed in the first state in which no continuation can change it.
+    #[must_use]
+    pub fn is_prompt(self) -> bool {
+        self.anticipates() || self == Self::Rules
+    }
 }
 
 /// Everything that is computed about a formula before a run.
@@ -56,6 +64,7 @@ pub(crate) struct Synthesis {
     pub(crate) form: Form,
     pub(crate) vocabulary: Vocabulary,
     pub(crate) alphabet: Alphabet,
+    pub(crate) past: Arc<Past>,
     pub(crate) operators: Arc<Operators>,
     machine: Machine,
     /// The clauses as rules with a deadline each, if they have that form; they provide the words for explanations.
@@ -71,26 +80,37 @@ enum Machine {
 
 impl Synthesis {
     /// A machine for a formula, with the given choice.
-    pub(crate) fn new(formula: &Formula, topology: &Topology, choice: Choice) -> Result<Self, FormulaTooLarge> {
+    pub(crate) fn new(formula: &Formula, topology: &Topology, choice: Choice) -> Result<Self, FormulaError> {
         let vocabulary = Vocabulary::of(formula);
         if vocabulary.len() > MAX_EVENTS {
-            return Err(FormulaTooLarge);
+            return Err(FormulaError::TooLarge);
         }
         let form = clauses(formula, &vocabulary)?;
         let alphabet = Alphabet::new(&vocabulary, topology);
-        let operators = Operators::new(&form, &vocabulary, &alphabet);
-        let rules = Compact::new(&form, &vocabulary, &alphabet).map(Arc::new);
-        let machine = choice.machine(rules.as_ref(), &alphabet, &operators);
-        Ok(Self { form, vocabulary, alphabet, operators: Arc::new(operators), machine, rules })
+        let past = Arc::new(Past::new(&form, &vocabulary, &alphabet));
+        if vocabulary.len() + past.len() > MAX_EVENTS {
+            return Err(FormulaError::TooLarge);
+        }
+        let operators = Operators::new(&form, &vocabulary, &alphabet, &past);
+        let rules = Compact::new(&form, &vocabulary, &alphabet, &past).map(Arc::new);
+        let machine = choice.machine(rules.as_ref(), &alphabet, &operators, &vocabulary);
+        Ok(Self { form, vocabulary, alphabet, past, operators: Arc::new(operators), machine, rules })
     }
 
     pub(crate) fn method(&self) -> Method {
         match &self.machine {
-            Machine::Compact(compact) if compact.is_exact() => Method::Graph,
+            Machine::Compact(compact) if compact.is_exact() && self.has_graph() => Method::Graph,
+            Machine::Compact(compact) if compact.is_prompt() => Method::Rules,
             Machine::Compact(_) => Method::Graphs,
             Machine::Automaton(automaton) => Method::Automaton { states: automaton.len() },
+            Machine::Progression if self.vocabulary.has_data() && is_prompt(&self.form) => Method::Rules,
             Machine::Progression => Method::Progression,
         }
+    }
+
+    /// Whether its rules can be drawn: as letters, without time.
+    pub(crate) fn has_graph(&self) -> bool {
+        !self.vocabulary.is_timed && self.alphabet.is_exact()
     }
 
     pub(crate) fn compact(&self) -> Option<&Compact> {
@@ -125,7 +145,13 @@ impl Synthesis {
 }
 
 impl Choice {
-    fn machine(self, rules: Option<&Arc<Compact>>, alphabet: &Alphabet, operators: &Operators) -> Machine {
+    fn machine(
+        self,
+        rules: Option<&Arc<Compact>>,
+        alphabet: &Alphabet,
+        operators: &Operators,
+        words: &Vocabulary,
+    ) -> Machine {
         let compact = rules.filter(|_| self == Self::Best).map(Arc::clone);
         if let Some(compact) = compact.clone().filter(|compact| compact.is_exact()) {
             return Machine::Compact(compact);
@@ -133,10 +159,13 @@ impl Choice {
         if self == Self::Progression {
             return Machine::Progression;
         }
-        match (Automaton::new(operators, alphabet, MAX_AUTOMATON_STATES), compact) {
-            (Ok(automaton), _) => Machine::Automaton(Arc::new(automaton)),
-            (Err(_), Some(compact)) => Machine::Compact(compact),
-            (Err(_), None) => Machine::Progression,
+        // Time and values have no letters.
+        let has_letters = !words.is_timed && !words.has_data() && alphabet.is_exact();
+        let automaton = has_letters.then(|| Automaton::new(operators, alphabet, MAX_AUTOMATON_STATES).ok()).flatten();
+        match (automaton, compact) {
+            (Some(automaton), _) => Machine::Automaton(Arc::new(automaton)),
+            (None, Some(compact)) => Machine::Compact(compact),
+            (None, None) => Machine::Progression,
         }
     }
 }
@@ -177,12 +206,12 @@ impl RunningMonitor {
         }
     }
 
-    /// Processes a state with this letter.
-    pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
+    /// Processes a state with this letter and message.
+    pub(crate) fn read(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>, alphabet: &Alphabet) {
         match self {
-            Self::Compact(run) => run.read(alphabet.symbol(letter)),
+            Self::Compact(run) => run.read(letter, alphabet),
             Self::Automaton(run) => run.read(letter, alphabet),
-            Self::Progression(run) => run.read(letter),
+            Self::Progression(run) => run.read(letter, message),
         }
     }
 

@@ -2,21 +2,30 @@
 
 use channels::{Topology, Value};
 
-use crate::formula::{EventAtom, Formula, MessageCondition};
+use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
 use crate::syntax::{
-    self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Literal, Name, Operand,
+    self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
+    Operand, Unit,
 };
 
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
 
 impl Formula {
-    /// The formula in the SCOPE language, over its topology. Bounds are in ticks.
+    /// The formula in the SCOPE language, over its topology. Bounds are in ticks; those of a timed formula are durations.
     ///
     /// Reading the text gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
     /// does not have.
     #[must_use]
     pub fn text(&self, topology: &Topology) -> String {
-        constraint(self, topology).to_string()
+        constraint(self, topology, false).to_string()
+    }
+}
+
+impl MessageCondition {
+    /// The condition in the SCOPE language, with fields by their numbers.
+    #[must_use]
+    pub fn text(&self) -> String {
+        condition(self).to_string()
     }
 }
 
@@ -29,29 +38,46 @@ impl EventAtom {
     }
 }
 
-fn constraint(formula: &Formula, topology: &Topology) -> Constraint {
-    let of = |part: &Formula| Box::new(constraint(part, topology));
-    let list = |parts: &[Formula]| parts.iter().map(|part| constraint(part, topology)).collect();
+fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constraint {
+    let of = |part: &Formula| Box::new(constraint(part, topology, is_timed));
+    let list = |parts: &[Formula]| parts.iter().map(|part| constraint(part, topology, is_timed)).collect();
+    let number = |number: u64| operand(Literal::Int(i64::try_from(number).unwrap_or(i64::MAX)));
+    let length = |length: u64| if is_timed { operand(duration(length)) } else { number(length) };
+    let ago = |bound: &Bound| {
+        let interval = Interval { relation: bound.relation, bound: length(bound.ticks) };
+        (*bound != Bound::NONE).then_some(interval)
+    };
     let kind = match formula {
         Formula::True => ConstraintKind::True,
         Formula::False => ConstraintKind::False,
         Formula::And(parts) if parts.is_empty() => ConstraintKind::True,
         Formula::Or(parts) if parts.is_empty() => ConstraintKind::False,
-        Formula::And(parts) | Formula::Or(parts) if parts.len() == 1 => return constraint(&parts[0], topology),
+        Formula::And(parts) | Formula::Or(parts) if parts.len() == 1 => {
+            return constraint(&parts[0], topology, is_timed);
+        }
         Formula::And(parts) => ConstraintKind::And(list(parts)),
         Formula::Or(parts) => ConstraintKind::Or(list(parts)),
         Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
-        Formula::TimeUntil { event, relation, ticks } => ConstraintKind::TimeUntil {
-            event: event.named(topology),
-            relation: *relation,
-            bound: operand(Literal::Int(i64::try_from(*ticks).unwrap_or(i64::MAX))),
-        },
+        Formula::TimeUntil { event, relation, ticks } => {
+            ConstraintKind::TimeUntil { event: event.named(topology), relation: *relation, bound: length(*ticks) }
+        }
+        Formula::Timed(part) => return constraint(part, topology, true),
         Formula::Not(part) => ConstraintKind::Not(of(part)),
         Formula::Implies(a, b) => ConstraintKind::Implies(of(a), of(b)),
         Formula::Next(part) => ConstraintKind::Next(of(part)),
         Formula::Always(part) => ConstraintKind::Always(of(part)),
         Formula::Eventually(part) => ConstraintKind::Eventually(of(part)),
         Formula::Until(a, b) => ConstraintKind::Until(of(a), of(b)),
+        Formula::Once(bound, a) => ConstraintKind::Once(ago(bound), of(a)),
+        Formula::Historically(bound, a) => ConstraintKind::Historically(ago(bound), of(a)),
+        Formula::Previous(bound, a) => ConstraintKind::Previous(ago(bound), of(a)),
+        Formula::Since(bound, a, b) => ConstraintKind::Since(ago(bound), of(a), of(b)),
+        Formula::Count { event, is_at_most, count, ticks } => ConstraintKind::Count {
+            is_at_most: *is_at_most,
+            count: number(*count),
+            event: event.named(topology),
+            bound: length(*ticks),
+        },
     };
     Constraint { kind, span: NOWHERE }
 }
@@ -69,14 +95,39 @@ pub(crate) fn condition(from: &MessageCondition) -> Condition {
         MessageCondition::And(parts) => ConditionKind::And(list(parts)),
         MessageCondition::Or(parts) => ConditionKind::Or(list(parts)),
         MessageCondition::Compare { field, relation, value } => ConditionKind::Compare {
-            field: Field { name: FieldName::Number(*field), span: NOWHERE },
+            left: syntax::Term::Field(named(*field)),
             relation: *relation,
-            value: operand(literal(value)),
+            right: syntax::Term::Operand(operand(literal(value))),
         },
+        MessageCondition::Relate { left, relation, right } => {
+            ConditionKind::Compare { left: term(left), relation: *relation, right: term(right) }
+        }
+        MessageCondition::Remember { field, name } => {
+            let name = Name { text: name.to_string(), span: NOWHERE };
+            ConditionKind::Remember { field: named(*field), name }
+        }
         MessageCondition::Not(part) => ConditionKind::Not(of(part)),
         MessageCondition::Implies(a, b) => ConditionKind::Implies(of(a), of(b)),
     };
     Condition { kind, span: NOWHERE }
+}
+
+fn named(field: usize) -> Field {
+    Field { name: FieldName::Number(field), span: NOWHERE }
+}
+
+/// A term in the words of the language.
+fn term(from: &Term) -> syntax::Term {
+    match from {
+        Term::Field(field) => syntax::Term::Field(named(*field)),
+        Term::Value(value) => syntax::Term::Operand(operand(literal(value))),
+        Term::Remembered(name) => {
+            syntax::Term::Operand(Operand::Constant(Name { text: name.to_string(), span: NOWHERE }))
+        }
+        Term::Arithmetic(left, operator, right) => {
+            syntax::Term::Arithmetic(Box::new(term(left)), *operator, Box::new(term(right)))
+        }
+    }
 }
 
 fn literal(value: &Value) -> Literal {
@@ -87,6 +138,13 @@ fn literal(value: &Value) -> Literal {
         Value::Real(number) => Literal::Real(*number),
         Value::Text(text) => Literal::Text(text.to_string()),
     }
+}
+
+/// A duration in the largest unit in which it has at most three decimals.
+pub(crate) fn duration(nanos: u64) -> Literal {
+    let is_short = |unit: &Unit| nanos >= unit.nanos() && nanos % (unit.nanos() / 1000) == 0;
+    let unit = Unit::ALL.into_iter().rev().find(is_short).unwrap_or(Unit::Milliseconds);
+    Literal::Duration { nanos, unit }
 }
 
 fn operand(literal: Literal) -> Operand {

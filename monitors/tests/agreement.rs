@@ -3,11 +3,12 @@
 use std::hash::{DefaultHasher, Hasher};
 
 use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
-use monitors::{Choice, Formula, MessageCondition, Method, ScopeMonitor, holds};
+use monitors::{Bound, Choice, Formula, MessageCondition, Method, ScopeMonitor, holds};
 
 use crate::cases::cases;
 use crate::support::{
-    self, Dice, Tally, check, check_letters, formula_over, random_event, random_formula, random_sequence, topology,
+    self, Choose, Dice, Tally, check, check_letters, formula_over, formula_with, random_event, random_formula,
+    random_sequence, remembering, topology,
 };
 
 #[test]
@@ -29,6 +30,92 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
 }
 
+/// Random formulas with operators that look back.
+fn looking_back(first: u64, pairs: u64) {
+    let topology = topology();
+    let mut tally = Tally::default();
+    for seed in first..first + pairs {
+        let mut dice = Dice(seed + 20_000_000);
+        let events: Vec<monitors::EventAtom> = (0..3).map(|_| random_event(&mut dice, &topology)).collect();
+        let ahead = dice.roll(4) > 0;
+        let part = formula_with(&mut dice, &events, 1 + seed as u32 % 3, Choose { ahead, back: true });
+        let formula = if dice.roll(3) > 0 { part.always() } else { part };
+        let length = dice.roll(14) as usize;
+        let sequence = random_sequence(&mut dice, &topology, length);
+        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
+            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
+        }
+    }
+    eprintln!("{pairs} pairs agree: {tally:?}");
+    assert!(tally.automata * 2 > pairs && tally.settled * 10 > pairs, "{tally:?}");
+}
+
+#[test]
+fn monitors_that_look_back_agree_with_the_oracle() {
+    looking_back(0, cases(3_000));
+}
+
+#[test]
+#[ignore = "takes minutes: 10⁵ pairs, run by hand"]
+fn monitors_that_look_back_agree_with_the_oracle_a_hundred_thousand_times() {
+    looking_back(1_000_000, 100_000);
+}
+
+/// Random formulas that remember values. Those that would have to keep messages for ever are refused,
+/// and those in which a name means two values.
+fn remembering_values(first: u64, pairs: u64) {
+    let topology = topology();
+    let mut tally = Tally { words: 5, ..Tally::default() };
+    let mut refused = 0;
+    for seed in first..first + pairs {
+        let mut dice = Dice(seed + 30_000_000);
+        let formula = remembering(&mut dice, &topology, 1 + seed as u32 % 2);
+        if ScopeMonitor::new("p", formula.clone(), &topology).is_err() {
+            refused += 1;
+            continue;
+        }
+        let length = dice.roll(14) as usize;
+        let sequence = random_sequence(&mut dice, &topology, length);
+        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
+            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
+        }
+    }
+    eprintln!("{pairs} pairs agree, {refused} of them refused: {tally:?}");
+    assert!(tally.settled * 10 > pairs && refused * 2 < pairs, "{refused} refused, {tally:?}");
+}
+
+#[test]
+fn monitors_that_remember_values_agree_with_the_oracle() {
+    remembering_values(0, cases(3_000));
+}
+
+#[test]
+#[ignore = "takes minutes: 10⁵ pairs, run by hand"]
+fn monitors_that_remember_values_agree_with_the_oracle_a_hundred_thousand_times() {
+    remembering_values(1_000_000, 100_000);
+}
+
+/// Bounds between, at and beyond the times of events.
+#[test]
+fn timed_monitors_agree_with_the_oracle() {
+    let topology = topology();
+    let mut tally = Tally { words: 5, ..Tally::default() };
+    for seed in 0..cases(2_000) {
+        let mut dice = Dice(seed + 40_000_000);
+        let events = [0; 3].map(|_| random_event(&mut dice, &topology));
+        let formula =
+            formula_with(&mut dice, &events, 1 + seed as u32 % 3, Choose { ahead: true, back: seed % 2 == 0 });
+        let unit = *dice.pick(&[500_000_000, 1_000_000_000, 1_001_000_000]);
+        let formula = Formula::Timed(Box::new(stretched(&formula.always(), unit)));
+        let length = dice.roll(14) as usize;
+        let sequence = random_sequence(&mut dice, &topology, length);
+        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
+            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
+        }
+    }
+    assert!(tally.settled * 4 > cases(2_000), "{tally:?}");
+}
+
 /// A monitor that is brought into normal form after each event says the same at the same event.
 #[test]
 fn nobody_can_tell_a_monitor_from_its_normal_form() {
@@ -36,7 +123,12 @@ fn nobody_can_tell_a_monitor_from_its_normal_form() {
     let mut settled = 0;
     for seed in 0..cases(10_000) {
         let mut dice = Dice(seed + 12_000_000);
-        let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 3);
+        let formula = if seed % 3 == 0 {
+            let events = [0; 3].map(|_| random_event(&mut dice, &topology));
+            formula_with(&mut dice, &events, 1 + seed as u32 % 3, Choose { ahead: true, back: true }).always()
+        } else {
+            random_formula(&mut dice, &topology, 1 + seed as u32 % 3)
+        };
         let choice = *dice.pick(&[Choice::Best, Choice::Automaton, Choice::Progression]);
         let mut plain = ScopeMonitor::with("p", formula.clone(), &topology, choice).expect("small");
         let mut normal = plain.clone();
@@ -236,6 +328,7 @@ fn a_message_that_two_clauses_check_is_remembered_for_both() {
 fn stretched(formula: &Formula, factor: u64) -> Formula {
     let of = |part: &Formula| Box::new(stretched(part, factor));
     let all = |parts: &[Formula]| parts.iter().map(|part| stretched(part, factor)).collect();
+    let longer = |bound: Bound| Bound { ticks: bound.ticks * factor, ..bound };
     match formula {
         Formula::TimeUntil { event, relation, ticks } => {
             Formula::TimeUntil { event: event.clone(), relation: *relation, ticks: ticks * factor }
@@ -248,6 +341,13 @@ fn stretched(formula: &Formula, factor: u64) -> Formula {
         Formula::Or(parts) => Formula::Or(all(parts)),
         Formula::Implies(a, b) => Formula::Implies(of(a), of(b)),
         Formula::Until(a, b) => Formula::Until(of(a), of(b)),
+        Formula::Once(bound, a) => Formula::Once(longer(*bound), of(a)),
+        Formula::Historically(bound, a) => Formula::Historically(longer(*bound), of(a)),
+        Formula::Previous(bound, a) => Formula::Previous(longer(*bound), of(a)),
+        Formula::Since(bound, a, b) => Formula::Since(longer(*bound), of(a), of(b)),
+        Formula::Count { event, is_at_most, count, ticks } => {
+            Formula::Count { event: event.clone(), is_at_most: *is_at_most, count: *count, ticks: ticks * factor }
+        }
         atom => atom.clone(),
     }
 }

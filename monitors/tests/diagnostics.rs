@@ -78,19 +78,59 @@ fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
 
 #[test]
 fn operators_of_other_logics_are_refused_with_a_suggestion() {
+    const FIRST: &str = "not, next, always, eventually, once, historically, previous, true, false, time_until";
     let q = "(BatteryReader, BatteryLevel, true)";
     let said = |formula: &str| said_of(&format!("property p := {formula}")).1;
-    assert!(said(&format!("once {q}")).contains("not, next, always, eventually, true, false, time_until"));
-    assert!(said(&format!("always (once {q})")).contains("not, next, always, eventually, true, false, time_until"));
-    assert!(said(&format!("always {q} since {q}")).contains("the binary operators: and, or, implies, until"));
+    assert!(said(&format!("sometime {q}")).contains(FIRST));
+    assert!(said(&format!("always (sometime {q})")).contains(FIRST));
+    assert!(said(&format!("always {q} while {q}")).contains("the binary operators: and, or, implies, until, since"));
     assert!(said(&format!("always ({q} implise {q})")).contains("did you mean `implies`?"));
     assert!(said(&format!("alwys {q}")).contains("did you mean `always`?"));
+}
+
+#[test]
+fn what_looks_back_is_checked_too() {
+    let text = r#"const few := 2.5
+property a := once (BatteryReader, BatteryLevel, true)
+property b := always once eventually (BatteryReader, BatteryLevel, true)
+property c := always (once[5 s] (BatteryReader, BatteryLevel, true))
+property d := always once[< 5 s (BatteryReader, BatteryLevel, true)
+property e := always previous[= 2.5 s] (BatteryReader, BatteryLevel, true)
+property f := always at most few (BatteryReader, BatteryLevel, true) in 10 s
+property g := always at least -1 (BatteryReader, BatteryLevel, true) in 10
+property h := always at most 3 (BatteryReader, BatteryLevel, true) within 10
+property i := always at 3 (BatteryReader, BatteryLevel, true) in 10
+property j := always at most 3 BatteryReader in 10
+property k := always ((BatteryReader, BatteryLevel, true) since[< 3] time_until (BatteryReader, BatteryLevel, true) < 2)
+"#;
+    insta::assert_snapshot!(said_of(text).1);
+}
+
+#[test]
+fn values_and_times_are_checked_too() {
+    let text = r#"const place := 3
+property a := always ((BatteryReader, BatteryLevel, level as l) implies (BatteryReader, BatteryLevel, m[1] > l))
+property b := always (BatteryReader, BatteryLevel, level + status < 3)
+property c := always (BatteryReader, BatteryLevel, level + "x" < 3)
+property d := always (BatteryReader, BatteryLevel, (level + 3 < 3)
+property e := always ((BatteryReader, BatteryLevel, level as l) or (BatteryReader, BatteryLevel, level > l))
+property f := always ((BatteryReader, BatteryLevel, true) implies time_until (BatteryReader, BatteryLevel, level > l) < 3)
+property g := always (time_until (BatteryReader, BatteryLevel, level as l) < 3 implies time_until (BatteryReader, BatteryLevel, level > l) < 3)
+property h := always ((BatteryReader, BatteryLevel, level as l) implies once (BatteryReader, BatteryLevel, level > l))
+property i := always ((GoToDestination, Navigation, place as place) implies true)
+property j := always ((BatteryReader, BatteryLevel, level as 3) implies true)
+property k := always ((BatteryReader, BatteryLevel, level as l) and (BatteryReader, BatteryLevel, status as l) and (BatteryReader, BatteryLevel, level > l))
+timed property l := always time_until (BatteryReader, BatteryLevel, true) < 3
+timed const m := 3
+property n := always (BatteryReader, BatteryLevel, level = status)
+"#;
+    insta::assert_snapshot!(said_of(text).1);
 }
 
 /// Five thousand mistakes give five thousand problems, and no more.
 #[test]
 fn many_mistakes_are_reported_once_each() {
-    let wrong = |n: u32| format!("property p{n} := once (BatteryReader, BatteryLevel, true) and (a, b");
+    let wrong = |n: u32| format!("property p{n} := sometime (BatteryReader, BatteryLevel, true) and (a, b");
     let text: String = (0..5_000).map(|n| wrong(n) + "\n").collect();
     let error = monitors::load("wrong.scope", &text, &topology(), Duration::from_secs(1)).expect_err("it is wrong");
     assert_eq!(error.problems().len(), 5_000);

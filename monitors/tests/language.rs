@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use channels::{Capacity, Domain, FieldKind, Message, Relation, Shape, Topology, Value};
 use monitors::syntax::{
-    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
-    Literal, Name, Operand, PropertyItem, Unit, parse_file,
+    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
+    Item, Literal, Name, Operand, PropertyItem, Term, Unit, parse_file,
 };
-use monitors::{Formula, MessageCondition};
+use monitors::{Arithmetic, Formula, MessageCondition};
 use proptest::prelude::*;
 
 use crate::cases::cases;
@@ -15,7 +15,7 @@ use crate::robot::topology;
 use crate::support::{self, Dice, random_formula};
 
 fn name() -> impl Strategy<Value = Name> {
-    let text = prop_oneof![4 => "[A-Za-zθ_][A-Za-z0-9_é]{0,6}", 1 => "[ -~]{0,6}", 1 => Just("always".to_owned())];
+    let text = prop_oneof![4 => "[A-Za-zθ_][A-Za-z0-9_é]{0,6}", 1 => "[ -~]{0,6}", 1 => Just("always".to_owned()), 1 => Just("since".to_owned())];
     text.prop_map(|text| Name { text, span: ByteRange::default() })
 }
 
@@ -49,13 +49,38 @@ fn relation() -> impl Strategy<Value = Relation> {
 
 fn condition() -> impl Strategy<Value = Condition> {
     let of = |kind| Condition { kind, span: ByteRange::default() };
-    let field =
-        prop_oneof![(1_usize..99).prop_map(FieldName::Number), name().prop_map(|name| FieldName::Named(name.text)),];
-    let compare = (field, relation(), operand()).prop_map(|(name, relation, value)| ConditionKind::Compare {
-        field: Field { name, span: ByteRange::default() },
+    let field = || {
+        let name =
+            prop_oneof![(1_usize..99).prop_map(FieldName::Number), name().prop_map(|name| FieldName::Named(name.text))];
+        name.prop_map(|name| Field { name, span: ByteRange::default() })
+    };
+    let number = prop_oneof![
+        (0_i64..1000).prop_map(|number| Operand::Literal(Literal::Int(number), ByteRange::default())),
+        plain_name().prop_map(Operand::Constant)
+    ];
+    let term =
+        prop_oneof![field().prop_map(Term::Field), number.prop_map(Term::Operand)].prop_recursive(3, 8, 2, |term| {
+            let operator = proptest::sample::select(vec![
+                Arithmetic::Add,
+                Arithmetic::Subtract,
+                Arithmetic::Multiply,
+                Arithmetic::Divide,
+            ]);
+            (term.clone(), operator, term)
+                .prop_map(|(left, operator, right)| Term::Arithmetic(Box::new(left), operator, Box::new(right)))
+        });
+    let simple = (field(), relation(), operand()).prop_map(|(left, relation, right)| ConditionKind::Compare {
+        left: Term::Field(left),
         relation,
-        value,
+        right: Term::Operand(right),
     });
+    // A name that stands alone on the left reads as a field.
+    let is_alone = |term: &Term| matches!(term, Term::Operand(Operand::Constant(_)));
+    let left = term.clone().prop_filter("alone", move |left| !is_alone(left));
+    let relate =
+        (left, relation(), term).prop_map(|(left, relation, right)| ConditionKind::Compare { left, relation, right });
+    let remember = (field(), name()).prop_map(|(field, name)| ConditionKind::Remember { field, name });
+    let compare = prop_oneof![4 => simple, 2 => relate, 1 => remember];
     let leaf = prop_oneof![8 => compare, 1 => Just(ConditionKind::True), 1 => Just(ConditionKind::False)].prop_map(of);
     leaf.prop_recursive(4, 16, 3, move |part| {
         let parts = || proptest::collection::vec(part.clone(), 2..4);
@@ -84,8 +109,22 @@ fn constraint() -> impl Strategy<Value = Constraint> {
         relation,
         bound,
     });
+    // Symbols are read only after a relation.
+    let number = || {
+        prop_oneof![
+            any::<i64>().prop_map(|number| Operand::Literal(Literal::Int(number), ByteRange::default())),
+            plain_name().prop_map(Operand::Constant)
+        ]
+    };
+    let count = (any::<bool>(), number(), event(), number())
+        .prop_map(|(is_at_most, count, event, bound)| ConstraintKind::Count { is_at_most, count, event, bound });
+    let ago = || {
+        let interval = (relation(), operand()).prop_map(|(relation, bound)| Interval { relation, bound });
+        proptest::option::of(interval)
+    };
     let leaf = prop_oneof![
         4 => event().prop_map(ConstraintKind::Event),
+        1 => count,
         3 => timed,
         1 => Just(ConstraintKind::True),
         1 => Just(ConstraintKind::False)
@@ -98,6 +137,10 @@ fn constraint() -> impl Strategy<Value = Constraint> {
             part.clone().prop_map(move |a| of(ConstraintKind::Next(Box::new(a)))),
             part.clone().prop_map(move |a| of(ConstraintKind::Always(Box::new(a)))),
             part.clone().prop_map(move |a| of(ConstraintKind::Eventually(Box::new(a)))),
+            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Once(ago, Box::new(a)))),
+            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Historically(ago, Box::new(a)))),
+            (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Previous(ago, Box::new(a)))),
+            (ago(), two()).prop_map(move |(ago, (a, b))| of(ConstraintKind::Since(ago, a, b))),
             two().prop_map(move |(a, b)| of(ConstraintKind::Until(a, b))),
             two().prop_map(move |(a, b)| of(ConstraintKind::Implies(a, b))),
             parts().prop_map(move |parts| of(ConstraintKind::And(parts))),
@@ -109,8 +152,8 @@ fn constraint() -> impl Strategy<Value = Constraint> {
 fn file() -> impl Strategy<Value = File> {
     let constant = (plain_name(), literal())
         .prop_map(|(name, value)| Item::Constant(Constant { name, value, value_span: ByteRange::default() }));
-    let property = (name(), constraint())
-        .prop_map(|(name, constraint)| Item::Property(Box::new(PropertyItem { name, constraint })));
+    let property = (name(), any::<bool>(), constraint())
+        .prop_map(|(name, is_timed, constraint)| Item::Property(Box::new(PropertyItem { name, is_timed, constraint })));
     proptest::collection::vec(prop_oneof![constant, property], 0..4).prop_map(|items| File { items })
 }
 

@@ -299,6 +299,159 @@ fn an_antecedent_that_never_held_is_reported_clause_by_clause() {
     assert!(watch.monitor().vacuous().is_empty());
 }
 
+const RECENTLY_LOW: &str = "always ((GotoRechargingStation, Navigation, m[1] = <start_navigation>)
+    implies once[<= 3 s] (BatteryReader, BatteryLevel, level < 30))";
+const NEVER_MORE: &str = "always at most 2 (GotoRechargingStation, Navigation, m[1] = <start_navigation>) in 10 s";
+
+#[test]
+fn what_did_not_happen_before_is_named() {
+    let mut watch = Watch::new(RECENTLY_LOW);
+    assert!(matches!(watch.monitor().method(), Method::Automaton { .. }), "{:?}", watch.monitor().method());
+    watch.tick();
+    watch.level(25.0);
+    assert_eq!(watch.start(), Verdict::Inconclusive);
+    for _ in 0..4 {
+        watch.tick();
+    }
+    assert_eq!(watch.start(), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+    let mut watch = Watch::new(NEVER_MORE);
+    watch.tick();
+    watch.start();
+    watch.start();
+    assert_eq!(watch.start(), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+}
+
+#[test]
+fn a_past_that_never_was_is_reported() {
+    let low = "(BatteryReader, BatteryLevel, level < 30)";
+    let mut watch = Watch::new(&format!("always (once {low} implies (Navigation, GoToDestination, m[2] = <running>))"));
+    watch.tick();
+    watch.level(50.0);
+    watch.running();
+    let vacuous = watch.monitor().vacuous();
+    let said: Vec<_> = vacuous.iter().map(|found| (found.antecedent.as_str(), found.asked)).collect();
+    assert_eq!(said, [("once (BatteryReader, BatteryLevel, m[2] < 30)", 1)]);
+}
+
+#[test]
+fn a_past_with_a_long_memory_is_monitored_without_an_automaton() {
+    let long = RECENTLY_LOW.replace("3 s", "10 h");
+    let mut watch = Watch::new(&long);
+    assert_eq!(watch.monitor().method(), Method::Rules);
+    assert!(watch.monitor().method().is_prompt() && watch.monitor().export(Format::Dot).is_none());
+    watch.tick();
+    watch.level(25.0);
+    watch.tick += 36_000;
+    assert_eq!(watch.start(), Verdict::Inconclusive);
+    watch.tick();
+    assert_eq!(watch.start(), Verdict::False);
+}
+
+const SAME_PLACE: &str = "always ((GoToDestination, Navigation, m[1] = <start_navigation> and place as p)
+    implies time_until (GoToDestination, Navigation, m[1] = <get_status> and place = p) < 5 s)";
+
+impl Watch {
+    fn timed(formula: &str) -> Self {
+        let topology = topology();
+        let text = format!("timed property p := {formula}");
+        let file = monitors::load("p.scope", &text, &topology, Duration::from_secs(1));
+        let property = file.unwrap_or_else(|error| panic!("{:?}", error.problems())).properties.remove(0);
+        Self { topology, property, step: 0, tick: 0 }
+    }
+
+    fn go(&mut self, request: &str, place: &str) -> Verdict {
+        self.see("GoToDestination", "Navigation", Message::symbols([request, place]))
+    }
+}
+
+#[test]
+fn each_remembered_value_is_awaited_by_itself() {
+    let mut watch = Watch::new(SAME_PLACE);
+    assert!(watch.monitor().method() == Method::Rules && watch.monitor().export(Format::Dot).is_none());
+    watch.tick();
+    watch.go("start_navigation", "Destination");
+    watch.tick();
+    watch.go("start_navigation", "RechargingStation");
+    assert_eq!(watch.go("get_status", "Destination"), Verdict::Inconclusive);
+    let open = watch.monitor().open_obligations();
+    insta::assert_snapshot!(open.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"));
+    for _ in 0..4 {
+        assert_eq!(watch.tick(), Verdict::Inconclusive);
+    }
+    assert_eq!(watch.tick(), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+}
+
+#[test]
+fn the_same_values_remembered_twice_are_one_state() {
+    let text =
+        "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, level <= l))";
+    let mut watches = [Watch::new(text), Watch::new(text), Watch::new(text)];
+    for (watch, levels) in watches.iter_mut().zip([[9.0, 8.0, 7.0], [50.0, 8.0, 7.0], [9.0, 8.0, 6.0]]) {
+        watch.tick();
+        for level in levels {
+            assert_eq!(watch.level(level), Verdict::Inconclusive);
+        }
+        watch.property.monitor.normalize().expect("it has a normal form");
+    }
+    let [first, same, other] = &watches;
+    assert!(first.property.monitor.same_state(same.property.monitor.as_ref()));
+    assert!(!first.property.monitor.same_state(other.property.monitor.as_ref()));
+    assert_eq!(watches[2].level(6.5), Verdict::False);
+    for text in [
+        "always ((BatteryReader, BatteryLevel, level as l) implies previous (BatteryReader, BatteryLevel, level >= l))",
+    ] {
+        let mut watch = Watch::new(text);
+        watch.tick();
+        let refused = watch.property.monitor.normalize().expect_err("it keeps messages");
+        insta::assert_snapshot!(format!("{refused:?}"));
+    }
+}
+
+#[test]
+fn a_timed_deadline_is_exact_between_ticks() {
+    let answered = "always ((GoToDestination, Navigation, m[1] = <start_navigation>)
+        implies time_until (Navigation, GoToDestination, true) < 2.5 s)";
+    let mut watch = Watch::timed(answered);
+    watch.tick();
+    watch.go("start_navigation", "Destination");
+    insta::assert_snapshot!(watch.monitor().open_obligations()[0]);
+    watch.tick();
+    watch.tick();
+    assert_eq!(watch.property.monitor.verdict(), Verdict::Inconclusive);
+    watch.step = 499;
+    // 1.001 s + 2.5 s is later than tick 3 and 500 ms.
+    assert_eq!(watch.go("get_status", "Destination"), Verdict::Inconclusive);
+    assert_eq!(watch.tick(), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+    insta::assert_snapshot!(explain(watch.monitor().formula(), &watch.topology));
+    assert!(watch.property.monitor.normalize().is_err());
+}
+
+#[test]
+fn what_looks_back_reads_as_english() {
+    let [a, b] = ["(BatteryReader, BatteryLevel, level < 20)", "(Navigation, GoToDestination, m[2] = <idle>)"];
+    let formulas = [
+        RECENTLY_LOW.to_owned(),
+        NEVER_MORE.to_owned(),
+        format!("always ({a} implies at least 2 {b} in 5)"),
+        format!("always ({a} implies not {b} since {a})"),
+        format!("always ({a} implies {b} since[> 2] {a})"),
+        format!("always ({a} implies historically {b})"),
+        format!("always ({a} implies historically[!= 2] once {b})"),
+        format!("always ({a} implies previous {a} and previous[< 2] {b})"),
+        SAME_PLACE.to_owned(),
+        "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, not level > (l + 3) * 2))".to_owned(),
+    ];
+    let said = formulas.iter().map(|formula| {
+        let watch = Watch::new(formula);
+        explain(watch.monitor().formula(), &watch.topology)
+    });
+    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"));
+}
+
 #[test]
 fn a_clause_that_only_forbids_is_never_vacuous() {
     for ban in [

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
-use monitors::{Formula, MessageCondition, holds, holds_endlessly};
+use monitors::{Bound, Formula, MessageCondition, holds, holds_endlessly};
 
 use crate::support::event;
 
@@ -70,6 +70,14 @@ fn until(a: Formula, b: Formula) -> Formula {
     Formula::Until(Box::new(a), Box::new(b))
 }
 
+fn once(bound: Bound, inside: Formula) -> Formula {
+    Formula::Once(bound, Box::new(inside))
+}
+
+fn within(relation: Relation, ticks: u64) -> Bound {
+    Bound { relation, ticks }
+}
+
 fn and(a: Formula, b: Formula) -> Formula {
     Formula::And(vec![a, b])
 }
@@ -130,6 +138,55 @@ fn next_is_the_next_message_on_its_own_channels() {
     says(&next(Formula::True), &["t t", "a+ t t"], &["", "t", "t a+", "a+ t"]);
     says(&next(soon("a", Relation::Less, 1)), &["t t a+", "t a- t a+"], &["t a+ t", "t t t a+", "a+"]);
     says(&is("a").implies(next(is("b"))).always(), &["t", "a+ b+", "a- b-", "a+ a+ b+"], &["a+", "a+ b-", "a+ b- b+"]);
+}
+
+#[test]
+fn once_is_about_now_and_before() {
+    let formula = is("a").implies(once(Bound::NONE, is("b"))).always();
+    says(&formula, &["", "tick a-", "b+ tick a+", "b+ b- tick a+ a+", "tick b+"], &["a+", "tick a+ b+", "b- a+"]);
+    let recent = is("a").implies(once(within(Relation::Less, 2), is("b"))).always();
+    says(&recent, &["tick b+ tick a+", "tick b+ a+"], &["tick b+ tick tick a+"]);
+    let exactly = is("a").implies(once(within(Relation::Equal, 1), is("b"))).always();
+    says(&exactly, &["tick b+ tick a+"], &["tick b+ a+", "tick b+ tick tick a+"]);
+    // It is checked when something is said that it speaks of, and at ticks.
+    says(&once(within(Relation::Less, 1), is("b")).always(), &["b+ c- b+", "b+ tick"], &["b-", "b+ tick tick"]);
+}
+
+#[test]
+fn historically_is_about_every_time_it_was_checked() {
+    let formula = is("a").implies(Formula::Historically(within(Relation::LessOrEqual, 1), Box::new(is("b")))).always();
+    says(&formula, &["a+", "b+ a+", "b- tick tick tick b+ a+"], &["b- a+", "tick b- tick b+ a+"]);
+}
+
+#[test]
+fn since_needs_its_condition_after_its_goal() {
+    let since = Formula::Since(Bound::NONE, Box::new(is("b")), Box::new(is("c")));
+    let formula = is("a").implies(since).always();
+    says(&formula, &["c+ a+", "b- c+ b+ b+ a+", "c+ b- c+ a+"], &["a+", "b+ a+", "c+ b- a+", "c+ b- b+ a+"]);
+}
+
+#[test]
+fn previous_is_the_last_message_before_on_its_own_channels() {
+    let formula = is("a").implies(Formula::Previous(Bound::NONE, Box::new(is("a")))).always();
+    says(&formula, &["a-", "a- a-"], &["a+", "a- tick a+", "a- a+"]);
+    let other = is("a").implies(Formula::Previous(within(Relation::LessOrEqual, 1), Box::new(is("b")))).always();
+    says(&other, &["b+ a+", "tick b+ tick a+"], &["b+ b- a+", "tick b+ tick tick a+"]);
+}
+
+#[test]
+fn messages_are_counted_in_a_window_that_ends_now() {
+    let count = |is_at_most, count| Formula::Count { event: atom("a"), is_at_most, count, ticks: 2 };
+    says(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
+    let enough = is("b").implies(count(false, 2)).always();
+    says(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
+    // At ticks, too: messages may stay away.
+    says(&count(false, 1).always(), &["a+ tick tick"], &["tick", "a+ tick tick tick"]);
+}
+
+#[test]
+fn what_looks_ahead_has_no_place_in_what_looks_back() {
+    let formula = once(Bound::NONE, eventually(is("a"))).always();
+    assert_eq!(holds(&formula, &[]), Err(monitors::FormulaError::LooksAhead));
 }
 
 #[test]

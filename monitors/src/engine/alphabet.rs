@@ -135,9 +135,16 @@ impl Alphabet {
         })
     }
 
-    /// The events that some message within the domains satisfies.
+    /// Whether the samples have every possible letter: conditions compare with constants only.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.readers.iter().flat_map(|reader| &reader.conditions).all(MessageCondition::is_simple)
+    }
+
+    /// The events that some message within the domains may satisfy.
     pub(crate) fn possible(&self) -> u64 {
-        self.letters().fold(0, |bits, (letter, ..)| bits | letter.satisfied)
+        let known = self.letters().fold(0, |bits, (letter, ..)| bits | letter.satisfied);
+        let unknown = self.readers.iter().filter(|reader| !reader.conditions.iter().all(MessageCondition::is_simple));
+        unknown.fold(known, |bits, reader| bits | reader.mask)
     }
 
     /// A bit for each event on a channel.

@@ -15,7 +15,8 @@ use std::collections::{HashMap, VecDeque};
 use crate::clause::EventId;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligation, Obligations};
-use crate::engine::operators::{Operators, State};
+use crate::engine::operators::Operators;
+use crate::engine::past::Memory;
 
 /// There are too many possible continuations to explore them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +42,7 @@ enum Delay {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Node {
     owed: Clause,
-    /// The remembered events that the last messages satisfy.
-    last: u64,
+    memory: Memory,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -77,16 +77,16 @@ impl<'a> Anticipation<'a> {
     }
 
     /// Whether some endless word meets (or breaks) the obligations, for each of these in turn.
-    pub(crate) fn possible(&mut self, owed: &[(&Obligations, u64)]) -> Result<Vec<bool>, TooManyWays> {
-        let roots = owed.iter().map(|(owed, last)| self.roots(owed, *last)).collect::<Result<Vec<_>, _>>()?;
+    pub(crate) fn possible(&mut self, owed: &[(&Obligations, &Memory)]) -> Result<Vec<bool>, TooManyWays> {
+        let roots = owed.iter().map(|(owed, memory)| self.roots(owed, memory)).collect::<Result<Vec<_>, _>>()?;
         self.explore()?;
         let wins = self.winning();
         Ok(roots.iter().map(|roots| roots.iter().any(|root| wins[*root])).collect())
     }
 
     /// An endless word that meets (or breaks) the obligations, if there is one.
-    pub(crate) fn lasso(&mut self, owed: &Obligations, last: u64) -> Result<Option<Lasso>, TooManyWays> {
-        let roots = self.roots(owed, last)?;
+    pub(crate) fn lasso(&mut self, owed: &Obligations, memory: &Memory) -> Result<Option<Lasso>, TooManyWays> {
+        let roots = self.roots(owed, memory)?;
         self.explore()?;
         let (components, is_good) = self.components();
         let stops = |node: usize| self.is_silent(node) || is_good[components[node]];
@@ -138,9 +138,9 @@ impl<'a> Anticipation<'a> {
         None
     }
 
-    fn roots(&mut self, owed: &Obligations, last: u64) -> Result<Vec<usize>, TooManyWays> {
+    fn roots(&mut self, owed: &Obligations, memory: &Memory) -> Result<Vec<usize>, TooManyWays> {
         let ways = self.ways(owed)?;
-        ways.into_iter().map(|owed| self.number(Node { owed, last })).collect()
+        ways.into_iter().map(|owed| self.number(Node { owed, memory: memory.clone() })).collect()
     }
 
     /// The alternatives: products, one of which must be met, or clauses, one of which must be broken.
@@ -168,14 +168,18 @@ impl<'a> Anticipation<'a> {
             // If silence is enough, other continuations need not be known.
             let letters = if self.can_delay(&node.owed) { self.letters.clone() } else { Vec::new() };
             for (symbol, letter) in letters {
-                let last = letter.after(node.last);
-                let state = State { letter, last, now: 0 };
+                let mut memory = node.memory.clone();
+                if letter.is_tick() {
+                    self.operators.age(&mut memory, 1);
+                }
+                let state = self.operators.read(&mut memory, letter, None, 0);
                 let owed =
                     if self.meet { Obligations::all(node.owed.clone()) } else { Obligations::any(node.owed.clone()) };
                 let owed = self.operators.step(self.passed(owed, letter), state);
+                self.operators.forget(&mut memory);
                 for way in self.ways(&owed)? {
                     let delays = self.put_off(&way, letter)?;
-                    let to = self.number(Node { owed: way, last: last & self.operators.remembered() })?;
+                    let to = self.number(Node { owed: way, memory: memory.clone() })?;
                     edges.push(Edge { symbol, to, delays });
                 }
             }
@@ -264,7 +268,7 @@ impl<'a> Anticipation<'a> {
 /// The ways to postpone an obligation that silence does not settle.
 fn delays_of(obligation: &Obligation) -> impl Iterator<Item = Delay> {
     let delays = match *obligation {
-        Obligation::Goes(operator) | Obligation::Waits(operator) => [Some(Delay::Operator(operator)), None],
+        Obligation::Goes(operator, _) | Obligation::Waits(operator, _) => [Some(Delay::Operator(operator)), None],
         Obligation::Passes { event, first, last, .. } => {
             let endless = last == u64::MAX;
             [endless.then_some(Delay::Event(event)), (first > 0 || !endless).then_some(Delay::Time(event))]
@@ -280,7 +284,7 @@ fn products(owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
         let mut longer: Vec<Clause> = Vec::new();
         for product in &products {
             for obligation in clause {
-                let product = with(product, *obligation);
+                let product = with(product, obligation.clone());
                 let implies = |a: &Clause, b: &Clause| b.iter().all(|y| a.iter().any(|x| x.implies(y)));
                 if !longer.iter().any(|known| implies(&product, known)) {
                     longer.retain(|known| !implies(known, &product));
@@ -301,7 +305,7 @@ fn with(product: &Clause, obligation: Obligation) -> Clause {
     if product.iter().any(|known| known.implies(&obligation)) {
         return product.clone();
     }
-    let mut longer: Clause = product.iter().filter(|known| !obligation.implies(known)).copied().collect();
+    let mut longer: Clause = product.iter().filter(|known| !obligation.implies(known)).cloned().collect();
     let place = longer.binary_search(&obligation).unwrap_or_else(|place| place);
     longer.insert(place, obligation);
     longer

@@ -8,7 +8,8 @@ use channels::Verdict;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::anticipation::{Anticipation, Lasso, TooManyWays};
 use crate::engine::obligations::{Clause, Obligations};
-use crate::engine::operators::{Operators, State};
+use crate::engine::operators::Operators;
+use crate::engine::past::Memory;
 use crate::engine::progression::Progression;
 use crate::engine::situation::Situation;
 use crate::engine::table::Table;
@@ -45,8 +46,8 @@ impl From<TooManyWays> for TooManyStates {
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
     table: Table<StateNumber>,
-    /// The meaning of each state: obligations (none yet at the start) and remembered events.
-    meanings: Vec<(Option<Obligations>, u64)>,
+    /// The meaning of each state: obligations (none yet at the start) and what is remembered.
+    meanings: Vec<Meaning>,
     verdicts: Vec<Verdict>,
     holds: Vec<bool>,
     /// Which states are reachable by messages alone.
@@ -94,7 +95,7 @@ impl Automaton {
         let left: Vec<usize> = (0..self.len()).filter(|state| !possible[*state]).collect();
         let (states, owed): (Vec<usize>, Vec<_>) = left
             .into_iter()
-            .filter_map(|state| self.meanings[state].0.as_ref().map(|owed| (state, (owed, self.meanings[state].1))))
+            .filter_map(|state| self.meanings[state].0.as_ref().map(|owed| (state, (owed, &self.meanings[state].1))))
             .unzip();
         let found = Anticipation::new(operators, alphabet, outcome).possible(&owed)?;
         states.into_iter().zip(found).for_each(|(state, found)| possible[state] = found);
@@ -171,7 +172,7 @@ impl Automaton {
     /// An endless word from a state on which the formula holds, or does not.
     fn lasso(&self, state: usize, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Option<Lasso> {
         let (owed, last) = &self.meanings[state];
-        Anticipation::new(operators, alphabet, outcome).lasso(owed.as_ref()?, *last).ok()?
+        Anticipation::new(operators, alphabet, outcome).lasso(owed.as_ref()?, last).ok()?
     }
 
     /// A shortest path from a state to the first state in which something is found, and what was found.
@@ -201,7 +202,7 @@ impl Automaton {
     }
 }
 
-type Meaning = (Option<Obligations>, u64);
+type Meaning = (Option<Obligations>, Memory);
 
 struct Explorer<'a> {
     operators: &'a Operators,
@@ -219,15 +220,17 @@ impl Explorer<'_> {
             .map(|(letter, ..)| (self.alphabet.symbol(letter), letter))
             .chain([(Symbol::TICK, Letter::TICK)])
             .collect();
-        self.number((None, 0))?;
+        self.number((None, self.operators.memory()))?;
         let mut state: StateNumber = 0;
         while usize::from(state) < self.meanings.len() {
             table.push_row(NOWHERE);
-            let (owed, last) = self.meanings[usize::from(state)].clone();
+            let (owed, memory) = self.meanings[usize::from(state)].clone();
             let later = owed.clone().map(|owed| self.operators.advance(owed, 1).shifted(1));
-            table.set(state, Symbol::ADVANCE, self.number((later, last))?);
+            let mut older = memory.clone();
+            self.operators.age(&mut older, 1);
+            table.set(state, Symbol::ADVANCE, self.number((later, older))?);
             for (symbol, letter) in &letters {
-                let next = self.after(owed.clone(), last, *letter);
+                let next = self.after(owed.clone(), memory.clone(), *letter);
                 table.set(state, *symbol, self.number(next)?);
             }
             state += 1;
@@ -239,22 +242,22 @@ impl Explorer<'_> {
         Ok((table, self.meanings))
     }
 
-    fn after(&self, owed: Option<Obligations>, last: u64, letter: Letter) -> Meaning {
-        let last = letter.after(last);
-        let state = State { letter, last, now: 0 };
+    fn after(&self, owed: Option<Obligations>, mut memory: Memory, letter: Letter) -> Meaning {
+        let state = self.operators.read(&mut memory, letter, None, 0);
         let owed = match owed {
             None => self.operators.begin(state),
             Some(owed) => self.operators.step(owed, state),
         };
-        (Some(owed), last & self.operators.remembered())
+        self.operators.forget(&mut memory);
+        (Some(owed), memory)
     }
 
-    fn number(&mut self, (owed, last): Meaning) -> Result<StateNumber, TooManyStates> {
+    fn number(&mut self, (owed, memory): Meaning) -> Result<StateNumber, TooManyStates> {
         if owed.as_ref().is_some_and(|owed| owed.clauses().len() > MAX_CLAUSES) {
             return Err(TooManyStates);
         }
         let settled = owed.as_ref().is_some_and(|owed| owed.is_met() || owed.is_broken());
-        let meaning = (owed, if settled { 0 } else { last });
+        let meaning = (owed, if settled { self.operators.memory() } else { memory });
         if let Some(number) = self.known.get(&meaning) {
             return Ok(*number);
         }
@@ -335,7 +338,7 @@ impl AutomatonRun {
     /// Processes a state with this letter.
     pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
         if let Some(detour) = &mut self.detour {
-            return detour.read(letter);
+            return detour.read(letter, None);
         }
         self.has_ticked |= letter.is_tick();
         let symbol = alphabet.symbol(letter);
@@ -349,16 +352,16 @@ impl AutomatonRun {
 
     #[cold]
     fn leave(&mut self, letter: Letter) {
-        let (owed, last) = self.meaning();
-        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, last, self.now);
-        detour.read(letter);
+        let (owed, memory) = self.meaning();
+        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, memory, self.now);
+        detour.read(letter, None);
         self.detour = Some(detour);
     }
 
     /// The obligations in this state, in ticks of the run.
     fn meaning(&self) -> Meaning {
-        let (owed, last) = &self.automaton.meanings[usize::from(self.state)];
-        (owed.as_ref().map(|owed| owed.at(self.now)), *last)
+        let (owed, memory) = &self.automaton.meanings[usize::from(self.state)];
+        (owed.as_ref().map(|owed| owed.at(self.now)), memory.clone())
     }
 
     /// The clause whose deadline passed before it was met, if that is why the formula is false.
@@ -402,8 +405,8 @@ impl AutomatonRun {
 
     #[cold]
     fn run_detour(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
-        let (owed, last) = self.meaning();
-        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, last, self.now);
+        let (owed, memory) = self.meaning();
+        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, memory, self.now);
         detour.run(symbols, alphabet);
         self.detour = Some(detour);
     }

@@ -3,15 +3,19 @@
 //! For a clause `antecedent implies time_until (answer) < θ`, only the oldest open obligation matters: an event that
 //! answers it also answers the later ones. For `antecedent implies not time_until (ban) < θ`, only the youngest does.
 //! So one number per clause is enough, and an event takes the same time for any θ.
+//!
+//! Clauses that look back are rules too, without a table of states: what they remember is computed as the run goes on.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use channels::Verdict;
 
-use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, own_channels};
+use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, clock};
+use crate::data::Values;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Obligation, Obligations};
+use crate::engine::past::{Memory, Past, Strikes};
 use crate::engine::situation::Situation;
 use crate::engine::table::Table;
 
@@ -21,9 +25,10 @@ use crate::engine::table::Table;
 pub(crate) struct Rule {
     /// The clause itself.
     pub(crate) clause: Part,
-    /// The events that trigger the check: those of its own channels.
-    clock: u64,
-    /// The events one of which must hold, and those one of which must not.
+    clock: Strikes,
+    /// The events whose last messages must be remembered.
+    remembered: u64,
+    /// The events and operators that look back one of which must hold, and those one of which must not.
     hold: u64,
     hold_not: u64,
     /// The deadline.
@@ -55,7 +60,9 @@ struct Step {
 #[derive(Clone, Debug)]
 pub(crate) struct Compact {
     rules: Vec<Rule>,
-    table: Table<Step>,
+    past: Arc<Past>,
+    /// `None` if a rule looks back.
+    table: Option<Table<Step>>,
     /// The states from which a violation is still possible.
     live: Vec<bool>,
     /// The rules that an event answers.
@@ -70,13 +77,17 @@ const MAX_STATES: usize = 4_096;
 
 impl Compact {
     /// The rules of a formula that is `always` of such clauses, or several such formulas joined by `and`.
-    pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
-        let rules = rules(form, vocabulary, alphabet)?;
-        let table = Table::new(alphabet.symbols()?);
+    pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Option<Self> {
+        if vocabulary.has_data() {
+            return None;
+        }
+        let rules = rules(form, vocabulary, alphabet, past)?;
         let is_answered = |rule: &Rule| matches!(rule.timing, Timing::Within { .. });
         let answered = rules.iter().rev().fold(0, |bits, rule| bits << 1 | u16::from(is_answered(rule)));
-        let mut compact = Self { rules, table, live: Vec::new(), answered };
-        compact.explore(alphabet)?;
+        let mut compact = Self { rules, past: Arc::clone(past), table: None, live: vec![true], answered };
+        if past.len() == 0 {
+            compact.explore(alphabet)?;
+        }
         Some(compact)
     }
 
@@ -84,23 +95,33 @@ impl Compact {
         &self.rules
     }
 
-    /// Whether verdicts come as early as possible: with a single rule, or without deadlines.
+    /// Whether verdicts come as early as possible.
     pub(crate) fn is_exact(&self) -> bool {
+        self.table.is_some() && self.is_prompt()
+    }
+
+    /// Whether a violation is noticed as early as possible: with a single rule, or without deadlines.
+    pub(crate) fn is_prompt(&self) -> bool {
         self.rules.len() <= 1 || self.rules.iter().all(|rule| rule.timing == Timing::Never)
+    }
+
+    fn remembered(&self) -> u64 {
+        self.rules.iter().map(|rule| rule.remembered).fold(self.past.remembered(), |bits, rule| bits | rule)
     }
 
     /// Builds the table of all states. A state is what the rules may still check: of the events that the last message
     /// of each channel satisfied, those that some rule remembers. Two histories with the same bits trigger the same
     /// rules from then on, so each set of bits is explored once.
     fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
-        let remembered = self.rules.iter().map(|rule| rule.remembered(alphabet)).fold(0, |bits, rule| bits | rule);
+        let remembered = self.remembered();
+        let mut table = Table::new(alphabet.symbols()?);
         let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
         let mut known = HashMap::from([(0_u64, 0_u16)]);
         let mut states = vec![0_u64];
         let mut edges = Vec::new();
         let mut at = 0;
         while at < states.len() {
-            self.table.push_row(Step { next: at as u16, ..Step::default() });
+            table.push_row(Step { next: at as u16, ..Step::default() });
             for symbol in (Symbol::MESSAGES..alphabet.symbols()?).map(Symbol) {
                 let letter = alphabet.letter(symbol);
                 let last = letter.after(states[at]);
@@ -109,16 +130,16 @@ impl Compact {
                     (states.len() - 1) as u16
                 });
                 let step = self.step(letter, last, next);
-                self.table.set(at as u16, symbol, step);
+                table.set(at as u16, symbol, step);
                 // A message outside the domains is processed, but not expected. A deadline that the same message sets
                 // and meets is not pending.
-                if possible.contains(&letter) {
+                if possible.contains(&letter) || !alphabet.is_exact() {
                     edges.push((at, usize::from(next), step.strikes & !(step.passes & self.answered)));
                 }
             }
             let step = self.step(Letter::TICK, states[at], at as u16);
             for tick in [Symbol::TICK, Symbol::NEXT_TICK] {
-                self.table.set(at as u16, tick, step);
+                table.set(at as u16, tick, step);
             }
             edges.push((at, at, step.strikes));
             if states.len() > MAX_STATES {
@@ -127,6 +148,7 @@ impl Compact {
             at += 1;
         }
         self.live = live(states.len(), &edges);
+        self.table = Some(table);
         Some(())
     }
 
@@ -134,8 +156,8 @@ impl Compact {
         let mut step = Step { next, ..Step::default() };
         for (index, rule) in self.rules.iter().enumerate() {
             // A clause is a disjunction: it fails if none of its positive events holds and all of its negated events
-            // hold. It is checked only at messages on its own channels, or at ticks if it has none.
-            let struck = if letter.is_tick() { rule.clock == 0 } else { rule.clock & letter.channel != 0 };
+            // hold.
+            let struck = rule.clock.at(letter);
             let failed = last & rule.hold == 0 && !last & rule.hold_not == 0;
             step.strikes |= u16::from(struck && failed) << index;
             step.passes |= u16::from(letter.satisfied & rule.timing.events() != 0) << index;
@@ -154,10 +176,10 @@ impl Timing {
 }
 
 impl Rule {
-    fn new(clause: &Part, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
-        let clock =
-            own_channels(clause, vocabulary).into_iter().fold(0, |mask, channel| mask | alphabet.mask_of(channel));
-        let mut rule = Self { clause: clause.clone(), clock, hold: 0, hold_not: 0, timing: Timing::Never };
+    fn new(clause: &Part, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past) -> Option<Self> {
+        let clock = Strikes::new(&clock(clause, vocabulary), alphabet);
+        let remembered = clock.remembered(clause, vocabulary, alphabet);
+        let mut rule = Self { clause: clause.clone(), clock, remembered, hold: 0, hold_not: 0, timing: Timing::Never };
         for literal in clause {
             match literal {
                 Literal::Event { event: EventId(event), holds: true } => rule.hold |= 1 << event,
@@ -175,17 +197,14 @@ impl Rule {
                         _ => return None,
                     }
                 }
-                _ => return None,
+                literal => match past.bit(literal)? {
+                    (bit, true) => rule.hold |= bit,
+                    (bit, false) => rule.hold_not |= bit,
+                },
             }
         }
-        let asked_at_ticks_for_nothing = clock == 0 && rule.timing == Timing::Never;
+        let asked_at_ticks_for_nothing = rule.hold | rule.hold_not == 0 && rule.timing == Timing::Never;
         (!asked_at_ticks_for_nothing).then_some(rule)
-    }
-
-    fn remembered(&self, alphabet: &Alphabet) -> u64 {
-        let own = self.hold | self.hold_not;
-        let one_channel = alphabet.letters().any(|(letter, ..)| letter.channel == self.clock);
-        if one_channel { 0 } else { own }
     }
 }
 
@@ -202,7 +221,7 @@ impl Timing {
     }
 }
 
-fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Vec<Rule>> {
+fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past) -> Option<Vec<Rule>> {
     let mut rules = Vec::new();
     for clause in form {
         let mut literals = clause.iter();
@@ -211,7 +230,7 @@ fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Ve
             return None;
         }
         for clause in hold {
-            rules.push(Rule::new(clause, vocabulary, alphabet)?);
+            rules.push(Rule::new(clause, vocabulary, alphabet, past)?);
         }
     }
     (rules.len() <= MAX_RULES).then_some(rules)
@@ -237,6 +256,8 @@ fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
 pub(crate) struct CompactRun {
     compact: Arc<Compact>,
     state: u16,
+    /// Without a table, what it needs instead of the state.
+    memory: Memory,
     now: u64,
     /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is pending), or the
     /// first at which everything is allowed again ([`Timing::Without`]; 0: now).
@@ -247,7 +268,8 @@ pub(crate) struct CompactRun {
 impl CompactRun {
     pub(crate) fn new(compact: Arc<Compact>) -> Self {
         let ticks = compact.rules.iter().map(|rule| rule.timing.at_rest()).collect();
-        Self { compact, state: 0, now: 0, ticks, broken: None }
+        let memory = compact.past.memory();
+        Self { compact, state: 0, memory, now: 0, ticks, broken: None }
     }
 
     pub(crate) fn compact(&self) -> &Arc<Compact> {
@@ -279,7 +301,9 @@ impl CompactRun {
             let last = self.ticks[*rule].saturating_sub(self.now + 1);
             let passes = (0..u64::BITS)
                 .filter(|event| events >> event & 1 == 1)
-                .map(|event| Obligations::one(Obligation::Passes { event: EventId(event), holds, first: 0, last }));
+                .map(|event| EventId(event))
+                .map(|event| Obligation::Passes { event, holds, first: 0, last, values: Values::default() })
+                .map(Obligations::one);
             let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
             passes.fold(Obligations::constant(!holds), combine)
         });
@@ -300,16 +324,18 @@ impl CompactRun {
         for ticks in self.ticks.iter_mut().filter(|ticks| **ticks != u64::MAX) {
             *ticks = ticks.saturating_sub(self.now);
         }
+        self.memory.last &= self.compact.remembered();
         self.now = 0;
     }
 
     /// What determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
-        Situation::Compact(self.state, &self.ticks)
+        Situation::Compact(self.state, &self.ticks, &self.memory)
     }
 
     /// Sets τ to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
+        self.compact.past.advance(&mut self.memory, now.saturating_sub(self.now));
         self.now = now;
         for (index, rule) in self.compact.rules.iter().enumerate() {
             let late = matches!(rule.timing, Timing::Within { .. }) && now >= self.ticks[index];
@@ -319,9 +345,15 @@ impl CompactRun {
         }
     }
 
-    /// Processes a state with this symbol.
-    pub(crate) fn read(&mut self, symbol: Symbol) {
-        let step = self.compact.table.get(self.state, symbol);
+    /// Processes a state with this letter.
+    pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
+        let step = match &self.compact.table {
+            Some(table) => table.get(self.state, alphabet.symbol(letter)),
+            None => {
+                self.compact.past.read(&mut self.memory, letter, None);
+                self.compact.step(letter, self.memory.last, 0)
+            }
+        };
         self.state = step.next;
         if (step.strikes | step.passes) != 0 {
             self.apply(step);
@@ -340,16 +372,20 @@ impl CompactRun {
     }
 
     /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
-    pub(crate) fn run(&mut self, symbols: &[Symbol]) {
-        match (self.compact.rules.len(), self.compact.rules.first().map(|rule| rule.timing.clone())) {
-            (1, Some(Timing::Within { ticks, .. })) => self.run_response(symbols, ticks),
-            _ if self.compact.rules.iter().all(|rule| rule.timing == Timing::Never) => self.run_safety(symbols),
-            _ => self.run_all(symbols),
+    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
+        let compact = Arc::clone(&self.compact);
+        match (&compact.table, &compact.rules[..]) {
+            (Some(table), [Rule { timing: Timing::Within { ticks, .. }, .. }]) => {
+                self.run_response(symbols, *ticks, table);
+            }
+            (Some(table), rules) if rules.iter().all(|rule| rule.timing == Timing::Never) => {
+                self.run_safety(symbols, table);
+            }
+            _ => self.run_all(symbols, alphabet),
         }
     }
 
-    fn run_safety(&mut self, symbols: &[Symbol]) {
-        let table = &self.compact.table;
+    fn run_safety(&mut self, symbols: &[Symbol], table: &Table<Step>) {
         let mut state = self.state;
         for symbol in symbols {
             let step = table.get(state, *symbol);
@@ -362,8 +398,7 @@ impl CompactRun {
         self.state = state;
     }
 
-    fn run_response(&mut self, symbols: &[Symbol], bound: u64) {
-        let table = &self.compact.table;
+    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &Table<Step>) {
         let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
         for symbol in symbols {
             now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);
@@ -379,12 +414,14 @@ impl CompactRun {
         (self.state, self.now, self.ticks[0]) = (state, now, due);
     }
 
-    fn run_all(&mut self, symbols: &[Symbol]) {
+    fn run_all(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
         for symbol in symbols {
             if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
                 self.advance(self.now + 1);
             }
-            self.read(*symbol);
+            if *symbol != Symbol::ADVANCE {
+                self.read(alphabet.letter(*symbol), alphabet);
+            }
             if self.broken.is_some() {
                 return;
             }

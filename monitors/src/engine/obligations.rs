@@ -1,16 +1,17 @@
 //! Obligations: what the rest of a run must do.
 
 use crate::clause::EventId;
+use crate::data::Values;
 
 /// Something that later states decide. Negations are separate obligations.
 ///
 /// Ticks are absolute: those of the run's clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Obligation {
-    /// An `until` or a release continues: its number among the operators.
-    Goes(u32),
-    /// A `next` waits for a message on its own channels: its number among the operators.
-    Waits(u32),
+    /// An `until` or a release continues: its number among the operators, and the values that it compares with.
+    Goes(u32, Values),
+    /// A `next` waits for a message on its own channels: its number among the operators, and the values.
+    Waits(u32, Values),
     /// A message that satisfies the event passes at a tick from `first` to `last` (or, unless `holds`, none does).
     ///
     /// `first` is 0 once it is no longer in the future; `last` is `u64::MAX` if there is no end.
@@ -23,17 +24,34 @@ pub(crate) enum Obligation {
         first: u64,
         /// The last tick of the window.
         last: u64,
+        /// The values that the event compares with.
+        values: Values,
     },
 }
 
 impl Obligation {
+    /// The obligation with another window, if it has one.
+    pub(crate) fn within(&self, new_first: u64, new_last: u64) -> Self {
+        let mut changed = self.clone();
+        if let Self::Passes { first, last, .. } = &mut changed {
+            (*first, *last) = (new_first, new_last);
+        }
+        changed
+    }
+
     /// Whether meeting this one also meets the other, judging by the windows alone.
     pub(crate) fn implies(&self, other: &Self) -> bool {
         match (self, other) {
             (
-                Self::Passes { event, holds, first, last },
-                Self::Passes { event: other_event, holds: other_holds, first: other_first, last: other_last },
-            ) if event == other_event && holds == other_holds => {
+                Self::Passes { event, holds, first, last, values },
+                Self::Passes {
+                    event: other_event,
+                    holds: other_holds,
+                    first: other_first,
+                    last: other_last,
+                    values: other_values,
+                },
+            ) if event == other_event && holds == other_holds && values == other_values => {
                 if *holds {
                     other_first <= first && last <= other_last
                 } else {
@@ -99,8 +117,8 @@ impl Obligations {
 
     /// The clause that could only be met by messages until `last`, if there is one: it is missed when τ passes `last`.
     pub(crate) fn ending_by(&self, last: u64) -> Option<&Clause> {
-        let ends = |obligation: &Obligation| match *obligation {
-            Obligation::Passes { holds: true, last: end, .. } => end <= last,
+        let ends = |obligation: &Obligation| match obligation {
+            Obligation::Passes { holds: true, last: end, .. } => *end <= last,
             _ => false,
         };
         self.clauses.iter().find(|clause| !clause.is_empty() && clause.iter().all(ends))
@@ -167,10 +185,10 @@ impl Obligations {
 
     /// The obligations with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn at(&self, now: u64) -> Self {
-        self.clone().replace(|obligation| match *obligation {
-            Obligation::Passes { event, holds, first, last } => {
-                let first = if first == 0 { 0 } else { first.saturating_add(now) };
-                Some(Self::one(Obligation::Passes { event, holds, first, last: last.saturating_add(now) }))
+        self.clone().replace(|obligation| match obligation {
+            Obligation::Passes { first, last, .. } => {
+                let first = if *first == 0 { 0 } else { first.saturating_add(now) };
+                Some(Self::one(obligation.within(first, last.saturating_add(now))))
             }
             _ => None,
         })
@@ -178,10 +196,10 @@ impl Obligations {
 
     /// The obligations with every tick reduced by those that have passed: an automaton treats them as the same state.
     pub(crate) fn shifted(self, by: u64) -> Self {
-        self.replace(|obligation| match *obligation {
-            Obligation::Passes { event, holds, first, last } => {
-                let last = if last == u64::MAX { last } else { last.saturating_sub(by) };
-                Some(Self::one(Obligation::Passes { event, holds, first: first.saturating_sub(by), last }))
+        self.replace(|obligation| match obligation {
+            Obligation::Passes { first, last, .. } => {
+                let last = if *last == u64::MAX { *last } else { last.saturating_sub(by) };
+                Some(Self::one(obligation.within(first.saturating_sub(by), last)))
             }
             _ => None,
         })
@@ -197,7 +215,7 @@ fn union(a: &Clause, b: &Clause) -> Clause {
         }
         all.retain(|known| !known.implies(obligation));
         let place = all.binary_search(obligation).unwrap_or_else(|place| place);
-        all.insert(place, *obligation);
+        all.insert(place, obligation.clone());
     }
     all
 }

@@ -1,46 +1,67 @@
 //! The operators of a formula, and how they carry obligations from one state to the next.
 
-use crate::clause::{Bound, EventId, Form, Literal, Part, Vocabulary, own_channels, own_channels_of_all};
+use std::sync::Arc;
+
+use channels::{ChannelId, Message};
+
+use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, clock};
+use crate::data::{Remembered, Values};
 use crate::engine::alphabet::{Alphabet, Letter};
+use crate::engine::history::Data;
 use crate::engine::obligations::{Obligation, Obligations};
+use crate::engine::past::{Memory, Past, Strikes};
+use crate::formula::Bound;
 
 /// A state of the run, as the operators see it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State {
+pub(crate) struct State<'m> {
     /// What happened in it.
     pub(crate) letter: Letter,
-    /// The events that the last messages of their channels satisfy, including this state's message.
+    /// The events that the last messages of their channels satisfy, including this state's message, and the operators
+    /// that look back and hold.
     pub(crate) last: u64,
     /// τ
     pub(crate) now: u64,
-}
-
-/// When something is checked: at messages on these events' channels; at ticks if there are none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Clock(u64);
-
-impl Clock {
-    fn strikes(self, letter: Letter) -> bool {
-        if letter.is_tick() { self.0 == 0 } else { self.0 & letter.channel != 0 }
-    }
+    /// The messages, if values are compared.
+    data: Option<&'m Data>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Asked {
-    clock: Clock,
+    clock: Strikes,
+    part: CompiledPart,
+}
+
+/// A part, and what is remembered where it is checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct CompiledPart {
     literals: Vec<Compiled>,
+    remembered: Vec<Remembered>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Compiled {
-    Event { bit: u64, holds: bool },
-    Time { event: EventId, bound: Bound, holds: bool },
+    /// An event or an operator that looks back that compares values: its number among those.
+    Open {
+        number: u32,
+        holds: bool,
+    },
+    /// An event, or an operator that looks back.
+    Event {
+        bit: u64,
+        holds: bool,
+    },
+    Time {
+        event: EventId,
+        bound: Bound,
+        holds: bool,
+    },
     Operator(u32),
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Operator {
-    Next { clock: Clock, clauses: Vec<Vec<Compiled>>, strong: bool },
+    Next { clock: Strikes, clauses: Vec<CompiledPart>, strong: bool },
     Until { hold: Vec<Asked>, goal: Vec<Asked> },
     Release { escape: Vec<Asked>, hold: Vec<Asked> },
 }
@@ -52,16 +73,26 @@ pub(crate) struct Operators {
     /// The literals of the operators.
     literals: Vec<Literal>,
     /// The clauses that hold at the first state.
-    root: Vec<Vec<Compiled>>,
+    root: Vec<CompiledPart>,
+    /// The literals that compare values.
+    open: Vec<Literal>,
+    /// For each operator, the names that it compares with.
+    names: Vec<Vec<Arc<str>>>,
     /// The events whose last message matters in states with a message on another channel.
     remembered: u64,
+    past: Arc<Past>,
 }
 
 impl Operators {
-    pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Self {
-        let mut compiler = Compiler { vocabulary, alphabet, known: Vec::new(), operators: Vec::new(), remembered: 0 };
+    /// `past` has the operators of the form that look back, and perhaps more.
+    pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Self {
+        let remembered = past.remembered();
+        let (known, operators, open) = (Vec::new(), Vec::new(), Vec::new());
+        let mut compiler = Compiler { vocabulary, alphabet, past, known, operators, open, remembered };
         let root = compiler.parts(form);
-        Self { root, remembered: compiler.remembered, operators: compiler.operators, literals: compiler.known }
+        let Compiler { known: literals, operators, open, remembered, .. } = compiler;
+        let names = literals.iter().map(|literal| vocabulary.free(literal)).collect();
+        Self { root, remembered, operators, literals, open, names, past: Arc::clone(past) }
     }
 
     /// The literal of an operator.
@@ -69,37 +100,70 @@ impl Operators {
         &self.literals[operator as usize]
     }
 
-    /// The events whose last message must be remembered.
-    pub(crate) fn remembered(&self) -> u64 {
-        self.remembered
+    /// The memory before the first state.
+    pub(crate) fn memory(&self) -> Memory {
+        self.past.memory()
+    }
+
+    /// The state that a letter leads to, of which the memory then is.
+    pub(crate) fn read<'m>(
+        &self,
+        memory: &'m mut Memory,
+        letter: Letter,
+        message: Option<(ChannelId, &Message)>,
+        now: u64,
+    ) -> State<'m> {
+        self.past.read(memory, letter, message);
+        State { letter, last: memory.last, now, data: memory.data() }
+    }
+
+    /// The memory when τ grows.
+    pub(crate) fn age(&self, memory: &mut Memory, by: u64) {
+        self.past.advance(memory, by);
+    }
+
+    /// Forgets what makes no difference.
+    pub(crate) fn forget(&self, memory: &mut Memory) {
+        memory.last &= self.remembered;
+        self.past.forget(memory);
     }
 
     /// The obligations after the first state.
-    pub(crate) fn begin(&self, state: State) -> Obligations {
-        self.all(&self.root, state)
+    pub(crate) fn begin(&self, state: State<'_>) -> Obligations {
+        self.all(&self.root, state, &Values::default())
     }
 
     /// The obligations after the next state, if these were the obligations before it.
-    pub(crate) fn step(&self, obligations: Obligations, state: State) -> Obligations {
-        obligations.replace(|obligation| match *obligation {
-            Obligation::Goes(operator) => self.unfold(operator, state),
-            Obligation::Waits(operator) => match &self.operators[operator as usize] {
-                Operator::Next { clock, clauses, .. } if clock.strikes(state.letter) => Some(self.all(clauses, state)),
+    pub(crate) fn step(&self, obligations: Obligations, state: State<'_>) -> Obligations {
+        obligations.replace(|obligation| match obligation {
+            Obligation::Goes(operator, values) => self.unfold(*operator, state, values),
+            Obligation::Waits(operator, values) => match &self.operators[*operator as usize] {
+                Operator::Next { clock, clauses, .. } if clock.at(state.letter) => {
+                    Some(self.all(clauses, state, values))
+                }
                 _ => None,
             },
-            Obligation::Passes { event, holds, first, .. } => {
-                let passes = first <= state.now && state.letter.satisfied & (1 << event.0) != 0;
-                passes.then(|| Obligations::constant(holds))
+            Obligation::Passes { event, holds, first, values, .. } => {
+                let passes = *first <= state.now && self.passes(*event, state, values);
+                passes.then(|| Obligations::constant(*holds))
             }
         })
     }
 
+    /// Whether the state's message is the event.
+    fn passes(&self, event: EventId, state: State<'_>, values: &Values) -> bool {
+        match state.data {
+            Some(data) => data.passes(event, values, &self.past.known),
+            None => state.letter.satisfied & (1 << event.0) != 0,
+        }
+    }
+
     /// The obligations when τ becomes `now`: windows begin and end.
     pub(crate) fn advance(&self, obligations: Obligations, now: u64) -> Obligations {
-        obligations.replace(|obligation| match *obligation {
-            Obligation::Passes { holds, last, .. } if last < now => Some(Obligations::constant(!holds)),
-            Obligation::Passes { event, holds, first, last } if first != 0 && first <= now => {
-                Some(Obligations::one(Obligation::Passes { event, holds, first: 0, last }))
+        obligations.replace(|obligation| match obligation {
+            Obligation::Passes { holds, last, .. } if *last < now => Some(Obligations::constant(!holds)),
+            Obligation::Passes { first, last, .. } if *first != 0 && *first <= now => {
+                Some(Obligations::one(obligation.within(0, *last)))
             }
             _ => None,
         })
@@ -114,11 +178,13 @@ impl Operators {
     /// Whether an obligation is met if nothing follows.
     pub(crate) fn met_by_silence(&self, obligation: &Obligation) -> bool {
         match *obligation {
-            Obligation::Goes(operator) | Obligation::Waits(operator) => match &self.operators[operator as usize] {
-                Operator::Next { strong, .. } => !strong,
-                Operator::Until { .. } => false,
-                Operator::Release { .. } => true,
-            },
+            Obligation::Goes(operator, _) | Obligation::Waits(operator, _) => {
+                match &self.operators[operator as usize] {
+                    Operator::Next { strong, .. } => !strong,
+                    Operator::Until { .. } => false,
+                    Operator::Release { .. } => true,
+                }
+            }
             Obligation::Passes { holds, .. } => !holds,
         }
     }
@@ -126,7 +192,7 @@ impl Operators {
     /// Whether a letter checks an obligation that waits for a message on its own channels.
     pub(crate) fn is_asked(&self, operator: u32, letter: Letter) -> bool {
         match &self.operators[operator as usize] {
-            Operator::Next { clock, .. } => clock.strikes(letter),
+            Operator::Next { clock, .. } => clock.at(letter),
             Operator::Until { .. } | Operator::Release { .. } => false,
         }
     }
@@ -134,74 +200,90 @@ impl Operators {
     /// The obligation that the root continues, if it consists of operators that do.
     pub(crate) fn going(&self) -> Obligations {
         let goes = |literal: &Compiled| match literal {
-            Compiled::Operator(operator) => Obligations::one(Obligation::Goes(*operator)),
-            Compiled::Event { .. } | Compiled::Time { .. } => Obligations::broken(),
+            Compiled::Operator(operator) => Obligations::one(Obligation::Goes(*operator, Values::default())),
+            _ => Obligations::broken(),
         };
-        let clause = |clause: &Vec<Compiled>| clause.iter().map(goes).fold(Obligations::broken(), Obligations::or);
+        let clause =
+            |clause: &CompiledPart| clause.literals.iter().map(goes).fold(Obligations::broken(), Obligations::or);
         self.root.iter().map(clause).fold(Obligations::met(), Obligations::and)
     }
 
     /// Whether the root holds on the empty run.
     pub(crate) fn holds_on_nothing(&self) -> bool {
         let holds = |literal: &Compiled| match literal {
-            Compiled::Event { holds, .. } | Compiled::Time { holds, .. } => !holds,
-            Compiled::Operator(operator) => self.met_by_silence(&Obligation::Goes(*operator)),
+            Compiled::Event { holds, .. } | Compiled::Time { holds, .. } | Compiled::Open { holds, .. } => !holds,
+            Compiled::Operator(operator) => self.met_by_silence(&Obligation::Goes(*operator, Values::default())),
         };
-        self.root.iter().all(|clause| clause.iter().any(holds))
+        self.root.iter().all(|clause| clause.literals.iter().any(holds))
     }
 
-    fn all(&self, clauses: &[Vec<Compiled>], state: State) -> Obligations {
-        clauses.iter().fold(Obligations::met(), |all, clause| all.and(self.clause(clause, state)))
+    fn all(&self, clauses: &[CompiledPart], state: State<'_>, values: &Values) -> Obligations {
+        clauses.iter().fold(Obligations::met(), |all, clause| all.and(self.clause(clause, state, values)))
     }
 
-    fn clause(&self, clause: &[Compiled], state: State) -> Obligations {
-        clause.iter().fold(Obligations::broken(), |any, literal| any.or(self.literal(*literal, state)))
+    fn clause(&self, clause: &CompiledPart, state: State<'_>, values: &Values) -> Obligations {
+        let values = &state.remembered(clause, values);
+        clause.literals.iter().fold(Obligations::broken(), |any, literal| any.or(self.literal(*literal, state, values)))
     }
 
-    fn product(&self, product: &[Compiled], state: State) -> Obligations {
-        product.iter().fold(Obligations::met(), |all, literal| all.and(self.literal(*literal, state)))
+    fn product(&self, product: &CompiledPart, state: State<'_>, values: &Values) -> Obligations {
+        let values = &state.remembered(product, values);
+        product.literals.iter().fold(Obligations::met(), |all, literal| all.and(self.literal(*literal, state, values)))
     }
 
-    fn literal(&self, literal: Compiled, state: State) -> Obligations {
+    fn literal(&self, literal: Compiled, state: State<'_>, values: &Values) -> Obligations {
         match literal {
             Compiled::Event { bit, holds } => Obligations::constant((state.last & bit != 0) == holds),
+            Compiled::Open { number, holds } => {
+                let open = &self.open[number as usize];
+                let is_so = state.data.is_some_and(|data| data.holds_now(open, values, &self.past.known));
+                Obligations::constant(is_so == holds)
+            }
             Compiled::Time { event, bound, holds } => {
-                let passes = state.letter.satisfied & (1 << event.0) != 0;
+                let passes = self.passes(event, state, values);
+                let values =
+                    if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
                 let windows = bound.windows().map(|window| {
                     if window.first == 0 && passes {
                         return Obligations::constant(holds);
                     }
                     let first = if window.first == 0 { 0 } else { state.now.saturating_add(window.first) };
                     let last = state.now.saturating_add(window.last);
-                    Obligations::one(Obligation::Passes { event, holds, first, last })
+                    Obligations::one(Obligation::Passes { event, holds, first, last, values: values.clone() })
                 });
                 let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
                 windows.fold(Obligations::constant(!holds), combine)
             }
-            Compiled::Operator(operator) => match self.operators[operator as usize] {
-                Operator::Next { .. } => Obligations::one(Obligation::Waits(operator)),
-                _ => self.unfold(operator, state).unwrap_or_else(|| Obligations::one(Obligation::Goes(operator))),
-            },
+            Compiled::Operator(operator) => {
+                let values = values.only(&self.names[operator as usize]);
+                match self.operators[operator as usize] {
+                    Operator::Next { .. } => Obligations::one(Obligation::Waits(operator, values)),
+                    _ => {
+                        let unfolded = self.unfold(operator, state, &values);
+                        unfolded.unwrap_or_else(|| Obligations::one(Obligation::Goes(operator, values)))
+                    }
+                }
+            }
         }
     }
 
     /// The obligation of an `until` or a release from this state on; `None` if it is only itself, as in states that
     /// concern none of its parts.
-    fn unfold(&self, operator: u32, state: State) -> Option<Obligations> {
-        let struck = |parts: &[Asked]| parts.iter().any(|part| part.clock.strikes(state.letter));
+    fn unfold(&self, operator: u32, state: State<'_>, values: &Values) -> Option<Obligations> {
+        let struck = |parts: &[Asked]| parts.iter().any(|part| part.clock.at(state.letter));
         let asked = |parts: &[Asked]| -> Vec<usize> {
-            (0..parts.len()).filter(|part| parts[*part].clock.strikes(state.letter)).collect()
+            (0..parts.len()).filter(|part| parts[*part].clock.at(state.letter)).collect()
         };
-        let later = || Obligations::one(Obligation::Goes(operator));
+        let later = || Obligations::one(Obligation::Goes(operator, values.clone()));
         let all = |hold: &[Asked]| {
             asked(hold)
                 .into_iter()
-                .fold(Obligations::met(), |all, part| all.and(self.clause(&hold[part].literals, state)))
+                .fold(Obligations::met(), |all, part| all.and(self.clause(&hold[part].part, state, values)))
         };
         let any = |goal: &[Asked]| {
             asked(goal)
                 .into_iter()
-                .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].literals, state)))
+                .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].part, state, values)))
         };
         match &self.operators[operator as usize] {
             Operator::Until { hold, goal } if struck(hold) || struck(goal) => {
@@ -215,48 +297,67 @@ impl Operators {
     }
 }
 
+impl State<'_> {
+    /// The values, with those that are remembered here.
+    fn remembered(&self, part: &CompiledPart, values: &Values) -> Values {
+        match self.data {
+            Some(data) => data.remembered(&part.remembered, values),
+            None => Values::default(),
+        }
+    }
+}
+
 struct Compiler<'a> {
     vocabulary: &'a Vocabulary,
     alphabet: &'a Alphabet,
+    past: &'a Past,
     known: Vec<Literal>,
     operators: Vec<Operator>,
+    open: Vec<Literal>,
     remembered: u64,
 }
 
 impl Compiler<'_> {
-    fn parts(&mut self, form: &Form) -> Vec<Vec<Compiled>> {
-        form.iter().map(|part| part.iter().map(|literal| self.literal(literal)).collect()).collect()
+    fn parts(&mut self, form: &Form) -> Vec<CompiledPart> {
+        form.iter().map(|part| self.part(part)).collect()
+    }
+
+    fn part(&mut self, part: &Part) -> CompiledPart {
+        let remembered = self.vocabulary.remembered(part);
+        CompiledPart { literals: part.iter().map(|literal| self.literal(literal)).collect(), remembered }
     }
 
     fn asked(&mut self, form: &Form) -> Vec<Asked> {
         let parts = form.iter().map(|part| {
-            let clock = self.clock(own_channels(part, self.vocabulary));
+            let clock = Strikes::new(&clock(part, self.vocabulary), self.alphabet);
             self.remember(clock, part);
-            Asked { clock, literals: part.iter().map(|literal| self.literal(literal)).collect() }
+            Asked { clock, part: self.part(part) }
         });
         parts.collect()
     }
 
-    fn clock(&self, channels: impl IntoIterator<Item = channels::ChannelId>) -> Clock {
-        Clock(channels.into_iter().fold(0, |mask, channel| mask | self.alphabet.mask_of(channel)))
-    }
-
-    /// A part that several channels trigger needs the last messages of the others.
-    fn remember(&mut self, clock: Clock, part: &Part) {
-        for literal in part {
-            if let Literal::Event { event, .. } = literal {
-                let own = self.alphabet.mask_of(self.vocabulary.get(*event).channel);
-                self.remembered |= if own == clock.0 { 0 } else { 1 << event.0 };
-            }
-        }
+    fn remember(&mut self, clock: Strikes, part: &Part) {
+        self.remembered |= clock.remembered(part, self.vocabulary, self.alphabet);
     }
 
     fn literal(&mut self, literal: &Literal) -> Compiled {
         match literal {
+            Literal::Event { event, holds } if !self.vocabulary.names(*event).is_empty() => {
+                self.open(Literal::Event { event: *event, holds: true }, *holds)
+            }
             Literal::Event { event, holds } => Compiled::Event { bit: 1 << event.0, holds: *holds },
             Literal::Time { event, bound, holds } => Compiled::Time { event: *event, bound: *bound, holds: *holds },
-            operator => Compiled::Operator(self.operator(operator)),
+            literal => match (self.past.bit(literal), literal.past()) {
+                (Some((bit, holds)), _) => Compiled::Event { bit, holds },
+                (None, Some((open, holds))) => self.open(open, holds),
+                (None, None) => Compiled::Operator(self.operator(literal)),
+            },
         }
+    }
+
+    fn open(&mut self, literal: Literal, holds: bool) -> Compiled {
+        self.open.push(literal);
+        Compiled::Open { number: (self.open.len() - 1) as u32, holds }
     }
 
     fn operator(&mut self, literal: &Literal) -> u32 {
@@ -265,7 +366,7 @@ impl Compiler<'_> {
         }
         let operator = match literal {
             Literal::Next { clauses, strong } => {
-                let clock = self.clock(own_channels_of_all(clauses, self.vocabulary));
+                let clock = Strikes::new(&Clock::of(clauses.iter(), self.vocabulary), self.alphabet);
                 clauses.iter().for_each(|clause| self.remember(clock, clause));
                 Operator::Next { clock, clauses: self.parts(clauses), strong: *strong }
             }
@@ -273,7 +374,7 @@ impl Compiler<'_> {
             Literal::Release { escape, hold } => {
                 Operator::Release { escape: self.asked(escape), hold: self.asked(hold) }
             }
-            Literal::Event { .. } | Literal::Time { .. } => unreachable!("atoms are no operators"),
+            _ => unreachable!("atoms are no operators that look ahead"),
         };
         // The parts of an operator may be operators themselves and precede it.
         self.known.push(literal.clone());

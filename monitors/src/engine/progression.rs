@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use channels::Verdict;
+use channels::{ChannelId, Message, Verdict};
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
-use crate::engine::operators::{Operators, State};
+use crate::engine::operators::Operators;
+use crate::engine::past::Memory;
 use crate::engine::situation::Situation;
 
 /// A running formula: its obligations and the last messages.
@@ -18,7 +19,7 @@ pub(crate) struct Progression {
     operators: Arc<Operators>,
     /// `None` before the first state.
     owed: Option<Obligations>,
-    last: u64,
+    memory: Memory,
     now: u64,
     /// The clause whose deadline passed before it was met.
     missed: Option<Clause>,
@@ -26,16 +27,18 @@ pub(crate) struct Progression {
 
 impl Progression {
     pub(crate) fn new(operators: Arc<Operators>) -> Self {
-        Self::resume(operators, None, 0, 0)
+        let memory = operators.memory();
+        Self::resume(operators, None, memory, 0)
     }
 
     /// Starts in the middle of a run: with these obligations at τ = `now`.
-    pub(crate) fn resume(operators: Arc<Operators>, owed: Option<Obligations>, last: u64, now: u64) -> Self {
-        Self { operators, owed, last, now, missed: None }
+    pub(crate) fn resume(operators: Arc<Operators>, owed: Option<Obligations>, memory: Memory, now: u64) -> Self {
+        Self { operators, owed, memory, now, missed: None }
     }
 
     /// Sets τ to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
+        self.operators.age(&mut self.memory, now.saturating_sub(self.now));
         self.now = now;
         if let Some(owed) = self.owed.take() {
             self.missed = self.missed.take().or_else(|| owed.ending_by(now.saturating_sub(1)).cloned());
@@ -43,10 +46,9 @@ impl Progression {
         }
     }
 
-    /// Processes a state with this letter.
-    pub(crate) fn read(&mut self, letter: Letter) {
-        self.last = letter.after(self.last);
-        let state = State { letter, last: self.last, now: self.now };
+    /// Processes a state with this letter, and its message if values are compared.
+    pub(crate) fn read(&mut self, letter: Letter, message: Option<(ChannelId, &Message)>) {
+        let state = self.operators.read(&mut self.memory, letter, message, self.now);
         self.owed = Some(match self.owed.take() {
             None => self.operators.begin(state),
             Some(owed) => self.operators.step(owed, state),
@@ -60,7 +62,7 @@ impl Progression {
                 self.advance(self.now + 1);
             }
             if *symbol != Symbol::ADVANCE {
-                self.read(alphabet.letter(*symbol));
+                self.read(alphabet.letter(*symbol), None);
             }
         }
     }
@@ -78,13 +80,13 @@ impl Progression {
     /// Counts τ from now on, and forgets what explains a verdict.
     pub(crate) fn normalize(&mut self) {
         self.owed = self.owed.take().map(|owed| owed.shifted(self.now));
-        self.last &= self.operators.remembered();
+        self.operators.forget(&mut self.memory);
         (self.now, self.missed) = (0, None);
     }
 
     /// What determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
-        Situation::Progression(self.owed.as_ref(), self.last)
+        Situation::Progression(self.owed.as_ref(), &self.memory)
     }
 
     pub(crate) fn verdict(&self) -> Verdict {

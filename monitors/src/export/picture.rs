@@ -75,6 +75,9 @@ pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> C
         MessageCondition::Compare { field, relation, value } => {
             variable.field(*field).compare(*relation, value.clone())
         }
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => {
+            unreachable!("what compares several values has no graph")
+        }
         MessageCondition::Not(inside) => part(inside).negated(),
         MessageCondition::And(parts) => Condition::And(parts.iter().map(part).collect()),
         MessageCondition::Or(parts) => Condition::Or(parts.iter().map(part).collect()),

@@ -27,7 +27,9 @@ impl Picture {
         if let Some(automaton) = synthesis.automaton() {
             return automaton_graph::picture(name, automaton, (words, &synthesis.alphabet), topology, limit);
         }
-        let compact = synthesis.compact().filter(|compact| compact.is_exact() && !compact.rules().is_empty())?;
+        let compact = synthesis
+            .compact()
+            .filter(|compact| compact.is_exact() && !compact.rules().is_empty() && synthesis.has_graph())?;
         let draft = Draft::new(name, words, topology);
         match compact.rules() {
             [rule] if rule.timing != Timing::Never => draft.timed(rule),

@@ -1,13 +1,15 @@
 //! The messages that a monitor remembers in order to explain its verdict: the last one on each channel, and those that
 //! caused an obligation.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
+use std::time::Duration;
 
-use channels::{Event, EventKind, Topology, Verdict};
+use channels::{ChannelId, Event, EventKind, Message, Topology, Verdict};
 
-use crate::clause::{Bound, EventId, Form, Literal, Part, bounds};
+use crate::clause::{EventId, Form, Literal, Part, bounds, clock};
 use crate::describe;
-use crate::engine::{Anticipation, Clause, CompactRun, Letter, Obligation, Operators};
+use crate::engine::{Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past};
+use crate::formula::Bound;
 use crate::monitor::witness::{EventTime, OpenObligation, Sighting, Witness};
 use crate::synthesis::{RunningMonitor, Synthesis};
 
@@ -25,31 +27,78 @@ pub(crate) struct Told<'a> {
 pub(crate) struct Record {
     /// The last message on each channel that the formula mentions.
     messages: Vec<Event>,
-    /// The events of the formula that the last messages satisfy.
-    last: u64,
+    memory: Memory,
+    /// For each operator that looks back, its bit, and the last messages at which its operand held.
+    reasons: Vec<(u64, VecDeque<Event>)>,
+    /// If values are remembered: the pending clauses, each with the messages from which it began.
+    begun: Vec<(Clause, Vec<Event>)>,
     /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
     witness: Option<Box<Witness>>,
 }
 
+impl Told<'_> {
+    /// The tick in which τ is or was, counted from the first state.
+    fn tick(&self, tau: u64) -> u64 {
+        let tau = tau.saturating_add(self.start);
+        if !self.synthesis.vocabulary.is_timed {
+            return tau;
+        }
+        let before = self.event.kind == EventKind::Tick && tau < self.synthesis.vocabulary.tau(self.event);
+        self.event.tick.saturating_sub(u64::from(before))
+    }
+
+    /// When the verdict was reached: when the last moment for an answer had passed, even if nothing happened then.
+    fn settled(&self, last: Option<u64>) -> EventTime {
+        let mut settled = EventTime::of(self.event);
+        if let Some(last) = last.filter(|_| self.synthesis.vocabulary.is_timed) {
+            let passed = last.saturating_add(self.start).saturating_add(1);
+            settled.time = settled.time.min(Duration::from_nanos(passed));
+        }
+        settled
+    }
+}
+
 impl Record {
     pub(crate) fn new(synthesis: &Synthesis) -> Self {
         let rules = synthesis.rules().map_or(1, |compact| compact.rules().len().max(1));
-        Self { messages: Vec::new(), last: 0, causes: vec![None; rules], witness: None }
+        let reasons = synthesis.past.reasons().map(|(bit, _)| (bit, VecDeque::new())).collect();
+        Self {
+            messages: Vec::new(),
+            memory: synthesis.past.memory(),
+            reasons,
+            begun: Vec::new(),
+            causes: vec![None; rules],
+            witness: None,
+        }
     }
 
-    /// The events of the formula that the last messages satisfy.
+    /// The events of the formula that the last messages satisfy, and the operators that look back and hold.
     pub(crate) fn last(&self) -> u64 {
-        self.last
+        self.memory.last
     }
 
     pub(crate) fn witness(&self) -> Option<&Witness> {
         self.witness.as_deref()
     }
 
-    /// Notes a message.
-    pub(crate) fn see(&mut self, event: &Event, letter: Letter) {
-        self.last = letter.after(self.last);
+    /// Notes a message, or a tick; τ has grown.
+    pub(crate) fn see(
+        &mut self,
+        event: &Event,
+        letter: Letter,
+        message: Option<(ChannelId, &Message)>,
+        past: &Past,
+        by: u64,
+    ) {
+        past.advance(&mut self.memory, by);
+        let begun = past.read(&mut self.memory, letter, message);
+        for ((bit, seen), (_, most)) in self.reasons.iter_mut().zip(past.reasons()) {
+            if begun & *bit != 0 && channel(event).is_some() {
+                seen.push_back(event.clone());
+                seen.drain(..seen.len().saturating_sub(most));
+            }
+        }
         if let Some(channel) = channel(event) {
             match self.messages.iter_mut().find(|known| self::channel(known) == Some(channel)) {
                 Some(known) => known.clone_from(event),
@@ -78,6 +127,7 @@ impl Record {
                 }
             }
             None => {
+                self.note_beginnings(told, run);
                 self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| record.everything(told.event))
             }
         }
@@ -93,6 +143,29 @@ impl Record {
         }
     }
 
+    /// Notes the messages from which the obligations of remembered values began; those that are gone are kept until the
+    /// next state, in which they may explain a verdict.
+    fn note_beginnings(&mut self, told: &Told, run: &RunningMonitor) {
+        let RunningMonitor::Progression(run) = run else { return };
+        if !told.synthesis.vocabulary.has_data() || run.verdict() != Verdict::Inconclusive {
+            return;
+        }
+        let pending: Vec<Clause> = run.owed().into_iter().flat_map(Obligations::clauses).map(begun).collect();
+        self.begun.retain(|(clause, _)| pending.contains(clause));
+        for clause in pending {
+            if !self.begun.iter().any(|(known, _)| *known == clause) {
+                let messages = self.everything(told.event);
+                self.begun.push((clause, messages));
+            }
+        }
+    }
+
+    /// The messages from which a clause began, if it is one of remembered values.
+    fn beginning(&self, clause: &Clause) -> Option<&Vec<Event>> {
+        let clause = begun(clause);
+        self.begun.iter().find(|(known, _)| *known == clause).map(|(_, messages)| messages)
+    }
+
     fn note_cause(&mut self, rule: usize, owed: bool, cause: impl FnOnce(&Self) -> Vec<Event>) {
         if !owed {
             self.causes[rule] = None;
@@ -103,12 +176,22 @@ impl Record {
 
     /// The last messages on a clause's own channels; the event itself if it has none.
     fn of_clause(&self, clause: &Part, told: &Told) -> Vec<Event> {
-        let own = crate::clause::own_channels(clause, &told.synthesis.vocabulary);
+        let own = clock(clause, &told.synthesis.vocabulary).channels;
         if own.is_empty() {
             return vec![told.event.clone()];
         }
         let own = self.messages.iter().filter(|message| channel(message).is_some_and(|channel| own.contains(&channel)));
-        sorted(own.cloned().collect())
+        let mut messages: Vec<Event> = own.cloned().collect();
+        if channel(told.event).is_none() {
+            messages.push(told.event.clone());
+        }
+        for literal in clause {
+            // What holds about the past although the clause denies it.
+            let denied = told.synthesis.past.bit(literal).filter(|(bit, holds)| !holds && self.last() & bit != 0);
+            let seen = self.reasons.iter().filter(|(bit, _)| denied.is_some_and(|(denied, _)| denied == *bit));
+            messages.extend(seen.flat_map(|(_, seen)| seen.iter().cloned()));
+        }
+        sorted(messages)
     }
 
     fn everything(&self, event: &Event) -> Vec<Event> {
@@ -123,14 +206,15 @@ impl Record {
     /// messages, and what did not come in time.
     fn explain(&self, missed: Option<&Clause>, told: &Told) -> Witness {
         let words = &told.synthesis.vocabulary;
-        let cause = self.causes[0].clone().unwrap_or_default();
+        let cause = missed.and_then(|missed| self.beginning(missed)).or(self.causes[0].as_ref());
+        let cause = cause.cloned().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
         let since = match missed.map(Vec::as_slice) {
             // The missed obligation need not be the first pending one: its window tells.
             Some([Obligation::Passes { event, last, .. }]) => {
                 let window = length(&told.synthesis.form, *event);
                 let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + told.start);
-                cause.last().filter(|first| Some(first.tick) == begun)
+                cause.last().filter(|first| Some(words.tau(first)) == begun)
             }
             Some(_) => None,
             None => cause.last(),
@@ -142,9 +226,9 @@ impl Record {
             clause: describe::form(&told.synthesis.form, words, told.topology),
             since: since.map(EventTime::of),
             messages: sightings(&sorted(messages), told.topology),
-            deadline_tick: deadline.map(|tick| tick.saturating_add(told.start)),
+            deadline_tick: deadline.map(|last| told.tick(last)),
             missing: (!missing.is_empty()).then(|| missing.join(" or ")),
-            settled: EventTime::of(told.event),
+            settled: told.settled(deadline),
         }
     }
 
@@ -182,9 +266,9 @@ impl Record {
         };
         let can_be_kept = |kept: &[usize]| {
             let form: Form = kept.iter().map(always).collect();
-            let operators = Operators::new(&form, &synthesis.vocabulary, &synthesis.alphabet);
+            let operators = Operators::new(&form, &synthesis.vocabulary, &synthesis.alphabet, &synthesis.past);
             let owed = operators.going().and(rules.begun(kept));
-            let possible = Anticipation::new(&operators, &synthesis.alphabet, true).possible(&[(&owed, self.last)]);
+            let possible = Anticipation::new(&operators, &synthesis.alphabet, true).possible(&[(&owed, &self.memory)]);
             possible.map_or(true, |possible| possible[0])
         };
         let mut core: Vec<usize> = (0..known.len()).collect();
@@ -207,29 +291,55 @@ impl Record {
             Literal::Time { bound, holds, .. } => bound.end().map(|end| (end, *holds)),
             _ => None,
         });
-        let due = |last: u64| since.as_ref().map(|event| event.tick.max(start).saturating_add(last));
+        let due = |last: u64| {
+            let since = since.as_ref().map(|event| words.tau(event).max(start) - start);
+            since.map(|since| since.saturating_add(last))
+        };
         let awaited = window.filter(|(_, holds)| *holds);
         if channel(event).is_some() && awaited.is_none() && !messages.contains(event) {
             messages.push(event.clone());
         }
-        let missing: Vec<String> =
-            describe::answers(clause).map(|answer| describe::event(words.get(answer), topology)).collect();
+        let missing = describe::answers(clause, words, topology);
+        let due = awaited.and_then(|(last, _)| due(last));
         Witness {
             clause: describe::clause(clause, words, topology),
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
-            deadline_tick: awaited.and_then(|(last, _)| due(last)),
+            deadline_tick: due.map(|last| told.tick(last)),
             // If a clause has a single literal, the clause itself is what is missing.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
-            settled: EventTime::of(event),
+            settled: told.settled(due),
         }
     }
 
     /// The pending obligation of a rule, or of the formula as a whole.
-    pub(crate) fn open(&self, rule: usize, what: String, until_tick: Option<u64>) -> OpenObligation {
-        let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(EventTime::of);
-        OpenObligation { what, since, until_tick }
+    pub(crate) fn open(
+        &self,
+        rule: usize,
+        clause: Option<&Clause>,
+        what: String,
+        until: Option<u64>,
+        is_timed: bool,
+    ) -> OpenObligation {
+        let cause = clause.and_then(|clause| self.beginning(clause)).or(self.causes.get(rule).and_then(Option::as_ref));
+        let since = cause.and_then(|cause| cause.last()).map(EventTime::of);
+        match until.filter(|_| is_timed) {
+            Some(until) => {
+                let what = format!("{what}, due by {:.3} s", Duration::from_nanos(until).as_secs_f64());
+                OpenObligation { what, since, until_tick: None }
+            }
+            None => OpenObligation { what, since, until_tick: until },
+        }
     }
+}
+
+/// A clause without the beginnings of its windows, which pass.
+fn begun(clause: &Clause) -> Clause {
+    let begun = |obligation: &Obligation| match obligation {
+        Obligation::Passes { last, .. } => obligation.within(0, *last),
+        other => other.clone(),
+    };
+    clause.iter().map(begun).collect()
 }
 
 /// The last tick at which an obligation can be met.
@@ -243,7 +353,9 @@ fn end(obligation: &Obligation) -> Option<u64> {
 /// The event that an obligation waits for.
 fn name(obligation: &Obligation, told: &Told) -> Option<String> {
     match obligation {
-        Obligation::Passes { event, .. } => Some(describe::event(told.synthesis.vocabulary.get(*event), told.topology)),
+        Obligation::Passes { event, values, .. } => {
+            Some(describe::event(&told.synthesis.vocabulary.get(*event).told(values), told.topology))
+        }
         _ => None,
     }
 }
@@ -267,5 +379,6 @@ fn channel(event: &Event) -> Option<channels::ChannelId> {
 
 fn sorted(mut events: Vec<Event>) -> Vec<Event> {
     events.sort_by_key(|event| (event.step, event.tick));
+    events.dedup();
     events
 }

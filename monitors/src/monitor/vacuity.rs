@@ -3,9 +3,9 @@
 use channels::{Event, EventKind, Topology};
 use serde::{Deserialize, Serialize};
 
-use crate::clause::{Literal, Part, Vocabulary, own_channels};
+use crate::clause::{Literal, Part, Vocabulary, clock};
 use crate::describe;
-use crate::engine::Letter;
+use crate::engine::{Letter, Strikes};
 use crate::formula::{self, MessageCondition};
 use crate::synthesis::Synthesis;
 
@@ -25,15 +25,15 @@ pub struct Vacuity {
 pub(crate) struct Watch {
     clause: Part,
     antecedent: Antecedent,
-    /// The events whose channels trigger the check of the clause.
-    clock: u64,
+    /// When the clause is checked.
+    clock: Strikes,
     asked: u64,
     held: bool,
 }
 
 #[derive(Clone, Debug)]
 enum Antecedent {
-    /// All of these events.
+    /// All of these events and operators that look back.
     Events(u64),
     /// A message that is this event: the left of an `implies` inside an event.
     Message(formula::EventAtom),
@@ -51,7 +51,12 @@ impl Watch {
 
     fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
         let words = &synthesis.vocabulary;
-        let denied = describe::denied(clause).fold(0_u64, |bits, event| bits | 1 << event.0);
+        let denied = describe::denied(clause).into_iter().fold(0_u64, |bits, literal| match literal {
+            // What compares values is not counted.
+            Literal::Event { event, .. } if !words.names(*event).is_empty() => bits,
+            Literal::Event { event, .. } => bits | 1 << event.0,
+            literal => bits | synthesis.past.bit(literal).map_or(0, |(bit, _)| bit),
+        });
         // A clause that only forbids, `not a` or `not (a and b)`, is tested all the time.
         let is_ban = denied.count_ones() as usize == clause.len();
         let antecedent = match clause.iter().collect::<Vec<_>>()[..] {
@@ -66,14 +71,13 @@ impl Watch {
             },
             _ => return None,
         };
-        let clock =
-            own_channels(clause, words).into_iter().fold(0, |mask, channel| mask | synthesis.alphabet.mask_of(channel));
+        let clock = Strikes::new(&clock(clause, words), &synthesis.alphabet);
         Some(Self { clause: clause.clone(), antecedent, clock, asked: 0, held: false })
     }
 
     /// Processes a state. `last` is the set of events that the last messages satisfy.
     pub(crate) fn see(&mut self, event: &Event, letter: Letter, last: u64) {
-        if self.held || self.clock & letter.channel == 0 {
+        if self.held || !self.clock.at(letter) {
             return;
         }
         self.asked += 1;

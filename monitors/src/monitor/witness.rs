@@ -68,11 +68,13 @@ pub struct Witness {
     pub messages: Vec<Sighting>,
     /// When the obligation began, if there was one.
     pub since: Option<EventTime>,
-    /// The last tick at which the answer would have been in time, if one was pending.
+    /// The last tick at which the answer would have been in time, if one was pending; of a timed property, the tick in
+    /// which that time was.
     pub deadline_tick: Option<u64>,
     /// What was missing: the events one of which should have held or passed.
     pub missing: Option<String>,
-    /// The state in which the verdict was reached.
+    /// The state in which the verdict was reached. If a timed property was violated by silence, its time is the moment
+    /// after the last one for an answer, and the rest belongs to the first event after it.
     pub settled: EventTime,
 }
 
@@ -112,7 +114,7 @@ pub struct OpenObligation {
     pub what: String,
     /// When it began.
     pub since: Option<EventTime>,
-    /// The last tick at which it can be met, if there is one.
+    /// The last tick at which it can be met, if there is one; `what` says the time, if the property is timed.
     pub until_tick: Option<u64>,
 }
 

@@ -6,8 +6,8 @@ use channels::{ChannelId, FieldKind, Relation, Shape, Symbol, Value};
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::Resolver;
-use crate::formula::MessageCondition;
-use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Operand};
+use crate::formula::{self, MessageCondition};
+use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Name, Operand, Term};
 
 impl<'a> Resolver<'a> {
     /// The condition; `None` after its problems have been reported. Without a channel, only constants are resolved.
@@ -26,14 +26,147 @@ impl<'a> Resolver<'a> {
                 let (left, right) = (self.condition(left, channel), self.condition(right, channel));
                 MessageCondition::Implies(Box::new(left?), Box::new(right?))
             }
-            ConditionKind::Compare { field, relation, value } => {
+            ConditionKind::Compare { left: Term::Field(field), relation, right: Term::Operand(value) }
+                if !self.is_field_or_remembered(value, channel) =>
+            {
                 let constant = self.value(value);
                 let places = channel.and_then(|channel| self.places(field, channel));
                 let (places, constant) = (places?, constant?);
                 self.check(&places, condition.span, *relation, &constant, value.span());
                 self.comparison(field, &places, *relation, &constant)?
             }
+            ConditionKind::Compare { left, relation, right } => {
+                let mut guards = Vec::new();
+                let [left, right] = [left, right].map(|term| self.term(term, channel, &mut guards));
+                let ((left, of_left), (right, of_right)) = (left?, right?);
+                self.check_kinds(condition.span, *relation, of_left, of_right);
+                // What is missing differs from everything.
+                let positive = if *relation == Relation::NotEqual { Relation::Equal } else { *relation };
+                guards.push(MessageCondition::relating(left, positive, right));
+                let holds = all(guards);
+                if *relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) }
+            }
+            ConditionKind::Remember { field, name } => {
+                let (place, mut guards) = self.place(field, channel?)?;
+                guards.push(MessageCondition::Remember { field: place.number, name: name.text.as_str().into() });
+                all(guards)
+            }
         })
+    }
+
+    /// Whether an operand is a name, but not that of a constant.
+    fn is_field_or_remembered(&self, operand: &Operand, channel: Option<ChannelId>) -> bool {
+        let Operand::Constant(name) = operand else { return false };
+        let text = name.text.as_str();
+        let is_field = || {
+            let shapes = channel.map(|channel| self.topology.get(channel).domain.shapes()).unwrap_or_default();
+            shapes.iter().flat_map(Shape::fields).any(|(field, _)| field == text)
+        };
+        self.remembered.contains(text) || !self.constants.contains_key(text) && is_field()
+    }
+
+    /// A term, and what is known of its value; conditions that tell the messages that have its fields are added.
+    fn term(
+        &mut self,
+        term: &Term,
+        channel: Option<ChannelId>,
+        guards: &mut Vec<MessageCondition>,
+    ) -> Option<(formula::Term, Kinds<'a>)> {
+        Some(match term {
+            Term::Field(field) => {
+                let (place, telling) = self.place(field, channel?)?;
+                guards.extend(telling.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
+                (formula::Term::Field(place.number), Some(place.kinds().map(|(_, kind)| kind).collect()))
+            }
+            Term::Operand(Operand::Constant(name)) if self.remembered.contains(&name.text) => {
+                (formula::Term::Remembered(name.text.as_str().into()), None)
+            }
+            Term::Operand(Operand::Constant(name)) if self.is_field_or_remembered_name(name, channel) => {
+                let field = Field { name: FieldName::Named(name.text.clone()), span: name.span };
+                self.term(&Term::Field(field), channel, guards)?
+            }
+            Term::Operand(operand) => (formula::Term::Value(self.value(operand)?), None),
+            Term::Arithmetic(left, operator, right) => {
+                let sides = [left, right].map(|side| (side.span(), self.term(side, channel, guards)));
+                for (span, side) in &sides {
+                    self.check_number(*span, side.as_ref());
+                }
+                let [(_, left), (_, right)] = sides;
+                let ((left, _), (right, _)) = (left?, right?);
+                let whole = match (&left, &right) {
+                    (formula::Term::Value(a), formula::Term::Value(b)) => operator.of(a, b),
+                    _ => None,
+                };
+                let parts = || formula::Term::Arithmetic(Box::new(left.clone()), *operator, Box::new(right.clone()));
+                (whole.map_or_else(parts, formula::Term::Value), Some(vec![&FieldKind::Real]))
+            }
+        })
+    }
+
+    fn is_field_or_remembered_name(&self, name: &Name, channel: Option<ChannelId>) -> bool {
+        self.is_field_or_remembered(&Operand::Constant(name.clone()), channel)
+    }
+
+    /// The one place of a field, and conditions that tell the messages that have it there.
+    fn place(&mut self, field: &Field, channel: ChannelId) -> Option<(Place<'a>, Vec<MessageCondition>)> {
+        let mut places = self.places(field, channel)?;
+        let guards = match &places[..] {
+            [place] => {
+                let samples: Vec<Value> = place.kinds().map(|(_, kind)| sample(kind)).collect();
+                samples.iter().map(|sample| place.guard(sample)).collect::<Option<Vec<_>>>()
+            }
+            _ => None,
+        };
+        let Some(guards) = guards else {
+            let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
+            let problem = Problem::new("this name does not tell the field alone").at(field.span, "in which messages?");
+            self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
+            return None;
+        };
+        let mut telling = Vec::new();
+        guards.into_iter().flatten().for_each(|guard| {
+            if !telling.contains(&guard) {
+                telling.push(guard);
+            }
+        });
+        Some((places.remove(0), telling))
+    }
+
+    /// Reports what is never a number.
+    fn check_number(&mut self, span: ByteRange, side: Option<&(formula::Term, Kinds<'a>)>) {
+        let is_number = match side {
+            Some((formula::Term::Value(value), _)) => value.as_number().is_some(),
+            Some((_, Some(kinds))) => {
+                kinds.is_empty() || kinds.iter().any(|kind| kind.is_comparable_to(&Value::Real(0.0)))
+            }
+            _ => true,
+        };
+        if !is_number {
+            let problem = Problem::new("arithmetic needs numbers").at(span, "never a number");
+            self.problems.push(problem.with_help("compare symbols, texts and truth values with `=` or `!=`"));
+        }
+    }
+
+    /// Reports a comparison of values that never compare.
+    fn check_kinds(&mut self, whole: ByteRange, relation: Relation, left: Kinds<'a>, right: Kinds<'a>) {
+        let is_ordered = !matches!(relation, Relation::Equal | Relation::NotEqual);
+        let number = Value::Real(0.0);
+        let never = |kinds: &Kinds<'a>| {
+            kinds
+                .as_ref()
+                .is_some_and(|kinds| !kinds.is_empty() && !kinds.iter().any(|kind| kind.is_comparable_to(&number)))
+        };
+        let problem = if is_ordered && (never(&left) || never(&right)) {
+            Problem::new("these values cannot be ordered").at(whole, "only numbers can be less or greater")
+        } else {
+            let (Some(left), Some(right)) = (left, right) else { return };
+            let compare = |a: &&FieldKind| right.iter().any(|b| a.is_comparable_to(&sample(b)));
+            if left.is_empty() || right.is_empty() || left.iter().any(compare) {
+                return;
+            }
+            Problem::new("these values are never equal").at(whole, "of different types")
+        };
+        self.problems.push(problem.with_help("compare values of one type"));
     }
 
     fn conditions(&mut self, parts: &[Condition], channel: Option<ChannelId>) -> Option<Vec<MessageCondition>> {
@@ -250,5 +383,32 @@ fn type_name(value: &Value) -> &'static str {
         Value::Int(_) => "an integer",
         Value::Real(_) => "a real number",
         Value::Text(_) => "text",
+    }
+}
+
+/// The kinds of values that a term can have; `None` if nothing is known of it.
+type Kinds<'a> = Option<Vec<&'a FieldKind>>;
+
+/// A value of a kind.
+fn sample(kind: &FieldKind) -> Value {
+    match kind {
+        FieldKind::Symbol(symbols) => symbols.first().map_or_else(|| Value::symbol("none"), |one| one.clone().into()),
+        FieldKind::Bool => true.into(),
+        FieldKind::Int | FieldKind::Real => Value::Real(0.0),
+        FieldKind::Text => Value::from(""),
+        FieldKind::Optional(kind) => sample(kind),
+    }
+}
+
+/// Calls `visit` with each name that a condition gives to a value.
+pub(super) fn remembered_in(condition: &Condition, visit: &mut impl FnMut(&Name)) {
+    match &condition.kind {
+        ConditionKind::Remember { name, .. } => visit(name),
+        ConditionKind::Not(a) => remembered_in(a, visit),
+        ConditionKind::And(parts) | ConditionKind::Or(parts) => {
+            parts.iter().for_each(|part| remembered_in(part, visit));
+        }
+        ConditionKind::Implies(a, b) => [a, b].into_iter().for_each(|part| remembered_in(part, visit)),
+        ConditionKind::True | ConditionKind::False | ConditionKind::Compare { .. } | ConditionKind::Unreadable => {}
     }
 }

@@ -1,4 +1,4 @@
-//! The bound of a `time_until`, in ticks.
+//! The bound of an operator, in ticks.
 
 use channels::Relation;
 use diagnostics::Problem;
@@ -7,7 +7,8 @@ use super::Resolver;
 use crate::syntax::{Literal, Operand};
 
 impl Resolver<'_> {
-    /// The relation and the number of ticks; `None` after problems have been reported.
+    /// The relation and the number of ticks, of nanoseconds for a timed property; `None` after problems have been
+    /// reported.
     ///
     /// A duration d is converted to ticks of period p: an event n ticks away is n·p away, so n·p < d means n < ⌈d/p⌉.
     pub(super) fn ticks(&mut self, relation: Relation, bound: &Operand) -> Option<(Relation, u64)> {
@@ -16,6 +17,10 @@ impl Resolver<'_> {
             Operand::Constant(name) => self.constant(name)?.clone(),
         };
         let problem = match literal {
+            Literal::Duration { nanos, .. } if self.is_timed => return Some((relation, nanos)),
+            _ if self.is_timed => Problem::new("the bounds of a timed property are durations")
+                .at(bound.span(), "no duration")
+                .with_help("give it a unit, as in `300 ms`; without `timed`, ticks are counted"),
             Literal::Int(ticks) if ticks >= 0 => return Some((relation, ticks.unsigned_abs())),
             Literal::Int(_) => Problem::new("a bound must not be negative").at(bound.span(), "negative"),
             Literal::Duration { nanos, .. } => match self.round(relation, nanos) {

@@ -3,6 +3,8 @@
 use channels::Relation;
 use miette::SourceSpan;
 
+use crate::formula::Arithmetic;
+
 /// A range of bytes of a file.
 ///
 /// All ranges compare equal, so two trees are equal if they have the same contents, wherever they are written.
@@ -66,6 +68,8 @@ pub struct Constant {
 pub struct PropertyItem {
     /// Its name.
     pub name: Name,
+    /// Whether durations are measured in time, not in ticks.
+    pub is_timed: bool,
     /// What it requires.
     pub constraint: Constraint,
 }
@@ -116,6 +120,25 @@ pub enum ConstraintKind {
     Eventually(Box<Constraint>),
     /// `α until β`
     Until(Box<Constraint>, Box<Constraint>),
+    /// `once[⋈ bound] α`
+    Once(Option<Interval>, Box<Constraint>),
+    /// `historically[⋈ bound] α`
+    Historically(Option<Interval>, Box<Constraint>),
+    /// `previous[⋈ bound] α`
+    Previous(Option<Interval>, Box<Constraint>),
+    /// `α since[⋈ bound] β`
+    Since(Option<Interval>, Box<Constraint>, Box<Constraint>),
+    /// `at most n (event) in bound`, or `at least`
+    Count {
+        /// Whether it says `at most`.
+        is_at_most: bool,
+        /// n
+        count: Operand,
+        /// The event that is counted.
+        event: Event,
+        /// The number of ticks, or the duration.
+        bound: Operand,
+    },
     /// `α and β and …`, two or more
     And(Vec<Constraint>),
     /// `α or β or …`, two or more
@@ -124,6 +147,39 @@ pub enum ConstraintKind {
     Implies(Box<Constraint>, Box<Constraint>),
     /// A part that could not be read; a problem reports it.
     Unreadable,
+}
+
+impl Constraint {
+    /// The constraints that it is made of, in the order in which they are written.
+    #[must_use]
+    pub fn operands(&self) -> Vec<&Self> {
+        match &self.kind {
+            ConstraintKind::True
+            | ConstraintKind::False
+            | ConstraintKind::Event(_)
+            | ConstraintKind::TimeUntil { .. }
+            | ConstraintKind::Count { .. }
+            | ConstraintKind::Unreadable => Vec::new(),
+            ConstraintKind::Not(a)
+            | ConstraintKind::Next(a)
+            | ConstraintKind::Always(a)
+            | ConstraintKind::Eventually(a)
+            | ConstraintKind::Once(_, a)
+            | ConstraintKind::Historically(_, a)
+            | ConstraintKind::Previous(_, a) => vec![a],
+            ConstraintKind::Until(a, b) | ConstraintKind::Since(_, a, b) | ConstraintKind::Implies(a, b) => vec![a, b],
+            ConstraintKind::And(parts) | ConstraintKind::Or(parts) => parts.iter().collect(),
+        }
+    }
+}
+
+/// How long ago: `[⋈ bound]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Interval {
+    /// ⋈
+    pub relation: Relation,
+    /// The number of ticks, or the duration.
+    pub bound: Operand,
 }
 
 /// An event: a message from `source` to `target` that satisfies a condition.
@@ -155,14 +211,21 @@ pub enum ConditionKind {
     True,
     /// `false`: no message.
     False,
-    /// `m[k] ⋈ constant`
+    /// `term ⋈ term`
     Compare {
-        /// The field of the message.
-        field: Field,
+        /// The left term: a field, usually.
+        left: Term,
         /// ⋈
         relation: Relation,
-        /// The value that it is compared with.
-        value: Operand,
+        /// The right term: a constant, usually.
+        right: Term,
+    },
+    /// `m[k] as name`: the message has the field, and its value is remembered.
+    Remember {
+        /// The field of the message.
+        field: Field,
+        /// What the value is called.
+        name: Name,
     },
     /// `not c`
     Not(Box<Condition>),
@@ -174,6 +237,29 @@ pub enum ConditionKind {
     Implies(Box<Condition>, Box<Condition>),
     /// A part that could not be read; a problem reports it.
     Unreadable,
+}
+
+/// A value that a condition compares.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Term {
+    /// A field of the message.
+    Field(Field),
+    /// A literal, or the name of a constant, of a remembered value or of a field.
+    Operand(Operand),
+    /// `term + term`, or another operator.
+    Arithmetic(Box<Term>, Arithmetic, Box<Term>),
+}
+
+impl Term {
+    /// Its place.
+    #[must_use]
+    pub fn span(&self) -> ByteRange {
+        match self {
+            Self::Field(field) => field.span,
+            Self::Operand(operand) => operand.span(),
+            Self::Arithmetic(left, _, right) => left.span().to(right.span()),
+        }
+    }
 }
 
 /// A field of the message.

@@ -20,6 +20,12 @@ const fn word(written: &'static str, signs: &'static str, about: &'static str, e
 /// All words and signs of the language, with what they mean. The semantics is in the documentation of this crate.
 pub const OPERATORS: &[Operator] = &[
     word("property", "", "Begins a property: its name, `:=` or `≔`, and what it asks for.", "property phi := always E"),
+    word(
+        "timed",
+        "",
+        "Before `property`: durations are measured by the times at which messages and ticks occur, not by counting ticks.",
+        "timed property phi := always (E implies time_until F < 300 ms)",
+    ),
     word("const", "", "Begins a constant, which may stand for a value or a bound.", "const theta := 10"),
     word(
         "(P, Q, C)",
@@ -38,8 +44,23 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "= != < <= > >=",
         "≠ ≤ ≥",
-        "In a condition, compares a field with a number, `true`, `false`, a `\"text\"` or a `<symbol>`.",
+        "In a condition, compares a field with a number, `true`, `false`, a `\"text\"`, a `<symbol>`, another field or a \
+         remembered value.",
         "eventually (BatteryReader, BatteryLevel, m[1] = <ok>)",
+    ),
+    word(
+        "as",
+        "",
+        "In a condition, the message has the field, and its value gets a name. What else is asked at the same state, and \
+         all that this asks of the past or the future, can compare with it.",
+        "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, level <= l))",
+    ),
+    word(
+        "+ - * /",
+        "",
+        "In a condition, arithmetic on fields, numbers and remembered values. What is no number, as after a division by \
+         zero, compares as a missing field does.",
+        "always (BatteryReader, BatteryLevel, level / 100 <= 1)",
     ),
     word("true", "⊤", "Holds for any message, at any time.", "always (BatteryReader, BatteryLevel, true)"),
     word("false", "⊥", "Never holds.", "always (E implies false)"),
@@ -51,6 +72,28 @@ pub const OPERATORS: &[Operator] = &[
     word("eventually", "◇", "It holds now or at some time later.", "eventually E"),
     word("next", "○", "It holds when one of its channels carries the next message.", "always (E implies next E)"),
     word("until", "", "The second holds now or later, and the first until then.", "not E until F"),
+    word(
+        "once",
+        "",
+        "It holds now, or held at some time before. After each past operator, `[<= 5 s]` limits how long ago: a number \
+         of ticks, a constant or a duration, after < <= = != >= or >.",
+        "always (E implies once[<= 5 s] F)",
+    ),
+    word("historically", "", "It holds now, and held at all times before.", "always (E implies historically[< 10] F)"),
+    word("previous", "", "It held the time before: at the last message on one of its channels.", "always previous E"),
+    word("since", "", "The second holds now or held before, and the first ever since.", "always (E implies F since E)"),
+    word(
+        "at most N E in T",
+        "",
+        "No more messages than N have satisfied the event in the last T: a number of ticks, a constant or a duration.",
+        "always at most 3 E in 10 s",
+    ),
+    word(
+        "at least N E in T",
+        "",
+        "No fewer messages than N have satisfied the event in the last T.",
+        "always (F implies at least 2 E in 10 s)",
+    ),
     word(
         "time_until",
         "",

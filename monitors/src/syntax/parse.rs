@@ -1,13 +1,16 @@
 //! Parses a property file into its tree and collects all its problems.
 //!
 //! ```text
-//! file       = { "const" name ":=" literal [";"] | "property" name ":=" constraint [";"] }
+//! file       = { "const" name ":=" literal [";"] | [ "timed" ] "property" name ":=" constraint [";"] }
 //! constraint = disjunction [ "implies" constraint ]
 //! disjunction = conjunction { "or" conjunction }          conjunction = chain { "and" chain }
-//! chain      = prefixed [ "until" chain ]
-//! prefixed   = ( "not" | "next" | "always" | "eventually" ) prefixed | primary
+//! chain      = prefixed [ ( "until" | "since" [ ago ] ) chain ]
+//! prefixed   = ( "not" | "next" | "always" | "eventually" ) prefixed
+//!            | ( "once" | "historically" | "previous" ) [ ago ] prefixed | primary
+//! ago        = "[" relation bound "]"
 //! primary    = "true" | "false" | "(" constraint ")" | event
 //!            | "time_until" ( "(" event ")" | event ) relation bound
+//!            | "at" ( "most" | "least" ) count event "in" bound
 //! event      = "(" name "," name "," condition ")"
 //! ```
 
@@ -124,16 +127,17 @@ impl Parser {
     /// Reports that a binary operator was expected here: suggests the nearest one, or lists all of them.
     fn expected_operator(&mut self, what: &str) {
         let name = if let TokenKind::Name(name) = self.peek() { name } else { "" };
-        let help = nearest_or_all(name, "the binary operators", &["and", "or", "implies", "until"]);
+        let help = nearest_or_all(name, "the binary operators", &["and", "or", "implies", "until", "since"]);
         self.expected(what, &help);
     }
 
     /// Whether this item is at its end.
     pub(super) fn at_item_end(&self) -> bool {
-        matches!(
-            self.peek(),
-            TokenKind::End | TokenKind::Semicolon | TokenKind::Keyword(Keyword::Const | Keyword::Property)
-        )
+        match self.peek() {
+            TokenKind::Keyword(Keyword::Timed) => *self.peek_second() == TokenKind::Keyword(Keyword::Property),
+            TokenKind::Keyword(Keyword::Const | Keyword::Property) => true,
+            other => matches!(other, TokenKind::End | TokenKind::Semicolon),
+        }
     }
 
     /// Parses one level deeper in the tree.
@@ -152,6 +156,7 @@ impl Parser {
     fn items(&mut self) -> Vec<Item> {
         let mut items = Vec::new();
         while *self.peek() != TokenKind::End {
+            let is_timed = self.at_item_end() && self.take_keyword(Keyword::Timed);
             let keyword = match self.peek() {
                 TokenKind::Keyword(keyword @ (Keyword::Const | Keyword::Property)) => Some(*keyword),
                 TokenKind::Semicolon => {
@@ -164,7 +169,7 @@ impl Parser {
             match keyword {
                 Some(keyword) => {
                     self.advance();
-                    if let Ok(item) = self.item(keyword) {
+                    if let Ok(item) = self.item(keyword, is_timed) {
                         items.push(item);
                     }
                 }
@@ -187,7 +192,7 @@ impl Parser {
         Some(if word == "const" { Keyword::Const } else { Keyword::Property })
     }
 
-    fn item(&mut self, keyword: Keyword) -> Reading<Item> {
+    fn item(&mut self, keyword: Keyword, is_timed: bool) -> Reading<Item> {
         let is_constant = keyword == Keyword::Const;
         let (what, form) = match is_constant {
             true => ("the name of a constant", "a constant is written `const NAME := VALUE`"),
@@ -201,7 +206,7 @@ impl Parser {
             Item::Constant(Constant { name, value, value_span: start.to(self.last_span()) })
         } else {
             let constraint = self.constraint()?;
-            Item::Property(Box::new(PropertyItem { name, constraint }))
+            Item::Property(Box::new(PropertyItem { name, is_timed, constraint }))
         };
         self.end_of_item();
         Ok(item)
@@ -248,12 +253,16 @@ impl Parser {
     }
 
     pub(super) fn name(&mut self, what: &str, help: &str) -> Reading<Name> {
-        let (TokenKind::Name(text) | TokenKind::Text(text)) = self.peek() else {
+        let text = match self.peek() {
+            TokenKind::Text(text) => Some(text.as_str()),
+            token => token.as_name(),
+        };
+        let Some(text) = text else {
             let is_keyword = matches!(self.peek(), TokenKind::Keyword(_)) && !self.at_item_end();
             let keyword = "this is a keyword; to use it as a name, put it in quotes";
             return Err(self.expected(what, if is_keyword { keyword } else { help }));
         };
-        let name = Name { text: text.clone(), span: self.span() };
+        let name = Name { text: text.to_owned(), span: self.span() };
         self.advance();
         Ok(name)
     }
@@ -361,8 +370,8 @@ impl Parser {
 
     /// A literal or the name of a constant.
     pub(super) fn operand(&mut self) -> Reading<Operand> {
-        if let TokenKind::Name(text) = self.peek() {
-            let name = Name { text: text.clone(), span: self.span() };
+        if let Some(text) = self.peek().as_name() {
+            let name = Name { text: text.to_owned(), span: self.span() };
             self.advance();
             return Ok(Operand::Constant(name));
         }

@@ -2,11 +2,13 @@
 
 use diagnostics::Problem;
 
-use super::ast::{Condition, ConditionKind, Field, FieldName};
+use super::ast::{Condition, ConditionKind, Field, FieldName, Term};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
+use crate::formula::Arithmetic;
 
 const CONDITION: &str = "a condition compares a field of the message with a value: `m[1] = <ok>`";
+const REMEMBER: &str = "a value is remembered as `m.place as p`, and compared as `m.place = p`";
 const FIELD_NUMBER: &str = "fields are counted from 1: `m[1]`";
 
 impl Parser {
@@ -46,7 +48,8 @@ impl Parser {
             let span = start.to(operand.span);
             return Ok(Condition { kind: ConditionKind::Not(Box::new(operand)), span });
         }
-        if self.take(&TokenKind::Open) {
+        if *self.peek() == TokenKind::Open && !self.at_term() {
+            self.advance();
             let inside = self.deeper(Self::condition)?;
             if !self.take(&TokenKind::Close) {
                 return Err(self.expected("an operator or `)`", "the operators of conditions: and, or, implies"));
@@ -72,20 +75,111 @@ impl Parser {
                 .push(problem.at(start, "this refers to more than one message").with_help("close the event before it"));
             return Err(Stumbled);
         }
-        let field = self.field()?;
+        let left = self.left_term()?;
+        if let Term::Field(field) = &left
+            && self.take_keyword(Keyword::As)
+        {
+            let name = self.name("a name for the value", REMEMBER)?;
+            let span = start.to(self.last_span());
+            return Ok(Condition { kind: ConditionKind::Remember { field: field.clone(), name }, span });
+        }
         let TokenKind::Relation(relation) = *self.peek() else {
             return Err(self.expected("`=`, `!=`, `<`, `<=`, `>` or `>=`", CONDITION));
         };
         self.advance();
-        let value = self.operand()?;
+        let right = self.sum()?;
         let span = start.to(self.last_span());
-        Ok(Condition { kind: ConditionKind::Compare { field, relation, value }, span })
+        Ok(Condition { kind: ConditionKind::Compare { left, relation, right }, span })
+    }
+
+    /// The left side of a comparison. A name that stands alone there is a field.
+    fn left_term(&mut self) -> Reading<Term> {
+        let after = self.tokens.get(self.at + 1).map(|token| &token.kind);
+        let is_alone = !matches!(after, Some(TokenKind::Arithmetic(_) | TokenKind::Number(_)));
+        if is_alone && !matches!(self.peek(), TokenKind::Open | TokenKind::Number(_)) {
+            let field = self.field()?;
+            return self.sum_from(Term::Field(field));
+        }
+        self.sum()
+    }
+
+    /// Terms joined by `+` and `-`.
+    fn sum(&mut self) -> Reading<Term> {
+        let first = self.product()?;
+        self.sum_from(first)
+    }
+
+    fn sum_from(&mut self, first: Term) -> Reading<Term> {
+        let mut sum = self.product_from(first)?;
+        loop {
+            let operator = match self.peek().clone() {
+                TokenKind::Arithmetic(operator) if !operator.is_factor() => {
+                    self.advance();
+                    operator
+                }
+                // `level -3`: the sign belongs to the sum.
+                TokenKind::Number(number) if number.starts_with('-') => {
+                    self.tokens[self.at].kind = TokenKind::Number(number[1..].to_owned());
+                    Arithmetic::Subtract
+                }
+                _ => return Ok(sum),
+            };
+            sum = Term::Arithmetic(Box::new(sum), operator, Box::new(self.product()?));
+        }
+    }
+
+    /// Terms joined by `*` and `/`.
+    fn product(&mut self) -> Reading<Term> {
+        let first = self.factor()?;
+        self.product_from(first)
+    }
+
+    fn product_from(&mut self, mut product: Term) -> Reading<Term> {
+        while let TokenKind::Arithmetic(operator) = *self.peek() {
+            if !operator.is_factor() {
+                break;
+            }
+            self.advance();
+            product = Term::Arithmetic(Box::new(product), operator, Box::new(self.factor()?));
+        }
+        Ok(product)
+    }
+
+    fn factor(&mut self) -> Reading<Term> {
+        if self.take(&TokenKind::Open) {
+            let inside = self.deeper(Self::sum)?;
+            if !self.take(&TokenKind::Close) {
+                return Err(self.expected("an operator or `)`", "the operators on numbers: +, -, *, /"));
+            }
+            return Ok(inside);
+        }
+        let is_field =
+            self.peek().as_name() == Some("m") && matches!(self.peek_second(), TokenKind::OpenIndex | TokenKind::Dot);
+        if is_field { Ok(Term::Field(self.field()?)) } else { Ok(Term::Operand(self.operand()?)) }
+    }
+
+    /// Whether the parenthesis here encloses a term, not a condition: what follows it tells.
+    fn at_term(&self) -> bool {
+        let mut depth = 0_usize;
+        for (place, token) in self.tokens[self.at..].iter().enumerate() {
+            match token.kind {
+                TokenKind::Open => depth += 1,
+                TokenKind::Close => depth = depth.saturating_sub(1),
+                TokenKind::End | TokenKind::Relation(_) | TokenKind::Comma => return false,
+                _ => {}
+            }
+            if depth == 0 {
+                let after = self.tokens.get(self.at + place + 1).map(|token| &token.kind);
+                return matches!(after, Some(TokenKind::Relation(_) | TokenKind::Arithmetic(_)));
+            }
+        }
+        false
     }
 
     /// `m[2]`, `m.level` or `level`.
     fn field(&mut self) -> Reading<Field> {
         let start = self.span();
-        let TokenKind::Name(name) = self.peek().clone() else {
+        let Some(name) = self.peek().as_name().map(str::to_owned) else {
             return Err(self.expected("a field of the message such as `m[1]`", CONDITION));
         };
         self.advance();

@@ -2,14 +2,17 @@
 
 use diagnostics::{Problem, nearest};
 
-use super::ast::{ByteRange, Constraint, ConstraintKind, Event};
+use super::ast::{ByteRange, Constraint, ConstraintKind, Event, Interval};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 
 /// The keywords that can begin a constraint.
-const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
+const PREFIXES: [&str; 10] =
+    ["not", "next", "always", "eventually", "once", "historically", "previous", "true", "false", "time_until"];
 const EVENT: &str = "an event is written `(sender, receiver, condition)`";
 const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, condition) < 10`";
+const AGO: &str = "how long ago is written `[<= 10]` or `[<= 5 s]`";
+const COUNT: &str = "a number of messages is written `at most 3 (sender, receiver, condition) in 10 s`";
 
 impl Parser {
     /// `α implies β`, right-associative.
@@ -42,15 +45,40 @@ impl Parser {
         })
     }
 
-    /// `α until β`, right-associative.
+    /// `α until β` and `α since β`, right-associative.
     fn chain(&mut self) -> Reading<Constraint> {
         let left = self.prefixed()?;
-        if !self.take_keyword(Keyword::Until) {
+        let ago = if self.take_keyword(Keyword::Since) {
+            Some(self.ago()?)
+        } else if self.take_keyword(Keyword::Until) {
+            None
+        } else {
             return Ok(left);
-        }
+        };
         let right = self.deeper(Self::chain)?;
         let span = left.span.to(right.span);
-        Ok(Constraint { kind: ConstraintKind::Until(Box::new(left), Box::new(right)), span })
+        let (left, right) = (Box::new(left), Box::new(right));
+        let kind = match ago {
+            Some(ago) => ConstraintKind::Since(ago, left, right),
+            None => ConstraintKind::Until(left, right),
+        };
+        Ok(Constraint { kind, span })
+    }
+
+    /// `[⋈ bound]`, if it is here.
+    fn ago(&mut self) -> Reading<Option<Interval>> {
+        if !self.take(&TokenKind::OpenIndex) {
+            return Ok(None);
+        }
+        let TokenKind::Relation(relation) = *self.peek() else {
+            return Err(self.expected("`<`, `<=`, `=`, `!=`, `>=` or `>` and a number of ticks", AGO));
+        };
+        self.advance();
+        let bound = self.operand()?;
+        if !self.take(&TokenKind::CloseIndex) {
+            return Err(self.expected("`]`", AGO));
+        }
+        Ok(Some(Interval { relation, bound }))
     }
 
     fn prefixed(&mut self) -> Reading<Constraint> {
@@ -60,6 +88,7 @@ impl Parser {
             TokenKind::Keyword(Keyword::Next) => ConstraintKind::Next,
             TokenKind::Keyword(Keyword::Always) => ConstraintKind::Always,
             TokenKind::Keyword(Keyword::Eventually) => ConstraintKind::Eventually,
+            TokenKind::Keyword(Keyword::Once | Keyword::Historically | Keyword::Previous) => return self.past(),
             _ => return self.primary(),
         };
         self.advance();
@@ -68,12 +97,28 @@ impl Parser {
         Ok(Constraint { kind: wrap(Box::new(operand)), span })
     }
 
+    /// `once`, `historically` or `previous`, and its operand.
+    fn past(&mut self) -> Reading<Constraint> {
+        let start = self.span();
+        let wrap: fn(Option<Interval>, Box<Constraint>) -> ConstraintKind = match self.peek() {
+            TokenKind::Keyword(Keyword::Once) => ConstraintKind::Once,
+            TokenKind::Keyword(Keyword::Historically) => ConstraintKind::Historically,
+            _ => ConstraintKind::Previous,
+        };
+        self.advance();
+        let ago = self.ago()?;
+        let operand = self.deeper(Self::prefixed)?;
+        let span = start.to(operand.span);
+        Ok(Constraint { kind: wrap(ago, Box::new(operand)), span })
+    }
+
     fn primary(&mut self) -> Reading<Constraint> {
         let start = self.span();
         let kind = match self.peek().clone() {
             TokenKind::Keyword(Keyword::True) => ConstraintKind::True,
             TokenKind::Keyword(Keyword::False) => ConstraintKind::False,
             TokenKind::Keyword(Keyword::TimeUntil) => return self.time_until(),
+            TokenKind::Keyword(Keyword::At) => return self.count(),
             TokenKind::Open => {
                 if !self.at_event() {
                     return self.parenthesised();
@@ -93,11 +138,12 @@ impl Parser {
     fn at_event(&self) -> bool {
         match self.peek_second() {
             TokenKind::Text(_) => true,
-            TokenKind::Name(name) => {
+            second => {
                 let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
-                third == Some(&TokenKind::Comma) || third != Some(&TokenKind::Open) && nearest(name, PREFIXES).is_none()
+                let is_name = |name: &str| third != Some(&TokenKind::Open) && nearest(name, PREFIXES).is_none();
+                third == Some(&TokenKind::Comma) && second.as_name().is_some()
+                    || matches!(second, TokenKind::Name(name) if is_name(name))
             }
-            _ => false,
         }
     }
 
@@ -155,6 +201,28 @@ impl Parser {
         let condition = self.condition()?;
         self.close(open);
         Ok(Event { source, target, condition, span: open.to(self.last_span()) })
+    }
+
+    /// `at most n (event) in bound`, or `at least`.
+    fn count(&mut self) -> Reading<Constraint> {
+        let start = self.span();
+        self.advance();
+        let is_at_most = self.take_keyword(Keyword::Most);
+        if !is_at_most && !self.take_keyword(Keyword::Least) {
+            return Err(self.expected("`most` or `least`", COUNT));
+        }
+        let count = self.operand()?;
+        if *self.peek() != TokenKind::Open {
+            return Err(self.expected("`(` and an event", COUNT));
+        }
+        let event = self.event();
+        if !self.take_keyword(Keyword::In) {
+            return Err(self.expected("`in` and a number of ticks or a duration", COUNT));
+        }
+        let bound = self.operand()?;
+        let kind =
+            event.map_or(ConstraintKind::Unreadable, |event| ConstraintKind::Count { is_at_most, count, event, bound });
+        Ok(Constraint { kind, span: start.to(self.last_span()) })
     }
 
     fn comma(&mut self, what: &str) -> Reading<()> {

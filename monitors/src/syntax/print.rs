@@ -5,8 +5,8 @@ use std::fmt::{self, Display, Formatter};
 use channels::Relation;
 
 use super::ast::{
-    Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name, Operand,
-    Unit,
+    Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval, Item, Literal, Name,
+    Operand, Term, Unit,
 };
 use super::token::is_plain_name;
 
@@ -20,7 +20,10 @@ impl Display for Item {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Constant(constant) => write!(f, "const {} := {}", constant.name, constant.value),
-            Self::Property(property) => write!(f, "property {} := {}", property.name, property.constraint),
+            Self::Property(property) => {
+                let timed = if property.is_timed { "timed " } else { "" };
+                write!(f, "{timed}property {} := {}", property.name, property.constraint)
+            }
         }
     }
 }
@@ -47,7 +50,7 @@ impl ConstraintKind {
             Self::Implies(..) => Binding::Implies,
             Self::Or(_) => Binding::Or,
             Self::And(_) => Binding::And,
-            Self::Until(..) => Binding::Until,
+            Self::Until(..) | Self::Since(..) => Binding::Until,
             _ => Binding::Prefix,
         }
     }
@@ -79,11 +82,34 @@ impl Display for Constraint {
             ConstraintKind::Until(left, right) => {
                 write!(f, "{} until {}", Part(left, Binding::Prefix), Part(right, Binding::Until))
             }
+            ConstraintKind::Once(ago, part) => write!(f, "once{} {}", Ago(ago), Part(part, Binding::Prefix)),
+            ConstraintKind::Historically(ago, part) => {
+                write!(f, "historically{} {}", Ago(ago), Part(part, Binding::Prefix))
+            }
+            ConstraintKind::Previous(ago, part) => write!(f, "previous{} {}", Ago(ago), Part(part, Binding::Prefix)),
+            ConstraintKind::Since(ago, left, right) => {
+                write!(f, "{} since{} {}", Part(left, Binding::Prefix), Ago(ago), Part(right, Binding::Until))
+            }
+            ConstraintKind::Count { is_at_most, count, event, bound } => {
+                write!(f, "at {} {count} {event} in {bound}", if *is_at_most { "most" } else { "least" })
+            }
             ConstraintKind::And(parts) => join(f, parts.iter().map(|part| Part(part, Binding::Until)), " and "),
             ConstraintKind::Or(parts) => join(f, parts.iter().map(|part| Part(part, Binding::And)), " or "),
             ConstraintKind::Implies(left, right) => {
                 write!(f, "{} implies {}", Part(left, Binding::Or), Part(right, Binding::Implies))
             }
+        }
+    }
+}
+
+/// `[< 10]`, or nothing.
+struct Ago<'a>(&'a Option<Interval>);
+
+impl Display for Ago<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(Interval { relation, bound }) => write!(f, "[{} {bound}]", ascii(*relation)),
+            None => Ok(()),
         }
     }
 }
@@ -120,12 +146,40 @@ impl Display for Condition {
         match &self.kind {
             ConditionKind::True | ConditionKind::Unreadable => f.write_str("true"),
             ConditionKind::False => f.write_str("false"),
-            ConditionKind::Compare { field, relation, value } => write!(f, "{field} {} {value}", ascii(*relation)),
+            ConditionKind::Compare { left, relation, right } => write!(f, "{left} {} {right}", ascii(*relation)),
+            ConditionKind::Remember { field, name } => write!(f, "{field} as {name}"),
             ConditionKind::Not(part) => write!(f, "not {}", ConditionPart(part, Binding::Prefix)),
             ConditionKind::And(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::Until)), " and "),
             ConditionKind::Or(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::And)), " or "),
             ConditionKind::Implies(left, right) => {
                 write!(f, "{} implies {}", ConditionPart(left, Binding::Or), ConditionPart(right, Binding::Implies))
+            }
+        }
+    }
+}
+
+/// A term in a place where only factors can stand, if so.
+struct Factor<'a>(&'a Term, bool);
+
+impl Display for Factor<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self(term @ Term::Arithmetic(..), true) => write!(f, "({term})"),
+            // A sum on the right of a sign needs its parentheses, one on the left of `+` or `-` does not.
+            Self(term, _) => term.fmt(f),
+        }
+    }
+}
+
+impl Display for Term {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Field(field) => field.fmt(f),
+            Self::Operand(operand) => operand.fmt(f),
+            Self::Arithmetic(left, operator, right) => {
+                let is_sum = |term: &Self| matches!(term, Self::Arithmetic(_, inner, _) if !inner.is_factor());
+                let left = Factor(left, operator.is_factor() && is_sum(left));
+                write!(f, "{left} {} {}", operator.sign(), Factor(right, true))
             }
         }
     }

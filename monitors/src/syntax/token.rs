@@ -4,6 +4,7 @@ use channels::Relation;
 use diagnostics::Problem;
 
 use super::ast::ByteRange;
+use crate::formula::Arithmetic;
 
 /// A token with its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +25,7 @@ pub(super) enum TokenKind {
     Number(String),
     Keyword(Keyword),
     Relation(Relation),
+    Arithmetic(Arithmetic),
     /// `:=`
     Define,
     Open,
@@ -52,10 +54,20 @@ pub(super) enum Keyword {
     Or,
     Implies,
     TimeUntil,
+    Once,
+    Historically,
+    Previous,
+    Since,
+    At,
+    Most,
+    Least,
+    In,
+    Timed,
+    As,
 }
 
 impl Keyword {
-    pub(super) const ALL: [Self; 13] = [
+    pub(super) const ALL: [Self; 23] = [
         Self::Const,
         Self::Property,
         Self::True,
@@ -69,7 +81,38 @@ impl Keyword {
         Self::Or,
         Self::Implies,
         Self::TimeUntil,
+        Self::Once,
+        Self::Historically,
+        Self::Previous,
+        Self::Since,
+        Self::At,
+        Self::Most,
+        Self::Least,
+        Self::In,
+        Self::Timed,
+        Self::As,
     ];
+
+    /// Whether it is a keyword only in its place, and anywhere else a name like any other: the words that the paper's
+    /// language does not have.
+    fn is_soft(self) -> bool {
+        !matches!(
+            self,
+            Self::Const
+                | Self::Property
+                | Self::True
+                | Self::False
+                | Self::Not
+                | Self::Next
+                | Self::Always
+                | Self::Eventually
+                | Self::Until
+                | Self::And
+                | Self::Or
+                | Self::Implies
+                | Self::TimeUntil
+        )
+    }
 
     pub(super) fn text(self) -> &'static str {
         match self {
@@ -86,11 +129,30 @@ impl Keyword {
             Self::Or => "or",
             Self::Implies => "implies",
             Self::TimeUntil => "time_until",
+            Self::Once => "once",
+            Self::Historically => "historically",
+            Self::Previous => "previous",
+            Self::Since => "since",
+            Self::At => "at",
+            Self::Most => "most",
+            Self::Least => "least",
+            Self::In => "in",
+            Self::Timed => "timed",
+            Self::As => "as",
         }
     }
 }
 
 impl TokenKind {
+    /// The name that the token can be.
+    pub(super) fn as_name(&self) -> Option<&str> {
+        match self {
+            Self::Name(name) => Some(name),
+            Self::Keyword(keyword) if keyword.is_soft() => Some(keyword.text()),
+            _ => None,
+        }
+    }
+
     /// The token's name in messages.
     pub(super) fn describe(&self) -> String {
         match self {
@@ -99,6 +161,7 @@ impl TokenKind {
             Self::Symbol(symbol) => format!("`<{symbol}>`"),
             Self::Keyword(keyword) => format!("`{}`", keyword.text()),
             Self::Relation(relation) => format!("`{relation}`"),
+            Self::Arithmetic(operator) => format!("`{}`", operator.sign()),
             Self::Define => "`:=`".to_owned(),
             Self::Open => "`(`".to_owned(),
             Self::Close => "`)`".to_owned(),
@@ -113,7 +176,7 @@ impl TokenKind {
 }
 
 /// Operators made of one or two signs, longer ones first.
-pub(super) const SIGNS: [(&str, TokenKind); 30] = [
+pub(super) const SIGNS: [(&str, TokenKind); 34] = [
     (":=", TokenKind::Define),
     ("≔", TokenKind::Define),
     ("<=", TokenKind::Relation(Relation::LessOrEqual)),
@@ -144,6 +207,10 @@ pub(super) const SIGNS: [(&str, TokenKind); 30] = [
     (",", TokenKind::Comma),
     (".", TokenKind::Dot),
     (";", TokenKind::Semicolon),
+    ("+", TokenKind::Arithmetic(Arithmetic::Add)),
+    ("-", TokenKind::Arithmetic(Arithmetic::Subtract)),
+    ("*", TokenKind::Arithmetic(Arithmetic::Multiply)),
+    ("/", TokenKind::Arithmetic(Arithmetic::Divide)),
 ];
 
 /// Operators of other languages, and the ones to write here instead.
@@ -283,7 +350,8 @@ fn name_length(text: &str) -> usize {
 /// Whether a text can be a name without quotes.
 pub(super) fn is_plain_name(text: &str) -> bool {
     let first = text.chars().next().is_some_and(|first| first.is_alphabetic() || first == '_');
-    first && name_length(text) == text.len() && Keyword::ALL.iter().all(|keyword| keyword.text() != text)
+    let is_keyword = |keyword: &Keyword| keyword.text() == text && !keyword.is_soft();
+    first && name_length(text) == text.len() && !Keyword::ALL.iter().any(is_keyword)
 }
 
 /// The length of the number that starts here: `-12.5e-3`.

@@ -7,7 +7,10 @@ use channels::{
     Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
     Verdict,
 };
-use monitors::{Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, holds, holds_endlessly};
+use monitors::{
+    Arithmetic, Bound, Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, Term, holds,
+    holds_endlessly,
+};
 
 /// Pseudo-random numbers that are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -86,25 +89,32 @@ pub(crate) fn random_formula(dice: &mut Dice, topology: &Topology, depth: u32) -
 
 /// A formula of at most this depth over these events.
 pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32) -> Formula {
+    formula_with(dice, events, depth, Choose { ahead: true, back: false })
+}
+
+/// Which operators a random formula has.
+#[derive(Clone, Copy)]
+pub(crate) struct Choose {
+    /// Those that look ahead.
+    pub(crate) ahead: bool,
+    /// Those that look back.
+    pub(crate) back: bool,
+}
+
+/// A formula of at most this depth over these events, with these operators.
+pub(crate) fn formula_with(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32, choose: Choose) -> Formula {
     let sides = if depth == 0 { 7 } else { 20 };
-    let part = |dice: &mut Dice| Box::new(formula_over(dice, events, depth.saturating_sub(1)));
-    match dice.roll(sides) {
+    let part = |dice: &mut Dice| Box::new(formula_with(dice, events, depth.saturating_sub(1), choose));
+    if choose.back && depth > 0 && dice.roll(3) == 0 || !choose.ahead && dice.roll(2) == 0 {
+        return looking_back(dice, events, depth);
+    }
+    match dice.roll(if choose.ahead { sides } else { sides.min(14) }) {
         0..=3 => Formula::Event(dice.pick(events).clone()),
         4 | 5 => {
-            let relations = [
-                Relation::Less,
-                Relation::Less,
-                Relation::LessOrEqual,
-                Relation::Equal,
-                Relation::NotEqual,
-                Relation::Greater,
-                Relation::GreaterOrEqual,
-            ];
-            Formula::TimeUntil {
-                event: dice.pick(events).clone(),
-                relation: *dice.pick(&relations),
-                ticks: dice.roll(4),
-            }
+            let event = dice.pick(events).clone();
+            let relation = *dice.pick(&RELATIONS);
+            let ticks = dice.roll(4);
+            if choose.ahead { Formula::TimeUntil { event, relation, ticks } } else { Formula::Event(event) }
         }
         6 => {
             if dice.roll(2) == 0 {
@@ -121,6 +131,67 @@ pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::EventAtom], dept
         15 | 16 => Formula::Always(part(dice)),
         17 => Formula::Eventually(part(dice)),
         _ => Formula::Until(part(dice), part(dice)),
+    }
+}
+
+/// A formula that remembers a number and compares others with it: the same number, a greater one, …
+pub(crate) fn remembering(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let number = |dice: &mut Dice| *dice.pick(&[(channels[1], 2), (channels[3], 1)]);
+    let remembers = |dice: &mut Dice| {
+        let (channel, field) = number(dice);
+        let condition = MessageCondition::Remember { field, name: "p".into() };
+        monitors::EventAtom { channel, condition }
+    };
+    let compares = |dice: &mut Dice| {
+        let (channel, field) = number(dice);
+        let more = [Term::Remembered("p".into()), Term::Value(Value::Int(1 + dice.roll(2) as i64))];
+        let [remembered, more] = more.map(Box::new);
+        let operator = *dice.pick(&[Arithmetic::Add, Arithmetic::Subtract, Arithmetic::Multiply, Arithmetic::Divide]);
+        let sum = Term::Arithmetic(remembered.clone(), operator, more);
+        let right = if dice.roll(3) == 0 { sum } else { *remembered };
+        let relation = *dice.pick(&RELATIONS);
+        let condition = MessageCondition::Relate { left: Term::Field(field), relation, right };
+        monitors::EventAtom { channel, condition }
+    };
+    let mut events = vec![compares(dice), compares(dice), random_event(dice, topology)];
+    events.extend((dice.roll(4) == 0).then(|| remembers(dice)));
+    let back = dice.roll(2) == 0;
+    let inside = formula_with(dice, &events, depth, Choose { ahead: true, back });
+    let first = remembers(dice);
+    match dice.roll(4) {
+        0 => Formula::Eventually(Box::new(Formula::And(vec![Formula::Event(first), inside]))),
+        _ => Formula::Event(first).implies(inside).always(),
+    }
+}
+
+const RELATIONS: [Relation; 7] = [
+    Relation::Less,
+    Relation::Less,
+    Relation::LessOrEqual,
+    Relation::Equal,
+    Relation::NotEqual,
+    Relation::Greater,
+    Relation::GreaterOrEqual,
+];
+
+/// A formula that looks back.
+fn looking_back(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32) -> Formula {
+    let choose = Choose { ahead: false, back: true };
+    let part = |dice: &mut Dice| Box::new(formula_with(dice, events, depth.saturating_sub(1), choose));
+    let relation = *dice.pick(&RELATIONS);
+    let bound = if dice.roll(3) == 0 { Bound::NONE } else { Bound { relation, ticks: dice.roll(4) } };
+    match dice.roll(if depth == 0 { 1 } else { 9 }) {
+        0 | 1 => Formula::Count {
+            event: dice.pick(events).clone(),
+            is_at_most: dice.roll(2) == 0,
+            count: dice.roll(4),
+            ticks: dice.roll(4),
+        },
+        2 | 3 => Formula::Once(bound, part(dice)),
+        4 => Formula::Historically(bound, part(dice)),
+        5 | 6 => Formula::Previous(bound, part(dice)),
+        _ => Formula::Since(bound, part(dice), part(dice)),
     }
 }
 
@@ -276,11 +347,13 @@ pub(crate) fn check(
     let mut alphabet: Vec<EventKind> = automaton.samples().collect();
     alphabet.push(EventKind::Tick);
     match best.method() {
-        monitors::Method::Graph | monitors::Method::Graphs => tally.graphs += 1,
+        monitors::Method::Graph | monitors::Method::Graphs | monitors::Method::Rules => tally.graphs += 1,
         monitors::Method::Automaton { .. } => tally.automata += 1,
         monitors::Method::Progression => tally.progressions += 1,
     }
-    check_letters(&best, sequence)?;
+    if best.symbol(&EventKind::Tick).is_some() {
+        check_letters(&best, sequence)?;
+    }
     let mut before = [Verdict::Inconclusive; 3];
     for length in 0..=sequence.len() {
         let prefix = &sequence[..length];

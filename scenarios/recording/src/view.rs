@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, Topology, Verdict};
+use channels::{Event, EventKind, Topology, Verdict};
 use maps::Point;
 use monitors::Outcome;
 
@@ -61,7 +61,7 @@ impl RunView {
         }
         let mut named = Vec::new();
         header.monitors.iter().filter_map(|monitor| monitor.formula.as_ref()).for_each(|formula| {
-            channels_of(formula, &mut named);
+            formula.events(&mut |event| named.push(event.channel));
         });
         let channels = header.topology.channels().count();
         check(named.iter().all(|channel| channel.index() < channels))?;
@@ -620,22 +620,5 @@ impl Tally {
             max_m: self.max_m,
             rmse_rad: (self.squared_rad2 / steps).sqrt(),
         })
-    }
-}
-
-/// The channels that a formula names.
-fn channels_of(formula: &monitors::Formula, channels: &mut Vec<ChannelId>) {
-    use monitors::Formula;
-    match formula {
-        Formula::True | Formula::False => {}
-        Formula::Event(event) | Formula::TimeUntil { event, .. } => channels.push(event.channel),
-        Formula::Not(part) | Formula::Next(part) | Formula::Always(part) | Formula::Eventually(part) => {
-            channels_of(part, channels);
-        }
-        Formula::And(parts) | Formula::Or(parts) => parts.iter().for_each(|part| channels_of(part, channels)),
-        Formula::Implies(a, b) | Formula::Until(a, b) => {
-            channels_of(a, channels);
-            channels_of(b, channels);
-        }
     }
 }

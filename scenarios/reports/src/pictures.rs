@@ -161,19 +161,20 @@ impl Role {
 impl Levels<'_> {
     fn of_formula(&mut self, formula: &Formula, role: Role) {
         match formula {
-            Formula::True | Formula::False => {}
             Formula::Event(event) => self.of_event(event, role),
-            Formula::TimeUntil { event, .. } => self.of_event(event, role.among_others()),
+            Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
+                self.of_event(event, role.among_others());
+            }
             Formula::Not(part) => self.of_formula(part, role.negated()),
-            Formula::Next(part) | Formula::Always(part) => self.of_formula(part, role),
-            Formula::Eventually(part) => self.of_formula(part, role.among_others()),
+            Formula::Next(part) | Formula::Always(part) | Formula::Historically(_, part) => self.of_formula(part, role),
             Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
-            Formula::Or(parts) => parts.iter().for_each(|part| self.of_formula(part, role.among_others())),
             Formula::Implies(a, b) => {
                 self.of_formula(a, role.among_others());
                 self.of_formula(b, role);
             }
-            Formula::Until(a, b) => [a, b].into_iter().for_each(|part| self.of_formula(part, role.among_others())),
+            others => {
+                others.operands().into_iter().for_each(|part| self.of_formula(part, role.among_others()));
+            }
         }
     }
 
@@ -186,7 +187,10 @@ impl Levels<'_> {
 
     fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
         match condition {
-            MessageCondition::True | MessageCondition::False => {}
+            MessageCondition::True
+            | MessageCondition::False
+            | MessageCondition::Relate { .. }
+            | MessageCondition::Remember { .. } => {}
             MessageCondition::Compare { field, relation, value } => {
                 let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
                 let most = matches!(relation, Relation::LessOrEqual | Relation::Less);

@@ -125,16 +125,8 @@ impl<'a> Evidence<'a> {
 /// The events of a formula, each with whether it is one to wait for.
 fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::EventAtom, bool)>) {
     match formula {
-        Formula::True | Formula::False => {}
-        Formula::Event(event) => events.push((event, false)),
+        Formula::Event(event) | Formula::Count { event, .. } => events.push((event, false)),
         Formula::TimeUntil { event, .. } => events.push((event, true)),
-        Formula::Not(part) | Formula::Next(part) | Formula::Always(part) | Formula::Eventually(part) => {
-            collect(part, events);
-        }
-        Formula::And(parts) | Formula::Or(parts) => parts.iter().for_each(|part| collect(part, events)),
-        Formula::Implies(a, b) | Formula::Until(a, b) => {
-            collect(a, events);
-            collect(b, events);
-        }
+        _ => formula.operands().into_iter().for_each(|operand| collect(operand, events)),
     }
 }

@@ -60,6 +60,7 @@ fn condition(condition: &MessageCondition) -> String {
         MessageCondition::Compare { field, relation, value } => {
             format!("m[{field}] {} {}", sign(*relation), self::value(value))
         }
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(),
         MessageCondition::Not(part) => format!("not ({})", self::condition(part)),
         MessageCondition::And(parts) => join(parts, " and "),
         MessageCondition::Or(parts) => format!("({})", join(parts, " or ")),

@@ -1,0 +1,275 @@
+//! Values that a formula remembers from one message and compares in another.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use channels::{ChannelId, Message, Relation, Value};
+
+use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
+
+/// The values that names stand for. A name without a value is not in it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Values(Option<Arc<[(Arc<str>, Value)]>>);
+
+/// A name, and the field of the last message on a channel that it stands for.
+pub(crate) type Remembered = (Arc<str>, ChannelId, usize);
+
+impl Values {
+    fn entries(&self) -> &[(Arc<str>, Value)] {
+        self.0.as_deref().unwrap_or_default()
+    }
+
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
+        self.entries().iter().find(|(known, _)| **known == *name).map(|(_, value)| value)
+    }
+
+    fn new(mut entries: Vec<(Arc<str>, Value)>) -> Self {
+        entries.sort_by(|(a, _), (b, _)| a.cmp(b));
+        Self((!entries.is_empty()).then(|| entries.into()))
+    }
+
+    /// These values, with those that are remembered now, in which they may be missing.
+    pub(crate) fn with<'m>(&self, remembered: &[Remembered], last: impl Fn(ChannelId) -> Option<&'m Message>) -> Self {
+        if remembered.is_empty() {
+            return self.clone();
+        }
+        let is_new = |name: &Arc<str>| remembered.iter().any(|(new, ..)| new == name);
+        let mut entries: Vec<_> = self.entries().iter().filter(|(name, _)| !is_new(name)).cloned().collect();
+        let new = remembered
+            .iter()
+            .filter_map(|(name, channel, field)| Some((Arc::clone(name), last(*channel)?.field(*field)?.clone())));
+        entries.extend(new);
+        Self::new(entries)
+    }
+
+    /// The values of these names.
+    pub(crate) fn only(&self, names: &[Arc<str>]) -> Self {
+        if self.entries().iter().all(|(name, _)| names.contains(name)) {
+            return self.clone();
+        }
+        Self::new(self.entries().iter().filter(|(name, _)| names.contains(name)).cloned().collect())
+    }
+}
+
+/// An arbitrary total order, so that obligations have one.
+fn order(a: &Value, b: &Value) -> Ordering {
+    let rank = |value: &Value| match value {
+        Value::Symbol(_) => 0,
+        Value::Bool(_) => 1,
+        Value::Int(_) => 2,
+        Value::Real(_) => 3,
+        Value::Text(_) => 4,
+    };
+    match (a, b) {
+        _ if a == b => Ordering::Equal,
+        (Value::Symbol(a), Value::Symbol(b)) => a.cmp(b),
+        (Value::Int(a), Value::Int(b)) => a.cmp(b),
+        (Value::Real(a), Value::Real(b)) => a.total_cmp(b),
+        (Value::Text(a), Value::Text(b)) => a.cmp(b),
+        (Value::Bool(a), Value::Bool(b)) => a.cmp(b),
+        _ => rank(a).cmp(&rank(b)),
+    }
+}
+
+impl Ord for Values {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let pairs = self.entries().iter().zip(other.entries());
+        let mut differences = pairs.map(|((a, x), (b, y))| a.cmp(b).then_with(|| order(x, y)));
+        let first = differences.find(|ordering| *ordering != Ordering::Equal);
+        first.unwrap_or_else(|| self.entries().len().cmp(&other.entries().len()))
+    }
+}
+
+impl PartialOrd for Values {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Term {
+    /// The term's value; `None` if a field or a remembered value is missing, or a number that it needs.
+    fn value(&self, message: &Message, values: &Values) -> Option<Value> {
+        match self {
+            Self::Field(field) => message.field(*field).cloned(),
+            Self::Value(value) => Some(value.clone()),
+            Self::Remembered(name) => values.get(name).cloned(),
+            Self::Arithmetic(left, operator, right) => {
+                operator.of(&left.value(message, values)?, &right.value(message, values)?)
+            }
+        }
+    }
+
+    /// Calls `visit` with each name.
+    fn names<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>)) {
+        match self {
+            Self::Field(_) | Self::Value(_) => {}
+            Self::Remembered(name) => visit(name),
+            Self::Arithmetic(left, _, right) => {
+                left.names(visit);
+                right.names(visit);
+            }
+        }
+    }
+
+    /// The term with values in the place of names.
+    fn told(&self, values: &Values) -> Self {
+        match self {
+            Self::Remembered(name) => values.get(name).map_or_else(|| self.clone(), |value| Self::Value(value.clone())),
+            Self::Arithmetic(left, operator, right) => {
+                let (left, right) = (left.told(values), right.told(values));
+                let known = match (&left, &right) {
+                    (Self::Value(a), Self::Value(b)) => operator.of(a, b),
+                    _ => None,
+                };
+                known.map_or_else(|| Self::Arithmetic(Box::new(left), *operator, Box::new(right)), Self::Value)
+            }
+            other => other.clone(),
+        }
+    }
+}
+
+impl Arithmetic {
+    /// The result for two numbers. Integers stay integers, except in a division; what is not finite is no number.
+    pub(crate) fn of(self, a: &Value, b: &Value) -> Option<Value> {
+        if let (Value::Int(a), Value::Int(b)) = (a, b) {
+            let whole = match self {
+                Self::Add => Some(a.checked_add(*b)?),
+                Self::Subtract => Some(a.checked_sub(*b)?),
+                Self::Multiply => Some(a.checked_mul(*b)?),
+                Self::Divide => None,
+            };
+            if let Some(whole) = whole {
+                return Some(Value::Int(whole));
+            }
+        }
+        let (a, b) = (a.as_number()?, b.as_number()?);
+        let real = match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+        };
+        real.is_finite().then_some(Value::Real(real))
+    }
+}
+
+impl MessageCondition {
+    /// The comparison of two terms; a field on the left and a value on the right, where that is all.
+    pub(crate) fn relating(left: Term, relation: Relation, right: Term) -> Self {
+        match (left, right) {
+            (Term::Field(field), Term::Value(value)) => Self::Compare { field, relation, value },
+            (left, right) => Self::Relate { left, relation, right },
+        }
+    }
+
+    /// Whether a message satisfies the condition, if no value is remembered.
+    #[must_use]
+    pub fn holds(&self, message: &Message) -> bool {
+        self.holds_with(message, &Values::default())
+    }
+
+    /// Whether a message satisfies the condition with these values.
+    pub(crate) fn holds_with(&self, message: &Message, values: &Values) -> bool {
+        match self {
+            Self::True => true,
+            Self::False => false,
+            Self::Compare { field, relation, value } => {
+                message.field(*field).map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value))
+            }
+            Self::Relate { left, relation, right } => {
+                match (left.value(message, values), right.value(message, values)) {
+                    (Some(left), Some(right)) => relation.holds(&left, &right),
+                    _ => *relation == Relation::NotEqual,
+                }
+            }
+            Self::Remember { field, .. } => message.field(*field).is_some(),
+            Self::Not(condition) => !condition.holds_with(message, values),
+            Self::And(conditions) => conditions.iter().all(|condition| condition.holds_with(message, values)),
+            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds_with(message, values)),
+            Self::Implies(a, b) => !a.holds_with(message, values) || b.holds_with(message, values),
+        }
+    }
+
+    /// The conditions that it is made of.
+    fn operands(&self) -> Vec<&Self> {
+        match self {
+            Self::True | Self::False | Self::Compare { .. } | Self::Relate { .. } | Self::Remember { .. } => Vec::new(),
+            Self::Not(a) => vec![a],
+            Self::And(parts) | Self::Or(parts) => parts.iter().collect(),
+            Self::Implies(a, b) => vec![a, b],
+        }
+    }
+
+    /// Whether it compares fields with constants only, so that samples can stand for all messages.
+    pub(crate) fn is_simple(&self) -> bool {
+        !matches!(self, Self::Relate { .. }) && self.operands().into_iter().all(Self::is_simple)
+    }
+
+    /// Calls `visit` with each name that it compares with.
+    pub(crate) fn names<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>)) {
+        if let Self::Relate { left, right, .. } = self {
+            left.names(visit);
+            right.names(visit);
+        }
+        self.operands().into_iter().for_each(|operand| operand.names(visit));
+    }
+
+    /// Calls `visit` with each name that it gives to a field.
+    pub(crate) fn remembers<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>, usize)) {
+        if let Self::Remember { field, name } = self {
+            visit(name, *field);
+        }
+        self.operands().into_iter().for_each(|operand| operand.remembers(visit));
+    }
+
+    /// The condition with values in the place of names.
+    fn told(&self, values: &Values) -> Self {
+        let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();
+        match self {
+            Self::Relate { left, relation, right } => Self::relating(left.told(values), *relation, right.told(values)),
+            Self::Not(a) => Self::Not(Box::new(a.told(values))),
+            Self::And(parts) => Self::And(all(parts)),
+            Self::Or(parts) => Self::Or(all(parts)),
+            Self::Implies(a, b) => Self::Implies(Box::new(a.told(values)), Box::new(b.told(values))),
+            other => other.clone(),
+        }
+    }
+}
+
+impl EventAtom {
+    /// The event with values in the place of names.
+    pub(crate) fn told(&self, values: &Values) -> Self {
+        Self { channel: self.channel, condition: self.condition.told(values) }
+    }
+}
+
+impl Formula {
+    /// The formula with values in the place of names.
+    pub(crate) fn told(&self, values: &Values) -> Self {
+        let of = |part: &Self| Box::new(part.told(values));
+        let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();
+        match self {
+            Self::True | Self::False => self.clone(),
+            Self::Event(event) => Self::Event(event.told(values)),
+            Self::TimeUntil { event, relation, ticks } => {
+                Self::TimeUntil { event: event.told(values), relation: *relation, ticks: *ticks }
+            }
+            Self::Count { event, is_at_most, count, ticks } => {
+                Self::Count { event: event.told(values), is_at_most: *is_at_most, count: *count, ticks: *ticks }
+            }
+            Self::Not(a) => Self::Not(of(a)),
+            Self::Next(a) => Self::Next(of(a)),
+            Self::Always(a) => Self::Always(of(a)),
+            Self::Eventually(a) => Self::Eventually(of(a)),
+            Self::Timed(a) => Self::Timed(of(a)),
+            Self::Once(bound, a) => Self::Once(*bound, of(a)),
+            Self::Historically(bound, a) => Self::Historically(*bound, of(a)),
+            Self::Previous(bound, a) => Self::Previous(*bound, of(a)),
+            Self::And(parts) => Self::And(all(parts)),
+            Self::Or(parts) => Self::Or(all(parts)),
+            Self::Implies(a, b) => Self::Implies(of(a), of(b)),
+            Self::Until(a, b) => Self::Until(of(a), of(b)),
+            Self::Since(bound, a, b) => Self::Since(*bound, of(a), of(b)),
+        }
+    }
+}

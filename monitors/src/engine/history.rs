@@ -1,0 +1,197 @@
+//! Messages that are kept because values are compared: the last one on each channel, and those of the states that an
+//! operator that looks back may still ask for.
+
+use std::collections::BTreeSet;
+
+use channels::{ChannelId, Message};
+
+use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, clock};
+use crate::data::{Remembered, Values};
+use crate::formula::Bound;
+
+/// The operators of a formula that look back, as their literals.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known {
+    pub(super) words: Vocabulary,
+    /// Those that are bits: each holds or does not.
+    pub(super) literals: Vec<Literal>,
+    /// The bit of the first of them: that after the last event.
+    pub(super) first: u32,
+    /// Those that compare values, for which messages are kept.
+    pub(super) open: Vec<Literal>,
+}
+
+impl Known {
+    /// The bit of a literal, and whether the literal says that it holds; `None` if it is no bit.
+    pub(crate) fn bit(&self, literal: &Literal) -> Option<(u64, bool)> {
+        let (literal, holds) = literal.past()?;
+        let place = self.literals.iter().position(|known| *known == literal)?;
+        Some((1 << (self.first + place as u32), holds))
+    }
+}
+
+/// The messages of a run, as far as they matter.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Data {
+    /// τ
+    pub(crate) now: u64,
+    /// The states that may be asked for, and this one.
+    moments: Vec<Moment>,
+}
+
+/// A state of the run.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Moment {
+    /// τ
+    at: u64,
+    /// What happened: a tick, or a message on this channel.
+    channel: Option<ChannelId>,
+    /// The events and operators that hold, without those that compare values.
+    last: u64,
+    /// The last message on each channel.
+    messages: Vec<(ChannelId, Message)>,
+}
+
+impl Moment {
+    fn message(&self, channel: ChannelId) -> Option<&Message> {
+        self.messages.iter().find(|(known, _)| *known == channel).map(|(_, message)| message)
+    }
+
+    fn is_struck(&self, clock: &Clock) -> bool {
+        self.channel.map_or(clock.ticks, |channel| clock.channels.contains(&channel))
+    }
+}
+
+impl Data {
+    /// Processes a state, and forgets those that nobody will ask for.
+    pub(super) fn read(&mut self, last: u64, message: Option<(ChannelId, &Message)>, known: &Known) {
+        let mut messages = self.moments.last().map(|moment| moment.messages.clone()).unwrap_or_default();
+        if let Some((channel, message)) = message {
+            match messages.iter_mut().find(|(known, _)| *known == channel) {
+                Some((_, known)) => known.clone_from(message),
+                None => messages.push((channel, message.clone())),
+            }
+        }
+        let channel = message.map(|(channel, _)| channel);
+        self.forget(known);
+        self.moments.push(Moment { at: self.now, channel, last, messages });
+    }
+
+    /// Keeps what lies within the bounds of the operators that look back, and the last state at which a `previous`
+    /// without a bound was checked.
+    fn forget(&mut self, known: &Known) {
+        let horizon = known.open.iter().filter_map(horizon).max();
+        let mut kept: Vec<bool> =
+            self.moments.iter().map(|moment| horizon.is_some_and(|horizon| self.now - moment.at <= horizon)).collect();
+        for literal in &known.open {
+            if let Literal::Previous { clauses, .. } = literal {
+                let clock = Clock::of(clauses.iter(), &known.words);
+                if let Some(before) = self.moments.iter().rposition(|moment| moment.is_struck(&clock)) {
+                    kept[before] = true;
+                }
+            }
+        }
+        let mut kept = kept.into_iter();
+        self.moments.retain(|_| kept.next().unwrap_or(false));
+    }
+
+    fn present(&self) -> usize {
+        self.moments.len() - 1
+    }
+
+    /// Whether this state's message is the event.
+    pub(super) fn passes(&self, event: EventId, values: &Values, known: &Known) -> bool {
+        self.passes_at(event, values, self.present(), known)
+    }
+
+    /// Whether a literal holds in this state: an event, or an operator that looks back.
+    pub(super) fn holds_now(&self, literal: &Literal, values: &Values, known: &Known) -> bool {
+        self.literal(literal, values, self.present(), known)
+    }
+
+    /// The values, with those that are remembered in this state.
+    pub(super) fn remembered(&self, remembered: &[Remembered], values: &Values) -> Values {
+        values.with(remembered, |channel| self.moments[self.present()].message(channel))
+    }
+
+    fn passes_at(&self, event: EventId, values: &Values, i: usize, known: &Known) -> bool {
+        let (moment, event) = (&self.moments[i], known.words.get(event));
+        moment.channel == Some(event.channel)
+            && moment.message(event.channel).is_some_and(|message| event.condition.holds_with(message, values))
+    }
+
+    /// Whether a literal held in state i, by the definition.
+    fn literal(&self, literal: &Literal, values: &Values, i: usize, known: &Known) -> bool {
+        let ago = |j: usize, bound: &Bound| {
+            let ticks = self.moments[i].at - self.moments[j].at;
+            bound.windows().any(|window| (window.first..=window.last).contains(&ticks))
+        };
+        if let Some((bit, holds)) = known.bit(literal) {
+            return (self.moments[i].last & bit != 0) == holds;
+        }
+        match literal {
+            Literal::Event { event, holds } => {
+                let event = known.words.get(*event);
+                let last = self.moments[i].message(event.channel);
+                last.is_some_and(|message| event.condition.holds_with(message, values)) == *holds
+            }
+            Literal::Since { hold, goal, bound, holds } => {
+                let kept = |k: usize| self.asked(hold, k, known).all(|part| self.clause(part, values, k, known));
+                let begun = |j: usize| self.asked(goal, j, known).any(|part| self.product(part, values, j, known));
+                // The first state, from now back, that decides.
+                let decides = |j: usize| match (begun(j) && ago(j, bound), kept(j)) {
+                    (false, true) => None,
+                    (since, _) => Some(since),
+                };
+                (0..=i).rev().find_map(decides).unwrap_or(false) == *holds
+            }
+            Literal::Previous { clauses, bound, holds } => {
+                let clock = Clock::of(clauses.iter(), &known.words);
+                let before = (0..i).rev().find(|j| self.moments[*j].is_struck(&clock));
+                let held = |j: usize| clauses.iter().all(|clause| self.clause(clause, values, j, known));
+                before.is_some_and(|j| ago(j, bound) && held(j)) == *holds
+            }
+            Literal::Count { event, count, ticks, holds } => {
+                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
+                let passed = (0..=i).filter(|j| ago(*j, &bound) && self.passes_at(*event, values, *j, known));
+                (passed.count() as u64 >= *count) == *holds
+            }
+            _ => false,
+        }
+    }
+
+    fn asked<'f>(&self, form: &'f Form, k: usize, known: &'f Known) -> impl Iterator<Item = &'f Part> {
+        let moment = &self.moments[k];
+        form.iter().filter(move |part| moment.is_struck(&clock(part, &known.words)))
+    }
+
+    fn clause(&self, clause: &Part, values: &Values, i: usize, known: &Known) -> bool {
+        let values = values.with(&known.words.remembered(clause), |channel| self.moments[i].message(channel));
+        clause.iter().any(|literal| self.literal(literal, &values, i, known))
+    }
+
+    fn product(&self, product: &Part, values: &Values, i: usize, known: &Known) -> bool {
+        let values = values.with(&known.words.remembered(product), |channel| self.moments[i].message(channel));
+        product.iter().all(|literal| self.literal(literal, &values, i, known))
+    }
+
+    /// Forgets how the state came about, and all messages but those on these channels.
+    pub(super) fn normalize(&mut self, kept: &BTreeSet<ChannelId>) {
+        let mut messages = self.moments.pop().map(|moment| moment.messages).unwrap_or_default();
+        messages.retain(|(channel, _)| kept.contains(channel));
+        messages.sort_by_key(|(channel, _)| *channel);
+        self.now = 0;
+        self.moments = vec![Moment { at: 0, channel: None, last: 0, messages }];
+    }
+}
+
+/// How many ticks an operator looks back at most.
+fn horizon(literal: &Literal) -> Option<u64> {
+    let own = match literal {
+        Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.end().filter(|end| *end < u64::MAX),
+        Literal::Count { ticks, .. } => Some(*ticks),
+        _ => None,
+    };
+    let inside = literal.forms().into_iter().flatten().flatten().filter_map(horizon).max();
+    own.map(|own| own.saturating_add(inside.unwrap_or(0))).or(inside)
+}

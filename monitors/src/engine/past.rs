@@ -1,0 +1,323 @@
+//! What has happened: the operators that look back, as a state that each letter moves.
+//!
+//! An operator keeps how long ago its operand held, and only as much of that as its bound can tell apart. So what
+//! remains of a past is one of finitely many, and says the truth of each operator in every state: for the rest of the
+//! engine, it is an event among others.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use channels::{ChannelId, Message};
+
+use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, Window, clock};
+use crate::engine::alphabet::{Alphabet, Letter};
+use crate::engine::history::{Data, Known};
+use crate::formula::Bound;
+
+/// What a run leaves behind. Two runs with the same memory continue alike.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Memory {
+    /// The events that the last messages of their channels satisfy, and the operators that held in the last state.
+    pub(crate) last: u64,
+    /// For each window of each operator: how many ticks ago its operand held, oldest first.
+    ages: Vec<Vec<u64>>,
+    /// The messages, if values are compared.
+    data: Option<Box<Data>>,
+}
+
+impl Memory {
+    pub(crate) fn data(&self) -> Option<&Data> {
+        self.data.as_deref()
+    }
+}
+
+/// When something is checked: at messages on these events' channels, and at ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Strikes {
+    /// The events of these channels.
+    pub(crate) channels: u64,
+    pub(crate) ticks: bool,
+}
+
+impl Strikes {
+    pub(crate) fn new(clock: &Clock, alphabet: &Alphabet) -> Self {
+        let channels = clock.channels.iter().fold(0, |mask, channel| mask | alphabet.mask_of(*channel));
+        Self { channels, ticks: clock.ticks }
+    }
+
+    pub(crate) fn at(self, letter: Letter) -> bool {
+        if letter.is_tick() { self.ticks } else { self.channels & letter.channel != 0 }
+    }
+
+    /// The events of a part that is checked then whose last messages must be remembered: several channels trigger it.
+    pub(crate) fn remembered(self, part: &Part, words: &Vocabulary, alphabet: &Alphabet) -> u64 {
+        let events = part.iter().filter_map(|literal| match literal {
+            Literal::Event { event, .. } => Some(*event),
+            _ => None,
+        });
+        let others = events.filter(|event| alphabet.mask_of(words.get(*event).channel) != self.channels);
+        others.fold(0, |bits, event| bits | 1 << event.0)
+    }
+}
+
+/// The operators of a formula that look back; operands precede what they are part of.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Past {
+    operators: Vec<Operator>,
+    /// Their literals, and those of the operators that compare values.
+    pub(super) known: Known,
+    remembered: u64,
+    /// The channels whose last messages are compared in states with other messages.
+    kept: BTreeSet<ChannelId>,
+}
+
+#[derive(Clone, Debug)]
+struct Operator {
+    kind: Kind,
+    windows: Vec<Window>,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Since { hold: Vec<Asked>, goal: Vec<Asked> },
+    Previous { strikes: Strikes, clauses: Vec<Bits> },
+    Count { event: u64, count: usize },
+}
+
+#[derive(Clone, Debug)]
+struct Asked {
+    strikes: Strikes,
+    bits: Bits,
+}
+
+/// The literals of a part: what must hold, and what must not.
+#[derive(Clone, Copy, Debug)]
+struct Bits {
+    yes: u64,
+    no: u64,
+}
+
+impl Bits {
+    fn one_holds(self, last: u64) -> bool {
+        last & self.yes != 0 || !last & self.no != 0
+    }
+
+    fn all_hold(self, last: u64) -> bool {
+        !last & self.yes == 0 && last & self.no == 0
+    }
+}
+
+impl Past {
+    /// The operators of a form.
+    pub(crate) fn new(form: &Form, words: &Vocabulary, alphabet: &Alphabet) -> Self {
+        let known = Known { first: words.len() as u32, words: words.clone(), ..Known::default() };
+        let mut past = Self { known, ..Self::default() };
+        past.collect(form, words, alphabet);
+        past.keep(form);
+        past
+    }
+
+    /// The number of operators.
+    pub(crate) fn len(&self) -> usize {
+        self.operators.len()
+    }
+
+    /// The events whose last message must be remembered.
+    pub(crate) fn remembered(&self) -> u64 {
+        self.remembered
+    }
+
+    /// The bit of a literal, and whether the literal says that it holds; `None` if it does not look back.
+    pub(crate) fn bit(&self, literal: &Literal) -> Option<(u64, bool)> {
+        self.known.bit(literal)
+    }
+
+    /// Whether messages are kept, for operators that compare values.
+    pub(crate) fn keeps_messages(&self) -> bool {
+        !self.known.open.is_empty()
+    }
+
+    /// The names that an event compares with.
+    pub(crate) fn names(&self, event: EventId) -> Vec<Arc<str>> {
+        self.known.words.names(event)
+    }
+
+    /// For each operator, its bit, and how many states in which its operand held can explain it.
+    pub(crate) fn reasons(&self) -> impl Iterator<Item = (u64, usize)> {
+        self.operators.iter().enumerate().map(|(number, operator)| {
+            let states = if let Kind::Count { count, .. } = operator.kind { count } else { 1 };
+            (1 << (self.known.first + number as u32), states)
+        })
+    }
+
+    /// The memory before the first state.
+    pub(crate) fn memory(&self) -> Memory {
+        let windows = self.operators.iter().map(|operator| operator.windows.len()).sum();
+        let data = self.known.words.has_data().then(Box::default);
+        Memory { last: 0, ages: vec![Vec::new(); windows], data }
+    }
+
+    /// τ grows.
+    pub(crate) fn advance(&self, memory: &mut Memory, by: u64) {
+        if let Some(data) = &mut memory.data {
+            data.now += by;
+        }
+        let mut ages = memory.ages.iter_mut();
+        for operator in &self.operators {
+            for (window, ages) in operator.windows.iter().zip(&mut ages) {
+                ages.iter_mut().for_each(|age| *age = age.saturating_add(by));
+                if window.last == u64::MAX {
+                    ages.iter_mut().for_each(|age| *age = (*age).min(window.first));
+                } else {
+                    ages.retain(|age| *age <= window.last);
+                }
+            }
+        }
+    }
+
+    /// Processes a state: `last` becomes what holds in it. Returns the operators whose operand holds in it.
+    pub(crate) fn read(&self, memory: &mut Memory, letter: Letter, message: Option<(ChannelId, &Message)>) -> u64 {
+        let mut begun = 0;
+        let mut last = letter.after(memory.last & !(u64::MAX.checked_shl(self.known.first).unwrap_or(0)));
+        let mut rest = &mut memory.ages[..];
+        for (number, operator) in self.operators.iter().enumerate() {
+            let ages;
+            (ages, rest) = rest.split_at_mut(operator.windows.len());
+            let (holds, begins) = operator.read(ages, last, letter);
+            last |= u64::from(holds) << (self.known.first + number as u32);
+            begun |= u64::from(begins) << (self.known.first + number as u32);
+        }
+        memory.last = last;
+        if let Some(data) = &mut memory.data {
+            data.read(last, message, &self.known);
+        }
+        begun
+    }
+
+    fn collect(&mut self, form: &Form, words: &Vocabulary, alphabet: &Alphabet) {
+        for literal in form.iter().flatten() {
+            if literal.past().is_some() && words.looks_back_at_values(literal) {
+                self.known.open.extend(literal.past().map(|(literal, _)| literal));
+                literal.forms().into_iter().for_each(|inside| self.collect(inside, words, alphabet));
+                continue;
+            }
+            literal.forms().into_iter().for_each(|inside| self.collect(inside, words, alphabet));
+            let Some((literal, _)) = literal.past().filter(|(literal, _)| !self.known.literals.contains(literal))
+            else {
+                continue;
+            };
+            let operator = self.operator(&literal, words, alphabet);
+            self.operators.extend(operator);
+            self.known.literals.push(literal);
+        }
+    }
+
+    fn keep(&mut self, form: &Form) {
+        let channels = Clock::of(form.iter(), &self.known.words).channels;
+        if channels.len() > 1 {
+            self.kept.extend(channels);
+        }
+        let literals = form.iter().flatten();
+        literals.flat_map(Literal::forms).for_each(|inside| self.keep(inside));
+    }
+
+    /// Forgets the messages that make no difference.
+    pub(crate) fn forget(&self, memory: &mut Memory) {
+        if let Some(data) = &mut memory.data {
+            data.normalize(&self.kept);
+        }
+    }
+
+    fn operator(&mut self, literal: &Literal, words: &Vocabulary, alphabet: &Alphabet) -> Option<Operator> {
+        let (kind, bound) = match literal {
+            Literal::Since { hold, goal, bound, .. } => {
+                let [hold, goal] = [hold, goal].map(|form| self.asked(form, words, alphabet));
+                (Kind::Since { hold, goal }, *bound)
+            }
+            Literal::Previous { clauses, bound, .. } => {
+                let strikes = Strikes::new(&Clock::of(clauses.iter(), words), alphabet);
+                for clause in clauses {
+                    self.remembered |= strikes.remembered(clause, words, alphabet);
+                }
+                (Kind::Previous { strikes, clauses: clauses.iter().map(|clause| self.bits(clause)).collect() }, *bound)
+            }
+            Literal::Count { event, count, ticks, .. } => {
+                let count = usize::try_from(*count).unwrap_or(usize::MAX);
+                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
+                (Kind::Count { event: 1 << event.0, count }, bound)
+            }
+            _ => return None,
+        };
+        Some(Operator { kind, windows: bound.windows().collect() })
+    }
+
+    fn asked(&mut self, form: &Form, words: &Vocabulary, alphabet: &Alphabet) -> Vec<Asked> {
+        let parts = form.iter().map(|part| {
+            let strikes = Strikes::new(&clock(part, words), alphabet);
+            self.remembered |= strikes.remembered(part, words, alphabet);
+            Asked { strikes, bits: self.bits(part) }
+        });
+        parts.collect()
+    }
+
+    fn bits(&self, part: &Part) -> Bits {
+        let mut bits = Bits { yes: 0, no: 0 };
+        for literal in part {
+            let (bit, holds) = match literal {
+                Literal::Event { event, holds } => (1 << event.0, *holds),
+                literal => self.bit(literal).unwrap_or((0, true)),
+            };
+            *(if holds { &mut bits.yes } else { &mut bits.no }) |= bit;
+        }
+        bits
+    }
+}
+
+impl Operator {
+    /// Whether it holds in a state, of which `last` says what else does, and whether its operand does.
+    fn read(&self, ages: &mut [Vec<u64>], last: u64, letter: Letter) -> (bool, bool) {
+        let within = |ages: &[Vec<u64>]| {
+            let mut windows = self.windows.iter().zip(ages);
+            windows.any(|(window, ages)| ages.iter().any(|age| (window.first..=window.last).contains(age)))
+        };
+        match &self.kind {
+            Kind::Since { hold, goal } => {
+                if hold.iter().any(|part| part.strikes.at(letter) && !part.bits.one_holds(last)) {
+                    ages.iter_mut().for_each(Vec::clear);
+                }
+                let begins = goal.iter().any(|part| part.strikes.at(letter) && part.bits.all_hold(last));
+                if begins {
+                    self.windows.iter().zip(&mut *ages).for_each(|(window, ages)| begin(*window, ages));
+                }
+                (within(ages), begins)
+            }
+            Kind::Previous { strikes, clauses } => {
+                let held = within(ages);
+                let holds = clauses.iter().all(|clause| clause.one_holds(last));
+                if strikes.at(letter) {
+                    ages.iter_mut().for_each(|ages| *ages = if holds { vec![0] } else { Vec::new() });
+                }
+                (held, strikes.at(letter) && holds)
+            }
+            Kind::Count { event, count } => {
+                let passes = letter.satisfied & event != 0;
+                for ages in ages.iter_mut().filter(|_| passes) {
+                    ages.push(0);
+                    ages.drain(..ages.len().saturating_sub(*count));
+                }
+                (ages.iter().map(Vec::len).sum::<usize>() >= *count, passes)
+            }
+        }
+    }
+}
+
+/// The operand holds now. Only what the window can tell apart is kept: the last time, if it begins now; the first, if
+/// it has no end; else all.
+fn begin(window: Window, ages: &mut Vec<u64>) {
+    if window.first == 0 {
+        ages.clear();
+    }
+    if window.last != u64::MAX && ages.last() != Some(&0) || ages.is_empty() {
+        ages.push(0);
+    }
+}
