@@ -53,8 +53,8 @@ pub(crate) struct ProveArgs {
     /// and as a scenario that follows it
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Runs each run that violates a property once more, with the physics: levels and lost messages as faults at the same
-    /// times; says whether the property is violated there, too, or what is different
+    /// Runs each run that violates a property once more, with the physics: levels and lost messages as faults at the
+    /// same times; says whether the property is violated there, too, or what is different
     #[arg(long)]
     replay: bool,
     /// Writes what is explored as a model in Promela, one file per property, so that SPIN can be asked the same
