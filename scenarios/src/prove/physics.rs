@@ -33,8 +33,8 @@ pub struct Physical {
 }
 
 impl Proof {
-    /// Runs the scenario with its physics, the environment's moves as settings and faults. `None` without a robot: there
-    /// are no physics.
+    /// Runs the scenario with its physics, the environment's moves as settings and faults. `None` without a robot:
+    /// there are no physics.
     ///
     /// # Errors
     /// What is wrong with the scenario when it is run, or why the run cannot continue.
