@@ -9,13 +9,15 @@ use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
 /// The values that names stand for. A name without a value is not in it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
-pub(crate) struct Values(Option<Arc<[(Arc<str>, Value)]>>);
+pub(crate) struct Values(Option<Arc<[Entry]>>);
+
+type Entry = (Arc<str>, Value);
 
 /// A name, and the field of the last message on a channel that it stands for.
 pub(crate) type Remembered = (Arc<str>, ChannelId, usize);
 
 impl Values {
-    fn entries(&self) -> &[(Arc<str>, Value)] {
+    fn entries(&self) -> &[Entry] {
         self.0.as_deref().unwrap_or_default()
     }
 
@@ -23,7 +25,7 @@ impl Values {
         self.entries().iter().find(|(known, _)| **known == *name).map(|(_, value)| value)
     }
 
-    fn new(mut entries: Vec<(Arc<str>, Value)>) -> Self {
+    fn new(mut entries: Vec<Entry>) -> Self {
         entries.sort_by(|(a, _), (b, _)| a.cmp(b));
         Self((!entries.is_empty()).then(|| entries.into()))
     }

@@ -177,9 +177,7 @@ impl<'a> Resolver<'a> {
 
     /// Reports values that are remembered in an event that is only awaited or counted.
     fn remembers_nothing(&mut self, event: &Event) {
-        let mut names = Vec::new();
-        condition::remembered_in(&event.condition, &mut |name| names.push(name.clone()));
-        for name in names {
+        for name in event.condition.remembered().into_iter().cloned() {
             let problem =
                 Problem::new(format!("`{}` cannot be remembered here", name.text)).at(name.span, "which message?");
             let help =
@@ -257,7 +255,7 @@ fn looks_ahead(kind: &ConstraintKind) -> Option<&'static str> {
 /// Calls `visit` with each name that a constraint gives to a value.
 fn remembered_in(constraint: &Constraint, visit: &mut impl FnMut(&Name)) {
     if let ConstraintKind::Event(event) = &constraint.kind {
-        condition::remembered_in(&event.condition, visit);
+        event.condition.remembered().into_iter().for_each(&mut *visit);
     }
     constraint.operands().into_iter().for_each(|operand| remembered_in(operand, visit));
 }

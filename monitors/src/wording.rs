@@ -142,7 +142,7 @@ fn literal(value: &Value) -> Literal {
 
 /// A duration in the largest unit in which it has at most three decimals.
 pub(crate) fn duration(nanos: u64) -> Literal {
-    let is_short = |unit: &Unit| nanos >= unit.nanos() && nanos % (unit.nanos() / 1000) == 0;
+    let is_short = |unit: &Unit| nanos >= unit.nanos() && nanos.is_multiple_of(unit.nanos() / 1000);
     let unit = Unit::ALL.into_iter().rev().find(is_short).unwrap_or(Unit::Milliseconds);
     Literal::Duration { nanos, unit }
 }

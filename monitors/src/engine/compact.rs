@@ -301,7 +301,7 @@ impl CompactRun {
             let last = self.ticks[*rule].saturating_sub(self.now + 1);
             let passes = (0..u64::BITS)
                 .filter(|event| events >> event & 1 == 1)
-                .map(|event| EventId(event))
+                .map(EventId)
                 .map(|event| Obligation::Passes { event, holds, first: 0, last, values: Values::default() })
                 .map(Obligations::one);
             let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };

@@ -399,16 +399,3 @@ fn sample(kind: &FieldKind) -> Value {
         FieldKind::Optional(kind) => sample(kind),
     }
 }
-
-/// Calls `visit` with each name that a condition gives to a value.
-pub(super) fn remembered_in(condition: &Condition, visit: &mut impl FnMut(&Name)) {
-    match &condition.kind {
-        ConditionKind::Remember { name, .. } => visit(name),
-        ConditionKind::Not(a) => remembered_in(a, visit),
-        ConditionKind::And(parts) | ConditionKind::Or(parts) => {
-            parts.iter().for_each(|part| remembered_in(part, visit));
-        }
-        ConditionKind::Implies(a, b) => [a, b].into_iter().for_each(|part| remembered_in(part, visit)),
-        ConditionKind::True | ConditionKind::False | ConditionKind::Compare { .. } | ConditionKind::Unreadable => {}
-    }
-}

@@ -204,6 +204,22 @@ pub struct Condition {
     pub span: ByteRange,
 }
 
+impl Condition {
+    /// The names that it gives to values.
+    #[must_use]
+    pub fn remembered(&self) -> Vec<&Name> {
+        match &self.kind {
+            ConditionKind::Remember { name, .. } => vec![name],
+            ConditionKind::Not(a) => a.remembered(),
+            ConditionKind::And(parts) | ConditionKind::Or(parts) => parts.iter().flat_map(Self::remembered).collect(),
+            ConditionKind::Implies(a, b) => [a, b].into_iter().flat_map(|part| part.remembered()).collect(),
+            ConditionKind::True | ConditionKind::False | ConditionKind::Compare { .. } | ConditionKind::Unreadable => {
+                Vec::new()
+            }
+        }
+    }
+}
+
 /// The forms of a condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ConditionKind {

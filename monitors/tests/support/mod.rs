@@ -7,10 +7,7 @@ use channels::{
     Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
     Verdict,
 };
-use monitors::{
-    Arithmetic, Bound, Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, Term, holds,
-    holds_endlessly,
-};
+use monitors::{Bound, Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, holds, holds_endlessly};
 
 /// Pseudo-random numbers that are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -134,38 +131,7 @@ pub(crate) fn formula_with(dice: &mut Dice, events: &[monitors::EventAtom], dept
     }
 }
 
-/// A formula that remembers a number and compares others with it: the same number, a greater one, …
-pub(crate) fn remembering(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
-    let channels: Vec<ChannelId> = topology.channels().collect();
-    let number = |dice: &mut Dice| *dice.pick(&[(channels[1], 2), (channels[3], 1)]);
-    let remembers = |dice: &mut Dice| {
-        let (channel, field) = number(dice);
-        let condition = MessageCondition::Remember { field, name: "p".into() };
-        monitors::EventAtom { channel, condition }
-    };
-    let compares = |dice: &mut Dice| {
-        let (channel, field) = number(dice);
-        let more = [Term::Remembered("p".into()), Term::Value(Value::Int(1 + dice.roll(2) as i64))];
-        let [remembered, more] = more.map(Box::new);
-        let operator = *dice.pick(&[Arithmetic::Add, Arithmetic::Subtract, Arithmetic::Multiply, Arithmetic::Divide]);
-        let sum = Term::Arithmetic(remembered.clone(), operator, more);
-        let right = if dice.roll(3) == 0 { sum } else { *remembered };
-        let relation = *dice.pick(&RELATIONS);
-        let condition = MessageCondition::Relate { left: Term::Field(field), relation, right };
-        monitors::EventAtom { channel, condition }
-    };
-    let mut events = vec![compares(dice), compares(dice), random_event(dice, topology)];
-    events.extend((dice.roll(4) == 0).then(|| remembers(dice)));
-    let back = dice.roll(2) == 0;
-    let inside = formula_with(dice, &events, depth, Choose { ahead: true, back });
-    let first = remembers(dice);
-    match dice.roll(4) {
-        0 => Formula::Eventually(Box::new(Formula::And(vec![Formula::Event(first), inside]))),
-        _ => Formula::Event(first).implies(inside).always(),
-    }
-}
-
-const RELATIONS: [Relation; 7] = [
+pub(crate) const RELATIONS: [Relation; 7] = [
     Relation::Less,
     Relation::Less,
     Relation::LessOrEqual,
