@@ -42,10 +42,9 @@ export class Floor {
     return [(at.x - this.x0) / this.scale, (this.y0 - at.y) / this.scale].map(m => Math.round(m * 100) / 100);
   }
 
-  show({ pose, estimate, scene, anew }) {
+  show({ pose, estimate, scene }) {
     if (!this.there || !scene) return;
     const { trail, path, particles, hits, bodies, robot } = this.parts;
-    if (anew) this.trail = [];
     if (pose) this.remember(pose);
     trail.replaceChildren(line(this.trail));
     path.replaceChildren(line(this.pairs(scene.path)));
@@ -56,6 +55,11 @@ export class Floor {
     if (pose) scene.speeches.forEach((words, row) => robot.append(this.speech(pose, words, row)));
     if (pose && this.follows && !this.drag) this.center(this.spot(pose));
     this.pose = pose;
+  }
+
+  // The way so far, before this page was opened.
+  way(flat) {
+    if (this.there) this.trail = this.pairs(flat);
   }
 
   remember(pose) {

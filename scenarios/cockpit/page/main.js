@@ -68,6 +68,7 @@ function happenings({ happenings, anew, pose }) {
 }
 
 function parts(frame) {
+  floor.way(frame.trail);
   for (const part of ['verdicts', 'stories', 'course']) drawn($(part), frame[part]);
 }
 

@@ -153,7 +153,10 @@ pub(crate) fn state(view: &RunView, news: News) -> Value {
 
 /// The parts that take longer to draw.
 pub(crate) fn parts(view: &RunView, timeline: &Timeline) -> Value {
+    let stages = timeline.trail().stages(timeline.end());
+    let trail = stages.iter().flat_map(|stage| stage.points.iter().map(|(_, point)| point));
     json!({
+        "trail": flat(trail),
         "verdicts": live::verdicts(view, timeline),
         "stories": live::stories(view, timeline),
         "course": live::course(view, timeline),
