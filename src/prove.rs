@@ -1,6 +1,7 @@
 //! `steward prove`: all runs of a scenario, against its properties.
 
 mod finding;
+mod mutants;
 mod table;
 mod violation;
 mod written;
@@ -20,6 +21,7 @@ use scenarios::prove::{Proof, Question};
 use scenarios::scenario::{Found, Scenario};
 
 use self::finding::{Finding, Findings};
+use self::mutants::Mutants;
 use self::table::Table;
 use self::violation::Violation;
 use crate::interrupt;
@@ -46,6 +48,10 @@ pub(crate) struct ProveArgs {
     /// How many threads explore; the result is the same with any number [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
     threads: Option<u64>,
+    /// Proves the properties about every mistake of one step in a skill or the tree, and lists the mistakes that no
+    /// property notices
+    #[arg(long, conflicts_with_all = ["messages", "unreached", "promela", "out", "replay"])]
+    mutants: bool,
     /// Shows all messages of a run that violates a property, and not only those that the property is about
     #[arg(long)]
     messages: bool,
@@ -57,6 +63,9 @@ pub(crate) struct ProveArgs {
     /// same times; says whether the property is violated there, too, or what is different
     #[arg(long)]
     replay: bool,
+    /// Lists the nodes, states and transitions that are reached in no run, instead of counting them
+    #[arg(long)]
+    unreached: bool,
     /// Writes what is explored as a model in Promela, one file per property, so that SPIN can be asked the same
     #[arg(long, value_name = "FOLDER")]
     promela: Option<PathBuf>,
@@ -78,6 +87,14 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let mut complaints = Complaints::default();
     let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
     complaints.check()?;
+    if args.mutants {
+        return mutants(args, proofs, stop);
+    }
+    let has_faults = |proof: &&Proof| !proof.scenario().file.prove.faults.allowed.is_empty();
+    if let Some(proof) = proofs.iter().find(has_faults).filter(|_| args.out.is_some() || args.replay) {
+        let message = format!("runs of {} cannot be followed, since faults may occur in them", proof.scenario().name);
+        return Err(Error::refused(message, "leave out `--out` and `--replay`, or `prove.faults`"));
+    }
     let mut all = Vec::new();
     for (found_here, proof) in found.iter().zip(proofs) {
         let mut findings = Vec::new();
@@ -102,6 +119,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
                 say(violation.in_words(&finding.question.property, args.messages) + &written::physics(finding))?;
             }
+            say(table::unreached(&findings, args.unreached))?;
         }
         if let Some(out) = &args.out {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
@@ -114,30 +132,50 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         }
         all.push(Findings { proof, findings });
     }
-    let is_interrupted = interrupt::flow().is_break();
-    if let Some(path) = &args.junit
-        && is_interrupted
-    {
-        note(&format!("{} was not written: the proof was interrupted", path.display()));
-    } else if let Some(path) = &args.junit {
-        let suites: Vec<Suite> = all.iter().map(Findings::suite).collect();
-        junit::write_suites(path, &suites)?;
-    }
-    if args.json {
-        let reports: Vec<serde_json::Value> = all.iter().map(Findings::as_json).collect();
-        match reports.as_slice() {
-            [report] => print_json(report)?,
-            reports => print_json(&reports)?,
-        }
-    }
-    if is_interrupted {
+    args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
+    if interrupt::flow().is_break() {
         return Ok(ExitCode::from(interrupt::STATUS));
     }
     let is_as_expected = all.iter().flat_map(|it| &it.findings).all(Finding::is_as_expected);
     Ok(ExitCode::from(u8::from(!is_as_expected)))
 }
 
+/// Looks for mistakes that no property notices.
+fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> Result<ExitCode, Error> {
+    let mut all = Vec::new();
+    for proof in proofs {
+        let limits = args.limits(&proof, stop);
+        if !args.json {
+            say(table::head(&proof))?;
+        }
+        let mutants = Mutants::of(proof, &limits, args.quiet || args.json, stop)?;
+        if !args.json {
+            say(mutants.in_words())?;
+        }
+        all.push(mutants);
+    }
+    args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
+    Ok(if interrupt::flow().is_break() { ExitCode::from(interrupt::STATUS) } else { ExitCode::SUCCESS })
+}
+
 impl ProveArgs {
+    /// Writes JUnit XML and JSON, as far as they are asked for.
+    fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
+        let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
+        match &self.junit {
+            Some(path) if interrupt::flow().is_break() => {
+                note(&format!("{} was not written: the proof was interrupted", path.display()));
+            }
+            Some(path) => junit::write_suites(path, &suites)?,
+            None => {}
+        }
+        match reports.as_slice() {
+            _ if !self.json => Ok(()),
+            [report] => print_json(report),
+            reports => print_json(&reports),
+        }
+    }
+
     fn load(&self, found: &Found) -> Result<Proof, scenarios::Error> {
         Proof::new(Arc::new(Scenario::load_for_proof(found, &self.set)?), &self.properties)
     }
@@ -169,7 +207,7 @@ impl ProveArgs {
         bar.finish();
         let answer = answer?;
         if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
-            let monitor = Some(proof.monitor(question));
+            let monitor = proof.monitor(question);
             let model = explorer::promela(&answer.model, monitor, &limits, &mut |_| ());
             let help = "`--memory` gives it more memory; a coarser `execution.tick_s` makes times shorter";
             let model = model.map_err(|error| Error::refused(error.to_string(), help))?;

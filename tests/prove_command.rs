@@ -1,7 +1,7 @@
 //! `steward prove`: every schedule and everything that may happen around tree, skills and components.
 
 use serde_json::Value;
-use tempfile::tempdir;
+use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, steward};
 
@@ -22,7 +22,10 @@ fn results(proof: &Value) -> Vec<(&str, &str)> {
 fn the_papers_system_is_as_its_scenario_says() {
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &["nominal", "--set", tree]);
-        assert_eq!(results(&proof), [("phi1", "proved"), ("phi2", "violated"), ("phi3", "proved")]);
+        assert_eq!(
+            results(&proof),
+            [("phi1", "proved"), ("phi2", "violated"), ("phi3", "proved"), ("progress", "proved")]
+        );
         let run = &proof["properties"][1]["run"];
         assert_eq!(run["replayed"], true, "{run:#}");
         assert!(run["steps"].as_array().is_some_and(|steps| steps.len() > 10), "{run:#}");
@@ -55,7 +58,8 @@ const OR_THERE: [&str; 7] = [
 #[test]
 fn being_there_is_an_answer_whatever_the_battery_and_the_route() {
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
-        assert_eq!(results(&proof(0, &[&OR_THERE[..], &["--set", tree]].concat())), [("phi2_or_there", "proved")]);
+        let proof = proof(0, &[&OR_THERE[..], &["--set", tree]].concat());
+        assert_eq!(results(&proof), [("phi2_or_there", "proved"), ("progress", "proved")]);
     }
 }
 
@@ -105,7 +109,7 @@ fn junit_has_a_case_per_property() {
     let path = file.to_str().expect("a path in UTF-8");
     proof(1, &["nominal", "--junit", path, "--set", "prove.expect.phi1=violated"]);
     let xml = std::fs::read_to_string(&file).expect("it was written");
-    assert!(xml.contains("<testsuite name=\"nominal\" tests=\"3\" failures=\"1\""), "{xml}");
+    assert!(xml.contains("<testsuite name=\"nominal\" tests=\"4\" failures=\"1\""), "{xml}");
     assert!(xml.contains("phi1 was expected to be violated, and is proved"), "{xml}");
 }
 
@@ -127,6 +131,12 @@ fn assumptions_that_contradict_each_other_are_refused() {
             &["prove.battery={drain_pct_per_tick=1, start_pct=[60, 50]}"],
             "`start_pct` must be a number from 0 to 100, or",
         ),
+        (&["prove.battery.drain_pct_per_tick=101"], "0 is a battery that never drains"),
+        (&["prove.faults={count=2}"], "`count` says nothing where no fault may occur"),
+        (&["prove.faults={component_crash='Navigaton'}"], "unknown component `Navigaton`"),
+        (&["prove.faults={component_crash='Localization'}"], "allow `component_frozen` or"),
+        (&["prove.faults={skill_mutant='BatteryLevel: it is tired'}"], "unknown mutant `BatteryLevel: it is tired`"),
+        (&["prove.faults={skill_mutant='Battery: it is tired'}"], "unknown skill `Battery`"),
         (&["prove.battery.drain_pct_per_tick=0.00000001"], "has more than six decimals"),
         (&["prove.battery.drain_pct_per_tick=0.0001"], "too many classes of levels"),
         (&["prove.trips.passes='Kitchn'"], "unknown place `Kitchn`"),
@@ -168,7 +178,7 @@ fn what_cannot_be_proved_is_said_with_a_way_out() {
 fn the_published_protocol_takes_turns_but_not_in_time() {
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &["takes_turns", "--set", tree]);
-        assert_eq!(results(&proof), [("takes_turns", "proved"), ("stops_first", "violated")]);
+        assert_eq!(results(&proof), [("takes_turns", "proved"), ("stops_first", "violated"), ("progress", "proved")]);
     }
 }
 
@@ -176,9 +186,221 @@ fn the_published_protocol_takes_turns_but_not_in_time() {
 fn a_guide_that_cannot_reach_a_stop_leaves_it_out_and_does_nothing_worse() {
     let whole = proof(0, &["guide"]);
     let expected = ["shows_once", "opens_first", "locks_nobody_in", "plans_promptly"].map(|name| (name, "proved"));
-    assert_eq!(results(&whole), [&[("shows_all", "violated")], &expected[..]].concat());
+    assert_eq!(results(&whole), [&[("shows_all", "violated")], &expected[..], &[("progress", "proved")]].concat());
     let fewer = ["execution.tree=nodes", "prove.trips.fail=false", "prove.messages={}", "prove.expect={}"];
     let fewer: Vec<&str> = fewer.iter().flat_map(|set| ["--set", set]).collect();
     let nodes = proof(0, &[&["guide", "--property", "opens_first"], &fewer[..]].concat());
     assert_eq!(results(&nodes), [("opens_first", "proved")]);
+}
+
+/// A tree with a sequence whose condition never holds, and machines with a state and a transition that are never
+/// reached.
+fn planted() -> (TempDir, String) {
+    let folder = tempdir().expect("a folder");
+    let machine = |states: &str| {
+        format!(
+            "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">\n{states}\n\
+             </scxml>"
+        )
+    };
+    let says = |event: &str| format!("<send type=\"channel\" target=\"BT\" event=\"{event}\"/>");
+    let answers = |id: &str, event: &str| {
+        let (on_tick, on_halt) = (says(event), says("halted"));
+        format!(
+            "<state id=\"{id}\">\n<transition event=\"BT.tick\">{on_tick}</transition>\n\
+             <transition event=\"BT.halt\">{on_halt}</transition>\n</state>"
+        )
+    };
+    let knock = answers("here", "success").replacen(
+        "<transition",
+        "<transition event=\"BT.tick\" cond=\"1 &gt; 2\" target=\"lost\"/>\n<transition",
+        1,
+    );
+    for (name, text) in [
+        (
+            "planted.toml",
+            "tree = \"tree.xml\"\nskills = \".\"\nproperties = []\n[execution]\nmax_time_s = 5\n".to_owned(),
+        ),
+        (
+            "tree.xml",
+            "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Door\">\n<Fallback>\n<Sequence>\n<Condition ID=\"IsOpen\"/>\n\
+             <Action ID=\"GoIn\"/>\n</Sequence>\n<Action ID=\"Knock\"/>\n</Fallback>\n</BehaviorTree></root>"
+                .to_owned(),
+        ),
+        ("IsOpen.scxml", machine(&answers("closed", "failure"))),
+        ("GoIn.scxml", machine(&answers("outside", "success"))),
+        ("Knock.scxml", machine(&format!("{knock}\n{}", answers("lost", "failure")))),
+    ] {
+        std::fs::write(folder.path().join(name), text).expect("room for a file");
+    }
+    let scenario = folder.path().join("planted.toml").to_str().expect("a path in UTF-8").to_owned();
+    (folder, scenario)
+}
+
+#[test]
+fn without_a_property_what_is_never_reached_is_listed_with_its_place() {
+    let (_folder, scenario) = planted();
+    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
+        let proof = proof(0, &[&scenario, "--set", tree]);
+        assert_eq!(results(&proof), [("progress", "proved")]);
+        let unreached: Vec<(&str, &str, u64)> = proof["unreached"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .filter_map(|it| Some((it["kind"].as_str()?, it["words"].as_str()?, it["line"].as_u64()?)))
+            .collect();
+        assert_eq!(
+            unreached,
+            [
+                ("node", "Fallback (0) never fails", 2),
+                ("node", "Sequence (1) never succeeds", 3),
+                ("node", "IsOpen never succeeds", 4),
+                ("node", "GoIn is never ticked", 5),
+                ("node", "Knock never fails", 7),
+                ("transition", "GoIn: in `outside`, the transition BT.tick stays is never taken", 3),
+                ("transition", "GoIn: in `outside`, the transition BT.halt stays is never taken", 4),
+                ("transition", "IsOpen: in `closed`, the transition BT.halt stays is never taken", 4),
+                ("transition", "Knock: in `here`, the transition BT.tick [1 > 2] -> lost is never taken", 3),
+                ("transition", "Knock: in `here`, the transition BT.halt stays is never taken", 5),
+                ("state", "Knock: the state `lost` is never entered", 7),
+            ],
+            "{tree}"
+        );
+    }
+    let words = |arguments: &[&str]| {
+        let output = steward(&[&["prove", &scenario], arguments].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let counted = words(&[]).1;
+    assert!(counted.contains("in no run: 5 answers of nodes, 1 state, 5 transitions (--unreached"), "{counted}");
+    let (status, listed) = words(&["--unreached", "--set", "prove.expect.all_reached=proved"]);
+    assert!(listed.contains("tree.xml:5: GoIn is never ticked"), "{listed}");
+    assert!(listed.contains("! all_reached was expected to be proved, and is violated"), "{listed}");
+    assert_eq!(status, Some(1));
+    assert_eq!(words(&["--set", "prove.expect.all_reached=violated"]).0, Some(0));
+}
+
+#[test]
+fn what_is_never_reached_does_not_depend_on_the_form_of_the_tree() {
+    let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
+    assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
+}
+
+#[test]
+fn a_livelock_is_a_run_that_goes_around_in_circles() {
+    let (folder, scenario) = planted();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room for a file");
+    write("Echo.toml", "[services.say]\nrequest = {}\nreply = {}\n");
+    let scxml = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">";
+    write(
+        "Echo.scxml",
+        &format!(
+            "{scxml}<state id=\"here\"><transition event=\"say\"><send type=\"channel\" \
+             targetexpr=\"_event.origin\" event=\"ok\"/></transition></state></scxml>"
+        ),
+    );
+    let say = "<send type=\"channel\" target=\"Echo\" event=\"say\"/>";
+    write(
+        "Knock.scxml",
+        &format!(
+            "{scxml}<state id=\"here\"><transition event=\"BT.tick\">{say}<send type=\"channel\" target=\"BT\" \
+             event=\"success\"/></transition><transition event=\"BT.halt\"/><transition event=\"Echo.*\">{say}\
+             </transition></state></scxml>"
+        ),
+    );
+    let components = "components.Echo={machine='Echo.scxml', interface='Echo.toml'}";
+    let endless = proof(1, &[&scenario, "--set", components]);
+    assert_eq!(results(&endless), [("progress", "livelock")], "{endless:#}");
+    let run = &endless["properties"][0]["run"];
+    assert_eq!(run["replayed"], true);
+    assert!(run["steps"].as_array().is_some_and(|steps| steps.iter().any(|step| step["repeats"] == true)), "{run:#}");
+    proof(0, &[&scenario, "--set", components, "--set", "prove.expect.progress=violated"]);
+    let said = String::from_utf8_lossy(&steward(&["prove", &scenario, "--set", components]).stdout).into_owned();
+    assert!(said.contains("progress is violated: processes communicate forever within a tick"), "{said}");
+    assert!(said.contains("  over and over:\n    Knock → Echo  [<say>"), "{said}");
+}
+
+#[test]
+fn a_message_may_be_delivered_twice() {
+    let repeat =
+        "prove.messages={repeat=1, on=[['ControllerServer', 'FollowPath'], ['FollowPath', 'ControllerServer']]}";
+    let proof = proof(0, &["nav2/halted_early_fixed", "--set", repeat]);
+    let said = proof["assumptions"][0].as_str().expect("a sentence");
+    assert!(said.ends_with("FollowPath → ControllerServer, 1 may be delivered twice."), "{said}");
+    assert_eq!(results(&proof), [("stands_still", "proved"), ("progress", "proved")]);
+}
+
+#[test]
+fn drivers_may_act_anywhere() {
+    let proof = proof(0, &[&OR_THERE[..], &["--set", "prove.drivers=anywhere"]].concat());
+    assert_eq!(results(&proof), [("phi2_or_there", "proved"), ("progress", "proved")]);
+    let between = self::proof(0, &OR_THERE);
+    let states = |proof: &Value| proof["properties"][0]["states"].as_u64().expect("a number");
+    assert!(states(&proof) > 2 * states(&between), "more can happen");
+}
+
+#[test]
+fn a_machine_stands_in_for_a_component() {
+    let folder = tempdir().expect("a folder");
+    let machine = folder.path().join("Refusing.scxml");
+    let text = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">\n\
+                <state id=\"here\"><transition event=\"follow_path.goal\"><send type=\"channel\" \
+                targetexpr=\"_event.origin\" event=\"follow_path.rejected\"/></transition>\n\
+                <transition event=\"follow_path.cancel\"/></state></scxml>";
+    std::fs::write(&machine, text).expect("room for a file");
+    let stand_in = format!("prove.components.ControllerServer.machine='{}'", machine.display());
+    let expect = "prove.expect.stands_still=proved";
+    let proof = proof(0, &["nav2/halted_early", "--set", &stand_in, "--set", expect]);
+    assert_eq!(results(&proof)[0], ("stands_still", "proved"), "it never drives");
+    let assumed = proof["assumptions"].as_array().expect("sentences").iter().filter_map(Value::as_str);
+    assert!(assumed.filter(|it| it.starts_with("ControllerServer does what")).count() == 1, "{proof:#}");
+}
+
+#[test]
+fn faults_of_the_catalogue_may_occur_in_a_proof() {
+    let mistake = "FollowPath: the transition in `halting` on `ControllerServer.follow_path.accepted` is removed";
+    let faults = format!("prove.faults={{skill_mutant='{mistake}'}}");
+    let proof = proof(1, &["nav2/halted_early_fixed", "--property", "stands_still", "--set", &faults]);
+    let words = format!("At any time, 1 fault may begin, and end again: {mistake}.");
+    let assumed = proof["assumptions"].as_array().expect("sentences").iter().filter_map(Value::as_str);
+    assert_eq!(assumed.filter(|it| *it == words).count(), 1, "{proof:#}");
+    let run = &proof["properties"][0]["run"];
+    assert_eq!(run["replayed"], true);
+    let steps = run["steps"].as_array().expect("steps");
+    assert!(steps.iter().any(|it| it["environment"] == mistake), "{run:#}");
+    // A server that hangs or begins anew does no harm.
+    for fault in ["component_frozen", "component_crash"] {
+        let faults = format!("prove.faults={{{fault}='ControllerServer'}}");
+        self::proof(0, &["nav2/halted_early_fixed", "--property", "stands_still", "--set", &faults]);
+    }
+}
+
+#[test]
+fn mutants_that_survive_are_what_a_proof_of_them_does_not_notice() {
+    let scenario = "nav2/halted_early_fixed";
+    let all = proof(0, &[scenario, "--mutants"]);
+    let mutants = all["mutants"].as_array().expect("mutants");
+    let of = |result: &str| mutants.iter().filter(|it| it["result"] == result).collect::<Vec<_>>();
+    let (killed, survive) = (of("killed"), of("survives"));
+    assert!(killed.len() >= 5 && survive.len() > 50, "{} killed, {} survive", killed.len(), survive.len());
+    // As many of the skill as there are, and some of the tree.
+    let listed = steward(&["skill", "mutants", "skills/machines/nav2/FollowPathFixed.scxml"]).stdout;
+    let count = mutants.iter().filter(|it| it["skill"] == "FollowPath").count();
+    assert_eq!(String::from_utf8_lossy(&listed).lines().count(), count);
+    assert!(mutants.iter().any(|it| it["skill"].is_null()), "{mutants:?}");
+    // Each is what the same mistake in the file is.
+    let folder = tempdir().expect("a folder");
+    let text = std::fs::read_to_string("skills/machines/nav2/FollowPathFixed.scxml").expect("it is shipped");
+    let mistakes = skills::mutations("FollowPathFixed.scxml", &text).expect("a machine");
+    let of_skill = mutants.iter().filter(|it| it["skill"] == "FollowPath");
+    for (mutant, mistake) in of_skill.zip(&mistakes).step_by(9) {
+        assert_eq!(mutant["mutant"], mistake.to_string());
+        let file = folder.path().join("Mutant.scxml");
+        let mutated = skills::mutate("FollowPathFixed.scxml", &text, mistake).expect("a mutant");
+        std::fs::write(&file, mutated).expect("room for a file");
+        let machine = format!("leaves.FollowPath.machine='{}'", file.display());
+        let output = steward(&["prove", scenario, "--set", &machine, "--json"]);
+        let is_noticed = output.status.code() != Some(0);
+        assert_eq!(is_noticed, mutant["result"] != "survives", "{mistake}");
+    }
 }

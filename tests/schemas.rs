@@ -143,6 +143,10 @@ drain_pct_per_tick = 1
 [prove.messages]
 delay = 1
 delay_s = 2
+[prove.faults]
+component_crash = "BatteryReader"
+component_frozen = "Navigation"
+count = 2
 [prove.components.NAME]
 machine = "b.scxml"
 [prove.expect]

@@ -7,7 +7,7 @@ use channels::NormalForm;
 
 use crate::engine::{Context, Later, Now, State};
 use crate::shared::Shared;
-use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Reply, Status, Step, Tree};
+use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Reply, Status, Step, Tree};
 
 /// A running tree: the tree and the status of each of its nodes.
 ///
@@ -80,6 +80,11 @@ impl Execution {
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         self.state.faults()
+    }
+
+    /// All that has happened to nodes in the last tick. Nodes within their tick count as running.
+    pub(crate) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
+        self.state.outcomes(&self.tree.program.ops)
     }
 
     /// The blackboard.

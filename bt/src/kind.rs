@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::Status;
+
 /// A kind of node.
 ///
 /// The semantics are those of BehaviorTree.CPP 4.10. (In version 3, reactive nodes leave a later child running; both
@@ -455,6 +457,26 @@ impl Kind {
             | Self::WasEntryUpdated
             | Self::Action => Category::Action,
             Self::ScriptCondition | Self::Condition => Category::Condition,
+        }
+    }
+
+    /// Whether nodes of this kind may give this answer at all, whatever is below them.
+    #[must_use]
+    pub fn may_answer(self, status: Status) -> bool {
+        match status {
+            Status::Success => {
+                !matches!(self, Self::AlwaysFailure | Self::ForceFailure | Self::KeepRunningUntilFailure)
+            }
+            Status::Failure => !matches!(
+                self,
+                Self::AlwaysSuccess
+                    | Self::ForceSuccess
+                    | Self::Script
+                    | Self::SetBlackboard
+                    | Self::UnsetBlackboard
+                    | Self::Sleep
+            ),
+            Status::Running | Status::Skipped => true,
         }
     }
 

@@ -58,6 +58,7 @@ mod execution;
 mod hooks;
 mod kind;
 mod leaf;
+mod mutation;
 mod node;
 mod ports;
 mod process;
@@ -78,6 +79,7 @@ pub use error::TreeError;
 pub use execution::Execution;
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Leaf, Leaves, PortError};
+pub use mutation::{Mutant, mutants};
 pub use node::{Node, NodeId, one_line};
 pub use ports::{Port, Source};
 pub use process::{

@@ -77,6 +77,37 @@ impl fmt::Display for Outcome {
     }
 }
 
+/// What has happened to a node in a tick of the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Outcomes {
+    pub(crate) last: Option<Outcome>,
+    /// All, one bit each: the tree may tick a node more than once.
+    all: u8,
+}
+
+impl Outcomes {
+    pub(crate) fn note(&mut self, outcome: Outcome) {
+        self.last = Some(outcome);
+        self.all |= Self::bit(outcome);
+    }
+
+    pub(crate) fn iter(self) -> impl Iterator<Item = Outcome> {
+        let answers = [Status::Running, Status::Success, Status::Failure, Status::Skipped].map(Outcome::Answered);
+        let all = answers.into_iter().chain([Outcome::Halted]);
+        all.filter(move |outcome| self.all & Self::bit(*outcome) != 0)
+    }
+
+    fn bit(outcome: Outcome) -> u8 {
+        match outcome {
+            Outcome::Answered(Status::Running) => 1,
+            Outcome::Answered(Status::Success) => 2,
+            Outcome::Answered(Status::Failure) => 4,
+            Outcome::Answered(Status::Skipped) => 8,
+            Outcome::Halted => 16,
+        }
+    }
+}
+
 /// The state of a node, as pictures and logs show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct NodeState {

@@ -34,8 +34,8 @@ impl BatteryReader {
         Ok(Self { service: Service::new(topology, process)?, latest: None })
     }
 
-    /// Returns it to its initial state.
-    pub(crate) fn restart(&mut self) {
+    /// Returns it to its initial state: it has crashed, and begins anew.
+    pub fn restart(&mut self) {
         self.service.forget();
         self.latest = None;
     }

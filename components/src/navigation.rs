@@ -94,8 +94,8 @@ impl Navigation {
         Self { stops, ..self }
     }
 
-    /// Returns it to its initial state.
-    pub(crate) fn restart(&mut self) {
+    /// Returns it to its initial state: it has crashed, and begins anew.
+    pub fn restart(&mut self) {
         self.service.forget();
         self.trip = None;
         self.orders.clear();

@@ -50,7 +50,7 @@ impl DriverData {
 
     /// Tells it the components, one by one. Localization knows the `known` places.
     pub(crate) fn update(self, known: Arc<[String]>) -> Update {
-        Arc::new(move |_: ProcessId, process: &mut dyn Process| {
+        Arc::new(move |_: ProcessId, process: &mut dyn Process, _: Duration| {
             let process = process.as_any_mut();
             if let (Some(reader), Some((charge_pct, charging))) =
                 (process.downcast_mut::<BatteryReader>(), self.battery)

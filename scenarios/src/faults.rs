@@ -29,7 +29,7 @@ use diagnostics::document::Table;
 pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
 pub use catalogue::{KINDS, kind};
 pub(crate) use effect::{Effect, MachineChange, TickTrouble};
-pub(crate) use injector::{Happening, Injector, SystemUnderTest};
+pub(crate) use injector::{Happening, Injector, SystemUnderTest, opposite};
 pub use kind::{FaultKind, Place};
 pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};

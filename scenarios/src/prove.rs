@@ -6,8 +6,11 @@
 
 mod assumptions;
 mod concrete;
+mod coverage;
 mod environment;
+mod faults;
 mod levels;
+mod mutants;
 mod physics;
 mod subject;
 mod thresholds;
@@ -18,12 +21,16 @@ use std::sync::Arc;
 
 use channels::{ChannelId, ChannelSystem, Monitor};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
-use explorer::{Environment, Exploration, Limits, MessageFaults, Model, Outcome, Progress, Refused, Ticks};
+use explorer::{Environment, Exploration, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Refused, Ticks};
 use monitors::scope_monitor;
 use robot::Streams;
 
+use self::coverage::Coverage;
+pub use self::coverage::{Unreachable, Unreached};
 use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
+use self::faults::{Fault, WithFaults};
 use self::levels::{Levels, Rates, micros};
+pub use self::mutants::Mutant;
 pub use self::physics::Physical;
 pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 use crate::Error;
@@ -31,7 +38,7 @@ use crate::driven::process_of;
 use crate::error::Complaints;
 use crate::monitoring::Monitoring;
 use crate::names::unknown;
-use crate::scenario::{BatteryAssumption, Passes, ProofOutcome, STEP, Scenario};
+use crate::scenario::{ALL_REACHED, BatteryAssumption, GENERAL, PROGRESS, Passes, ProofOutcome, STEP, Scenario};
 use crate::wiring::{Ids, wire};
 
 /// A scenario whose properties can be proved.
@@ -44,6 +51,8 @@ pub struct Proof {
     /// What its machines compare levels with.
     thresholds: BTreeSet<i64>,
     damaged: Vec<ChannelId>,
+    /// The faults that may occur.
+    faults: Vec<Fault>,
     questions: Vec<Question>,
 }
 
@@ -54,8 +63,19 @@ pub struct Question {
     pub property: String,
     /// What must come of it.
     pub expected: ProofOutcome,
-    /// Its number among the monitors.
-    monitor: usize,
+    /// What is asked.
+    pub subject: Subject,
+}
+
+/// What a property is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// What the monitor with this number watches.
+    Monitor(usize),
+    /// [`PROGRESS`].
+    Progress,
+    /// [`ALL_REACHED`].
+    AllReached,
 }
 
 /// What has come of a property.
@@ -67,17 +87,22 @@ pub struct Answer {
     pub exploration: Exploration,
     /// Whether no battery can have the levels of the run, however finely they are told apart.
     pub is_spurious: bool,
+    /// What never happens, if everything was explored without a property.
+    pub unreached: Option<Vec<Unreached>>,
+    subject: Subject,
 }
 
 impl Answer {
     /// The answer as an outcome that can be expected; `None` if there is none.
     #[must_use]
     pub fn outcome(&self) -> Option<ProofOutcome> {
-        match self.exploration.outcome {
+        let proved_if = |holds| if holds { ProofOutcome::Proved } else { ProofOutcome::Violated };
+        match (self.subject, &self.exploration.outcome) {
             _ if self.is_spurious => None,
-            Outcome::Proved => Some(ProofOutcome::Proved),
-            Outcome::Violated(_) => Some(ProofOutcome::Violated),
-            _ => None,
+            (_, Outcome::Undecided) => None,
+            (Subject::AllReached, _) => self.unreached.as_ref().map(|unreached| proved_if(unreached.is_empty())),
+            (Subject::Monitor(_), Outcome::Endless(_)) => None,
+            (_, outcome) => Some(proved_if(matches!(outcome, Outcome::Proved))),
         }
     }
 }
@@ -98,9 +123,10 @@ impl Proof {
         let thresholds =
             if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
         let damaged = damaged(&scenario, &system, &mut complaints);
+        let faults = faults::of(&scenario, &system, &mut complaints);
         let questions = questions(&scenario, &monitoring, only, &mut complaints);
         complaints.check()?;
-        Ok(Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, questions, system })
+        Ok(Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system })
     }
 
     /// The properties to be proved.
@@ -118,13 +144,16 @@ impl Proof {
     /// What is assumed, one sentence each.
     #[must_use]
     pub fn assumptions(&self) -> Vec<String> {
-        assumptions::in_words(&self.scenario, &self.system)
+        assumptions::in_words(&self.scenario, &self.system, &self.faults)
     }
 
-    /// An ordinary monitor of a property, at its start.
+    /// An ordinary monitor of a property, at its start; `None` for those that have none.
     #[must_use]
-    pub fn monitor(&self, question: &Question) -> &dyn Monitor {
-        self.monitoring.monitors()[question.monitor].1.as_ref()
+    pub fn monitor(&self, question: &Question) -> Option<&dyn Monitor> {
+        match question.subject {
+            Subject::Monitor(monitor) => Some(self.monitoring.monitors()[monitor].1.as_ref()),
+            Subject::Progress | Subject::AllReached => None,
+        }
     }
 
     /// Explores everything until the property is decided.
@@ -140,13 +169,16 @@ impl Proof {
         let monitor = self.monitor(question);
         let mut battery = if self.ids.robot.is_some() { self.battery(monitor)? } else { None };
         loop {
-            let model = self.model(battery.clone());
-            let mut exploration = explorer::explore(&model, Some(monitor), limits, progress).map_err(refused)?;
+            let coverage = Arc::new(Coverage::new(self.scenario.tree.as_ref(), &self.system));
+            let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
+            let mut exploration = explorer::explore(&model, monitor, limits, progress).map_err(refused)?;
             let mut is_spurious = false;
+            // With faults, it is not known what the drivers have told.
             if let Outcome::Violated(path) = &mut exploration.outcome
+                && self.faults.is_empty()
                 && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
             {
-                match concrete::run(path, &model, Some(monitor), (levels, bounds), &self.known_places()) {
+                match concrete::run(path, &model, monitor, (levels, bounds), &self.known_places()) {
                     Some(run) => *path = run,
                     None => {
                         if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
@@ -157,7 +189,9 @@ impl Proof {
                     }
                 }
             }
-            return Ok(Answer { model, exploration, is_spurious });
+            let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided);
+            let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
+            return Ok(Answer { model, exploration, is_spurious, unreached, subject: question.subject });
         }
     }
 
@@ -180,7 +214,13 @@ impl Proof {
             first: STEP,
             step: STEP,
         });
-        let model = Model::new(&self.system, ticks, environment);
+        let mut system = self.system.fork();
+        faults::prepare(&mut system, &self.faults);
+        let environment: Arc<dyn Environment> = match self.faults.as_slice() {
+            [] => environment,
+            faults => Arc::new(WithFaults::new(environment, faults.to_vec(), self.scenario.file.prove.faults.count)),
+        };
+        let model = Model::new(&system, ticks, environment);
         let messages = &self.scenario.file.prove.messages;
         let model = model.with_message_faults(MessageFaults {
             lost: messages.lose,
@@ -210,11 +250,13 @@ impl Proof {
         RobotEnvironment::new(battery, localization, trips, ground)
     }
 
-    fn battery(&self, monitor: &dyn Monitor) -> Result<Option<Battery>, Error> {
+    fn battery(&self, monitor: Option<&dyn Monitor>) -> Result<Option<Battery>, Error> {
         let Some(process) = process_of::<BatteryReader>(&self.system, BATTERY_READER) else { return Ok(None) };
         let mut complaints = Complaints::default();
         let mut thresholds = self.thresholds.clone();
-        thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
+        if let Some(monitor) = monitor {
+            thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
+        }
         complaints.check()?;
         let file = &self.scenario.file;
         let sim = &file.premises.as_ref().expect("only a robot has a battery").sim.battery;
@@ -296,41 +338,44 @@ fn questions(
     complaints: &mut Complaints,
 ) -> Vec<Question> {
     let prove = &scenario.file.prove;
-    let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
-    let is_known = |name: &str| known().any(|other| other == name);
+    let monitors = monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
+    let monitors: Vec<(&str, Subject)> = monitors.zip((0..).map(Subject::Monitor)).collect();
+    let general = [(PROGRESS, Subject::Progress), (ALL_REACHED, Subject::AllReached)];
+    for (name, _) in monitors.iter().filter(|(name, _)| GENERAL.contains(name)) {
+        let problem = diagnostics::Problem::new(format!("a property that is proved cannot be called `{name}`"));
+        complaints.push(problem.with_help(format!("every proof has a property `{name}`; give this one another name")));
+    }
+    let known: Vec<&str> = monitors.iter().chain(&general).map(|(name, _)| *name).collect();
+    let is_known = |name: &str| known.contains(&name);
+    let expected = |name: &str| prove.expect.iter().find(|(property, _)| property.value == name);
     let named = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
     for name in named.filter(|name| !is_known(&name.value) && scenario.file.means(name)) {
-        complaints.push(unknown("property", name, known()));
+        complaints.push(unknown("property", name, known.iter().copied()));
     }
     for name in only.iter().filter(|name| !is_known(name)) {
-        let known: Vec<&str> = known().collect();
         let help = diagnostics::nearest_or_all(name, "properties", &known);
         complaints.push(diagnostics::Problem::new(format!("there is no property `{name}`")).with_help(help));
     }
-    let is_asked = |name: &str| match only {
-        [] => prove.properties.is_empty() || prove.properties.iter().any(|asked| asked.value == name),
-        only => only.iter().any(|asked| asked == name),
+    let is_named = |name: &str| prove.properties.iter().any(|asked| asked.value == name);
+    let is_asked = |name: &str, subject| match (only, subject) {
+        ([], Subject::Monitor(_)) => prove.properties.is_empty() || is_named(name),
+        ([], Subject::Progress) => true,
+        ([], Subject::AllReached) => is_named(name) || expected(name).is_some(),
+        (only, _) => only.iter().any(|asked| asked == name),
     };
-    let expected = |name: &str| {
-        let said = prove.expect.iter().find(|(property, _)| property.value == name);
-        said.map_or(ProofOutcome::Proved, |(_, outcome)| *outcome)
-    };
-    let question =
-        |(monitor, name): (usize, &str)| Question { property: name.to_owned(), expected: expected(name), monitor };
-    let questions: Vec<Question> = known().enumerate().filter(|(_, name)| is_asked(name)).map(question).collect();
-    for Question { property, monitor, .. } in &questions {
-        let scope = scope_monitor(monitoring.monitors()[*monitor].1.as_ref());
+    let mut questions = Vec::new();
+    for (name, subject) in monitors.into_iter().chain(general).filter(|(name, subject)| is_asked(name, *subject)) {
+        let outcome = expected(name).map_or(ProofOutcome::Proved, |(_, outcome)| *outcome);
+        questions.push(Question { property: name.to_owned(), expected: outcome, subject });
+        let Subject::Monitor(monitor) = subject else { continue };
+        let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
         if scope.is_some_and(|scope| !scope.formula().is_safety()) {
             let message =
-                format!("the property {property} demands something without a bound, for which no search can wait");
+                format!("the property {name} demands something without a bound, for which no search can wait");
             let help =
                 "bound it in ticks, `time_until (…) < 60`, or prove others: `--property NAME`, `prove.properties`";
             complaints.push(diagnostics::Problem::new(message).with_help(help));
         }
-    }
-    if questions.is_empty() && only.is_empty() {
-        let problem = diagnostics::Problem::new(format!("the scenario {} has no property to be proved", scenario.name));
-        complaints.push(problem.with_help("name property files in its `properties`"));
     }
     questions
 }

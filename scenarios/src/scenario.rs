@@ -40,8 +40,10 @@ pub use find::Found;
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
 pub use premises::{Premises, PremisesEntry, Sites, Start};
+pub(crate) use prove::GENERAL;
 pub use prove::{
-    BatteryAssumption, Drained, MessageAssumption, Passes, ProofOutcome, ProveEntry, StandIn, TripAssumption,
+    ALL_REACHED, AllowedFault, BatteryAssumption, Drained, FaultAssumption, MessageAssumption, PROGRESS, Passes,
+    ProofOutcome, ProveEntry, StandIn, TripAssumption,
 };
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;

@@ -177,6 +177,8 @@ struct Scratch {
     histories: Vec<StateId>,
     /// The transitions that were taken since the state was last brought into normal form.
     taken: BitSet,
+    /// The states that were entered since then.
+    entered: BitSet,
 }
 
 impl Machine {
@@ -191,6 +193,7 @@ impl Machine {
             entering: BitSet::new(states),
             by_default: BitSet::new(states),
             taken: BitSet::new(chart.transitions().count()),
+            entered: BitSet::new(states),
             ..Scratch::default()
         };
         Self {
@@ -319,6 +322,12 @@ impl Machine {
     /// [normal form](Self::normalize). They are not part of its state.
     pub fn taken(&self) -> impl Iterator<Item = TransitionId> + '_ {
         self.scratch.taken.iter().map(TransitionId::new)
+    }
+
+    /// The states that it has entered since its start, or since it was last brought into
+    /// [normal form](Self::normalize). They are not part of its state.
+    pub fn entered(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.scratch.entered.iter().map(StateId::new)
     }
 
     /// Whether the state with this id is active.

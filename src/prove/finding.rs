@@ -2,7 +2,8 @@
 
 use explorer::Outcome;
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Answer, Physical, Proof, Question};
+use scenarios::prove::{Answer, Physical, Proof, Question, Subject, Unreached};
+use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
 use super::violation::Violation;
@@ -34,6 +35,9 @@ impl Finding {
     pub(crate) fn word(&self) -> &'static str {
         match self.answer.exploration.outcome {
             _ if self.answer.is_spurious => "spurious",
+            _ if self.question.subject == Subject::AllReached => {
+                self.answer.outcome().map_or("not decided", ProofOutcome::name)
+            }
             Outcome::Proved => "proved",
             Outcome::Violated(_) => "violated",
             Outcome::Endless(_) => "endless",
@@ -60,11 +64,20 @@ impl Finding {
     }
 }
 
+/// What never happens, line by line, with its places.
+pub(super) fn unreached(answer: &Answer) -> String {
+    let line =
+        |Unreached { words, place, .. }: &Unreached| format!("  {}:{}: {words}\n", place.source().name(), place.line());
+    answer.unreached.iter().flatten().map(line).collect()
+}
+
 impl Findings {
     pub(crate) fn suite(&self) -> Suite {
         let case = |finding: &Finding| {
-            let details = finding.violation.as_ref();
-            let details = details.map_or_else(String::new, |found| found.in_words(&finding.question.property, false));
+            let details = match &finding.violation {
+                Some(found) => found.in_words(&finding.question.property, false),
+                None => unreached(&finding.answer),
+            };
             let failed = |message| CaseResult::Failed { message, details };
             Case {
                 group: "proofs",
@@ -80,6 +93,11 @@ impl Findings {
     }
 
     pub(crate) fn as_json(&self) -> serde_json::Value {
+        let unreached = self.findings.iter().find_map(|finding| finding.answer.unreached.as_ref());
+        let never = |Unreached { kind, words, place }: &Unreached| {
+            let (file, line) = (place.source().name(), place.line());
+            json!({ "kind": kind.name(), "words": words, "file": file, "line": line })
+        };
         let of = |finding: &Finding| {
             let explorer::Progress { states, quiet, depth, memory } = finding.answer.exploration.progress;
             json!({
@@ -103,6 +121,7 @@ impl Findings {
             "scenario": self.proof.scenario().name,
             "assumptions": self.proof.assumptions(),
             "properties": self.findings.iter().map(of).collect::<Vec<_>>(),
+            "unreached": unreached.map(|found| found.iter().map(never).collect::<Vec<_>>()),
         })
     }
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use scenarios::prove::{Proof, Question};
+use scenarios::prove::{Proof, Question, Unreachable};
 use scenarios::scenario::ProofOutcome;
 
-use super::finding::Finding;
+use super::finding::{self, Finding};
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 
 /// The widest column of names that leaves room for the others in 80 columns.
@@ -19,6 +19,33 @@ pub(super) fn head(proof: &Proof) -> Text {
     let _ = writeln!(text);
     for assumption in proof.assumptions() {
         let _ = writeln!(text, "  {assumption}");
+    }
+    text
+}
+
+/// What never happens: a list with places, or how much there is.
+pub(super) fn unreached(findings: &[Finding], list: bool) -> Text {
+    let mut text = Text::default();
+    let Some((finding, unreached)) = findings.iter().find_map(|it| Some((it, it.answer.unreached.as_ref()?))) else {
+        return text;
+    };
+    let count = |kind: Unreachable, one: &str, many: &str| {
+        let count = unreached.iter().filter(|it| it.kind == kind).count();
+        (count > 0).then(|| format!("{count} {}", if count == 1 { one } else { many }))
+    };
+    let counts = [
+        count(Unreachable::Node, "answer of a node", "answers of nodes"),
+        count(Unreachable::State, "state", "states"),
+        count(Unreachable::Transition, "transition", "transitions"),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    if counts.is_empty() {
+        return text;
+    }
+    let end = if list { ":" } else { " (--unreached lists them)" };
+    let _ = writeln!(text, "\nin no run: {}{end}", counts.join(", "));
+    if list {
+        let _ = write!(text, "{}", finding::unreached(&finding.answer));
     }
     text
 }

@@ -27,6 +27,8 @@ struct Line {
 }
 
 enum What {
+    /// What follows happens over and over.
+    Repeats,
     Environment(String),
     Tick {
         is_delivered: bool,
@@ -48,30 +50,39 @@ enum What {
 impl Violation {
     /// The run that the search has found, if it has found one.
     pub(crate) fn of(proof: &Proof, question: &Question, answer: &Answer) -> Result<Option<Self>, Error> {
+        let monitor = proof.monitor(question);
         let (path, what) = match &answer.exploration.outcome {
             Outcome::Violated(path) if answer.is_spurious => (path, "is spurious"),
             Outcome::Violated(path) => (path, "is violated"),
-            Outcome::Endless(path) => (path, "is not decided: messages pile up without end"),
-            Outcome::Deadlock(path) => (path, "is not decided: nothing happens any more"),
-            Outcome::Livelock(path) => (path, "is not decided: processes communicate forever within a tick"),
+            Outcome::Endless(path) if monitor.is_some() => (path, "is not decided: messages pile up without end"),
+            Outcome::Endless(path) => (path, "is violated: messages pile up without end"),
+            Outcome::Deadlock(path) => (path, "is violated: no tick is taken any more, and nothing else happens"),
+            Outcome::Livelock(path) => (path, "is violated: processes communicate forever within a tick"),
             Outcome::Proved | Outcome::Undecided => return Ok(None),
         };
-        let monitor = proof.monitor(question);
-        let replay = path.replay(&answer.model, Some(monitor)).map_err(|error| {
+        let mut replay = path.replay(&answer.model, monitor).map_err(|error| {
             let help = "this is a mistake of steward: please report it with the scenario";
             Error::refused(format!("a run that violates {} cannot be replayed: {error}", question.property), help)
         })?;
         let mut watched: Vec<ChannelId> = Vec::new();
-        if let Some(scope) = scope_monitor(monitor) {
+        if let Some(scope) = monitor.and_then(scope_monitor) {
             scope.formula().events(&mut |event| watched.push(event.channel));
         }
-        let is_violated = matches!(answer.exploration.outcome, Outcome::Violated(_));
-        Ok(Some(Self {
-            what,
-            lines: lines(path, &replay.events, replay.system.topology(), &watched),
-            ticks: path.ticks(),
-            is_replayed: !is_violated || replay.verdict() == Verdict::False,
-        }))
+        // Without a property, it is about the end of the run.
+        let is_tick = |step: &PathStep| matches!(step, PathStep::Tick { delivered: true });
+        let end = match (monitor, path.cycle()) {
+            (Some(_), _) => path.steps().len(),
+            (None, 0) => path.steps().iter().rposition(is_tick).unwrap_or(0),
+            (None, cycle) => path.steps().len() - cycle,
+        };
+        let is_watched = |step, channel| step >= end || watched.contains(&channel);
+        let is_replayed = match &answer.exploration.outcome {
+            Outcome::Violated(_) => replay.verdict() == Verdict::False,
+            Outcome::Deadlock(_) => replay.system.enabled().is_empty(),
+            _ => replay.comes_back,
+        };
+        let lines = lines(path, &replay.events, replay.system.topology(), is_watched);
+        Ok(Some(Self { what, lines, ticks: path.ticks(), is_replayed }))
     }
 
     /// The tick in which it is decided.
@@ -85,6 +96,7 @@ impl Violation {
         for Line { tick, what } in &self.lines {
             // Writing to a string cannot fail.
             let _ = match (what, tick) {
+                (What::Repeats, _) => writeln!(text, "  over and over:"),
                 (What::Environment(words), _) => writeln!(text, "  {words}"),
                 (What::Tick { is_delivered: true }, Some(tick)) => writeln!(text, "  tick {tick}"),
                 (What::Tick { .. }, tick) => {
@@ -100,7 +112,7 @@ impl Violation {
         let replayed = match (self.is_replayed, self.tick()) {
             (true, Some(tick)) => format!("{} at tick {tick}, as found", self.outcome()),
             (true, None) => format!("{} before the first tick, as found", self.outcome()),
-            (false, _) => "NOT violated, so the search is wrong: please report it".to_owned(),
+            (false, _) => "NOT as found, so the search is wrong: please report it".to_owned(),
         };
         let _ = writeln!(text, "  replayed in the channel system: {replayed}");
         text
@@ -112,6 +124,7 @@ impl Violation {
 
     pub(crate) fn as_json(&self) -> serde_json::Value {
         let line = |Line { tick, what }: &Line| match what {
+            What::Repeats => json!({ "after_tick": tick, "repeats": true }),
             What::Environment(words) => json!({ "after_tick": tick, "environment": words }),
             What::Tick { is_delivered } => json!({ "tick": tick, "delivered": is_delivered }),
             What::Message { from, to, message, .. } => {
@@ -129,7 +142,12 @@ impl Violation {
 }
 
 /// What happens in a run, in order.
-fn lines(path: &Path, events: &[(usize, channels::Event)], topology: &Topology, watched: &[ChannelId]) -> Vec<Line> {
+fn lines(
+    path: &Path,
+    events: &[(usize, channels::Event)],
+    topology: &Topology,
+    is_watched: impl Fn(usize, ChannelId) -> bool,
+) -> Vec<Line> {
     let ends = |channel: ChannelId| {
         let (from, to) = topology.ends(channel);
         (from.to_owned(), to.to_owned())
@@ -139,6 +157,9 @@ fn lines(path: &Path, events: &[(usize, channels::Event)], topology: &Topology, 
     for (number, step) in path.steps().iter().enumerate() {
         let event = events.iter().find(|(after, _)| *after == number).map(|(_, event)| event);
         let mut push = |tick: Option<u64>, what| lines.push(Line { tick, what });
+        if path.cycle() > 0 && number + path.cycle() == path.steps().len() {
+            push(tick, What::Repeats);
+        }
         match step {
             PathStep::Environment { words, .. } if words.is_empty() => {}
             PathStep::Environment { words, .. } => push(tick, What::Environment(words.clone())),
@@ -162,7 +183,7 @@ fn lines(path: &Path, events: &[(usize, channels::Event)], topology: &Topology, 
         }
         if let Some(EventKind::Received { channel, message }) = event.map(|event| &event.kind) {
             let (from, to) = ends(*channel);
-            let is_watched = watched.contains(channel);
+            let is_watched = is_watched(number, *channel);
             lines.push(Line { tick, what: What::Message { from, to, message: message.clone(), is_watched } });
         }
     }

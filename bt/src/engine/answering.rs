@@ -39,7 +39,7 @@ impl State {
         }
         let mark = self.marks[node as usize];
         self.marks[node as usize] = mark.answered(status);
-        self.outcomes[node as usize] = Some(Outcome::Answered(status));
+        self.outcomes[node as usize].note(Outcome::Answered(status));
         if node == 0 {
             return self.finish(status);
         }

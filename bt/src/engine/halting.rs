@@ -97,10 +97,10 @@ impl State {
 
     #[inline]
     fn mark_halted(&mut self, program: &Program, node: u32) {
-        let outcome = &mut self.outcomes[node as usize];
+        let outcomes = &mut self.outcomes[node as usize];
         // In BehaviorTree.CPP a node that was skipped counts as running once it has begun. It did not run.
-        if self.marks[node as usize].is_running() && *outcome != Some(Outcome::Answered(Status::Skipped)) {
-            *outcome = Some(Outcome::Halted);
+        if self.marks[node as usize].is_running() && outcomes.last != Some(Outcome::Answered(Status::Skipped)) {
+            outcomes.note(Outcome::Halted);
         }
         self.marks[node as usize] = Mark::Idle;
         self.forget(program, node);

@@ -6,7 +6,7 @@ use super::reset::Halting;
 use crate::blackboard::Blackboard;
 use crate::program::{Op, Program};
 use crate::semantics::Memory;
-use crate::status::Mark;
+use crate::status::{Mark, Outcomes};
 use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status};
 
 /// The state of a tree's nodes, and the position within a tick.
@@ -14,7 +14,7 @@ use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status};
 pub(crate) struct State {
     pub(super) marks: Box<[Mark]>,
     /// What happened to each node in the last tick.
-    pub(super) outcomes: Box<[Option<Outcome>]>,
+    pub(super) outcomes: Box<[Outcomes]>,
     /// The child with which a node's next tick begins; zero is the first.
     pub(super) resume: Box<[u32]>,
     /// The memories of nodes, by their index among nodes with memory.
@@ -64,7 +64,7 @@ impl State {
         let memory = |(node, _)| Memory::new(u32::try_from(program.children(node).count()).unwrap_or(u32::MAX));
         Self {
             marks: vec![Mark::Idle; count].into(),
-            outcomes: vec![None; count].into(),
+            outcomes: vec![Outcomes::default(); count].into(),
             resume: vec![0; count].into(),
             memories: inner.map(memory).collect(),
             board: program.blackboard(),
@@ -96,23 +96,34 @@ impl State {
 
     /// The states of all nodes. Nodes within their tick count as running.
     pub(crate) fn states(&self, ops: &[Op]) -> Vec<NodeState> {
-        let state = |(mark, outcome): (&Mark, &Option<Outcome>)| NodeState { status: mark.status(), outcome: *outcome };
+        let state = |(mark, outcomes): (&Mark, &Outcomes)| NodeState { status: mark.status(), outcome: outcomes.last };
         let mut states: Vec<NodeState> = self.marks.iter().zip(&self.outcomes).map(state).collect();
-        let under_way = match self.point {
-            Point::Ticking(leaf) => Some(leaf),
-            Point::Halting(halting) => halting.after.node(),
-            Point::Idle => None,
-        };
-        let above = |node: &u32| (*node > 0).then(|| ops[*node as usize].parent);
-        for node in std::iter::successors(under_way, above) {
+        for node in self.under_way(ops) {
             states[node as usize].outcome = Some(Outcome::Answered(Status::Running));
         }
         states
     }
 
+    /// All that has happened to nodes in this tick. Nodes within their tick count as running.
+    pub(crate) fn outcomes(&self, ops: &[Op]) -> Vec<(NodeId, Outcome)> {
+        let told = (0..).zip(&self.outcomes).flat_map(|(node, outcomes)| outcomes.iter().map(move |it| (node, it)));
+        let under_way = self.under_way(ops).map(|node| (node, Outcome::Answered(Status::Running)));
+        told.chain(under_way).map(|(node, outcome)| (NodeId(node), outcome)).collect()
+    }
+
+    /// The nodes within their tick.
+    fn under_way<'a>(&self, ops: &'a [Op]) -> impl Iterator<Item = u32> + use<'a> {
+        let deepest = match self.point {
+            Point::Ticking(leaf) => Some(leaf),
+            Point::Halting(halting) => halting.after.node(),
+            Point::Idle => None,
+        };
+        std::iter::successors(deepest, |node| (*node > 0).then(|| ops[*node as usize].parent))
+    }
+
     /// The start of a new tick.
     pub(crate) fn new_tick(&mut self) -> Next {
-        self.outcomes.fill(None);
+        self.outcomes.fill(Outcomes::default());
         self.faults.clear();
         self.repeats = 0;
         Next::Enter(0)
@@ -121,7 +132,7 @@ impl State {
     /// Brings the state into [normal form](NormalForm): what happened to nodes, the answer of the last tick and faults
     /// are only told.
     pub(crate) fn normalize(&mut self, program: &Program, form: &NormalForm<'_>) {
-        self.outcomes.fill(None);
+        self.outcomes.fill(Outcomes::default());
         self.faults.clear();
         self.last = None;
         if matches!(self.point, Point::Idle) {

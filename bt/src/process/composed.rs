@@ -87,13 +87,13 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// What has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole tree,
-/// to the children of its node if the tree's nodes are processes, and nothing for any other process.
+/// All that has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole
+/// tree, to the children of its node if the tree's nodes are processes, and nothing for any other process. Of a process
+/// that was brought into normal form, all that has happened since then.
 #[must_use]
 pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
     if let Some(tree) = process.as_any().downcast_ref::<TreeProcess>() {
-        let states = (0..).map(NodeId).zip(tree.states());
-        return states.filter_map(|(node, state)| Some((node, state.outcome?))).collect();
+        return tree.execution().outcomes();
     }
     process.as_any().downcast_ref::<NodeProcess>().map_or_else(Vec::new, NodeProcess::outcomes)
 }

@@ -18,7 +18,7 @@ use crate::program::Flags;
 use crate::semantics::{Memory, Reading};
 use crate::shared::Shared;
 use crate::status::Mark;
-use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request};
+use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request, Status};
 
 /// An inner node of a tree whose nodes are processes.
 ///
@@ -132,10 +132,16 @@ impl NodeProcess {
         }
     }
 
-    /// What has happened to the children.
+    /// What has happened to the children. The one that is being ticked counts as running.
     pub(super) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
-        let children = self.wiring.children.iter().zip(&self.records);
-        children.filter_map(|(child, record)| Some((child.node, record.outcome?))).collect()
+        let children = self.wiring.children.iter();
+        let told = children.zip(&self.records).filter_map(|(child, record)| Some((child.node, record.outcome?)));
+        let ticked = match self.stage {
+            Stage::Waiting(child, Request::Tick, _) => Some(child),
+            _ => None,
+        };
+        let running = |child: usize| (self.wiring.children[child].node, Outcome::Answered(Status::Running));
+        told.chain(ticked.map(running)).collect()
     }
 
     /// The number of the tick, if this is the process above the root.

@@ -86,8 +86,8 @@ pub enum Instant {
     Between,
 }
 
-/// Changes a process that is driven.
-pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process) + Send + Sync>;
+/// Changes a process that is driven, at this time.
+pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Sync>;
 
 /// Something that may happen in the environment.
 #[derive(Clone)]
@@ -120,7 +120,7 @@ impl Environment for Closed {
     }
 
     fn moves(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<Move> {
-        vec![Move { state: Vec::new(), update: Arc::new(|_, _| ()), words: String::new() }]
+        vec![Move { state: Vec::new(), update: Arc::new(|_, _, _| ()), words: String::new() }]
     }
 }
 

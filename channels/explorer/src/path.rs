@@ -14,6 +14,8 @@ use crate::model::{Damage, Model, Update};
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     pub(crate) steps: Vec<PathStep>,
+    /// How many steps at the end can be taken again and again.
+    pub(crate) cycle: usize,
 }
 
 /// A step of a run.
@@ -66,6 +68,8 @@ pub struct Replay {
     pub monitor: Option<Box<dyn Monitor>>,
     /// The system at the end.
     pub system: ChannelSystem,
+    /// Whether the [cycle](Path::cycle) of the run leads back to where it began, if it has one.
+    pub comes_back: bool,
 }
 
 impl Replay {
@@ -99,6 +103,12 @@ impl Path {
         &self.steps
     }
 
+    /// The number of steps at the end that can be taken over and over: those of a livelock.
+    #[must_use]
+    pub fn cycle(&self) -> usize {
+        self.cycle
+    }
+
     /// The number of ticks.
     #[must_use]
     pub fn ticks(&self) -> usize {
@@ -127,7 +137,11 @@ impl Path {
         let mut monitor = monitor.map(Monitor::boxed_clone);
         let (mut events, mut damaged) = (Vec::new(), Vec::new());
         let mut performer = Performer::of(model);
+        let mut beginning = None;
         for (number, step) in self.steps.iter().enumerate() {
+            if number + self.cycle == self.steps.len() {
+                beginning = Some(in_normal_form(&system));
+            }
             let impossible = || ReplayError::Impossible { step: number, what: format!("{step:?}") };
             let performed = performer.perform(step, &mut system)?.ok_or_else(impossible)?;
             if let (Some((channel, message)), PathStep::Take { damage, .. }) = (performed.damaged, step) {
@@ -141,7 +155,8 @@ impl Path {
             }
             look(number, &system);
         }
-        Ok(Replay { events, damaged, monitor, system })
+        let comes_back = beginning.is_none_or(|beginning| beginning.same_state(&in_normal_form(&system)));
+        Ok(Replay { events, damaged, monitor, system, comes_back })
     }
 }
 
@@ -166,7 +181,7 @@ impl From<Vec<PathStep>> for Path {
                 _ => {}
             }
         }
-        Self { steps }
+        Self { steps, cycle: 0 }
     }
 }
 
@@ -211,7 +226,7 @@ impl Performer {
     pub fn perform(&mut self, step: &PathStep, system: &mut ChannelSystem) -> Result<Option<Performed>, RunError> {
         let mut performed = Performed::default();
         match step {
-            PathStep::Environment { update, .. } => drive(system, &self.driven, update),
+            PathStep::Environment { update, .. } => drive(system, &self.driven, update, self.now),
             PathStep::Wait(span) => {
                 self.now += *span;
                 system.advance(self.now);
@@ -263,10 +278,16 @@ fn send_damaged(
     Ok(message.map(|message| (channel, message)))
 }
 
-fn drive(system: &mut ChannelSystem, driven: &[ProcessId], update: &Update) {
+fn in_normal_form(system: &ChannelSystem) -> ChannelSystem {
+    let mut system = system.fork();
+    system.normalize().expect("what was explored has a normal form");
+    system
+}
+
+fn drive(system: &mut ChannelSystem, driven: &[ProcessId], update: &Update, now: Duration) {
     for id in driven {
         if let Some(mut process) = system.clone_process(*id) {
-            update(*id, process.as_mut());
+            update(*id, process.as_mut(), now);
             let replaced = system.replace(*id, process);
             assert!(replaced.is_ok(), "a process that is driven keeps its channels");
         }

@@ -90,7 +90,8 @@ pub enum Outcome {
     Endless(Path),
     /// In this run, the tree never takes a tick again, and nothing else happens any more.
     Deadlock(Path),
-    /// After this run, processes can communicate forever before time passes: it ends in a state that is on a cycle.
+    /// In this run, processes communicate forever before time passes: the [steps at its end](Path::cycle) lead back to
+    /// where they began.
     Livelock(Path),
     /// There was not enough memory to decide, or the search was stopped.
     Undecided,
@@ -433,7 +434,10 @@ impl<'a> Search<'a> {
             End::Complete => Outcome::Proved,
             End::Incomplete => Outcome::Undecided,
             End::Bad { from, kind } => {
-                let path = from.map_or_else(Path::default, |(number, index)| self.path_to(number, index));
+                let path = from.map_or_else(Path::default, |(number, index)| match kind {
+                    Bad::Livelock => self.path_around(number),
+                    _ => self.path_to(number, index),
+                });
                 match kind {
                     Bad::Violated => Outcome::Violated(path),
                     Bad::Endless => Outcome::Endless(path),

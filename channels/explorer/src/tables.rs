@@ -205,12 +205,14 @@ impl Tables {
             self.content(channel, None);
         }
         let mut system = model.start.fork();
+        for id in self.topology.processes() {
+            system.clone_process(id).into_iter().for_each(|process| self.look(id.index(), process.as_ref()));
+        }
         system.normalize().map_err(|(process, why)| self.refused(process.index(), why))?;
         let topology = Arc::clone(&self.topology);
         let mut processes = vec![0; self.locals.len()];
         for id in topology.processes() {
             if let Some(process) = system.clone_process(id) {
-                self.look(id.index(), process.as_ref());
                 processes[id.index()] = self.local(id.index(), process)?;
             }
         }
@@ -277,6 +279,7 @@ impl Tables {
                 if let Some(generator) = generator.as_any_mut().downcast_mut::<TickGenerator>() {
                     generator.generate(0);
                 }
+                self.look(process, generator.as_ref());
                 let number = self.local(process, generator)?;
                 self.locals[process].get_mut(state).ticked = number;
             }
@@ -495,7 +498,7 @@ impl Tables {
             let mut processes = Vec::new();
             for (process, state) in driven.iter().zip(states) {
                 let mut after = self.locals[*process].get(*state).process.clone();
-                (told.update)(self.id(*process), after.as_mut());
+                (told.update)(self.id(*process), after.as_mut(), NormalForm::NOW);
                 if !after.same_state(self.locals[*process].get(*state).process.as_ref()) {
                     let step = self.settle(*process, *state, after)?;
                     processes.push((*process, step));

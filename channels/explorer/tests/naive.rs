@@ -1,7 +1,7 @@
 //! All states of a model, by copying whole channel systems.
 
-use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
+use std::collections::{BTreeSet, HashMap};
 use std::hash::{Hash, Hasher};
 use std::time::Duration;
 
@@ -10,6 +10,32 @@ use channels::{
     Process, Verdict,
 };
 use explorer::{Environment, Instant, MessageFaults, Ticks};
+
+/// Where processes are in some state, by their indices.
+pub(crate) type Locations = BTreeSet<(usize, String)>;
+
+/// Where a process is, whether or not anybody still waits for the answer to the request that it has.
+pub(crate) fn location(process: &dyn Process) -> String {
+    process.location().replace("RequestNumber(0)", "RequestNumber(1)")
+}
+
+/// What a search without a property looks for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Findings {
+    pub(crate) deadlock: bool,
+    pub(crate) livelock: bool,
+    pub(crate) locations: Locations,
+}
+
+/// A transition to the state with this number.
+#[derive(Clone, Copy)]
+struct Edge {
+    to: usize,
+    /// A process communicates, a tick is taken, or a timer is set that will fire.
+    is_alive: bool,
+    /// It communicates.
+    is_step: bool,
+}
 
 /// The counts that a search and a naive enumeration have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,7 +124,7 @@ pub(crate) fn enumerate(
     environment: &dyn Environment,
     faults: &MessageFaults,
     monitor: Option<&dyn Monitor>,
-) -> Counts {
+) -> (Counts, Findings) {
     let first = State {
         system: start.fork(),
         environment: environment.start(),
@@ -112,13 +138,20 @@ pub(crate) fn enumerate(
     let mut counts = Counts { states: 0, quiet: 0, transitions: 0, violated: None };
     let mut known: HashMap<u64, Vec<usize>> = HashMap::new();
     let mut states: Vec<(State, u64)> = Vec::new();
+    let mut findings = Findings::default();
+    let mut edges: Vec<Vec<Edge>> = Vec::new();
     let mut add = |state: State, layer: u64, states: &mut Vec<(State, u64)>| {
+        for id in state.system.topology().processes() {
+            let process = state.system.clone_process(id).expect("a process");
+            findings.locations.insert((id.index(), location(process.as_ref())));
+        }
         let state = state.normalize();
         let alike = known.entry(state.hash()).or_default();
-        if !alike.iter().any(|other| states[*other].0.is(&state)) {
+        alike.iter().copied().find(|other| states[*other].0.is(&state)).unwrap_or_else(|| {
             alike.push(states.len());
             states.push((state, layer));
-        }
+            states.len() - 1
+        })
     };
     add(first, 0, &mut states);
     let mut next = 0;
@@ -131,16 +164,41 @@ pub(crate) fn enumerate(
         let (successors, is_quiet) = successors(&mut state, ticks, environment, faults);
         counts.quiet += u64::from(is_quiet);
         counts.transitions += successors.len() as u64;
-        for successor in successors {
+        let mut leading = Vec::new();
+        for (successor, is_alive) in successors {
             match successor.verdict() {
-                Verdict::Inconclusive => add(successor, layer + 1, &mut states),
+                Verdict::Inconclusive => {
+                    let to = add(successor, layer + 1, &mut states);
+                    leading.push(Edge { to, is_alive, is_step: !is_quiet });
+                }
                 Verdict::True => {}
                 Verdict::False => counts.violated = Some(counts.violated.unwrap_or(layer + 1)),
             }
         }
+        edges.push(leading);
     }
     counts.states = states.len() as u64;
-    counts
+    if counts.violated.is_some() {
+        return (counts, findings); // not all states were visited
+    }
+    let leads_on = fixed_point(&edges, |edge, leads_on| edge.is_alive || leads_on[edge.to], false);
+    let goes_around = fixed_point(&edges, |edge, goes_around| edge.is_step && goes_around[edge.to], true);
+    findings.deadlock = leads_on.contains(&false);
+    findings.livelock = goes_around.contains(&true);
+    (counts, findings)
+}
+
+/// The states with an edge that is `good`, which may depend on the states themselves: the least such set, or the
+/// greatest if all states are in it at `first`.
+fn fixed_point(edges: &[Vec<Edge>], good: impl Fn(&Edge, &[bool]) -> bool, first: bool) -> Vec<bool> {
+    let mut states = vec![first; edges.len()];
+    loop {
+        let next: Vec<bool> = edges.iter().map(|edges| edges.iter().any(|edge| good(edge, &states))).collect();
+        if next == states {
+            return states;
+        }
+        states = next;
+    }
 }
 
 fn successors(
@@ -148,7 +206,7 @@ fn successors(
     ticks: Option<Ticks>,
     environment: &dyn Environment,
     faults: &MessageFaults,
-) -> (Vec<State>, bool) {
+) -> (Vec<(State, bool)>, bool) {
     let mut successors = Vec::new();
     let enabled = state.system.enabled();
     for transition in &enabled {
@@ -157,20 +215,17 @@ fn successors(
         if let Some(event) = next.system.take(transition).expect("a message within its domain") {
             next.observe(event.kind);
         }
-        successors.push(next);
+        successors.push((next, true));
         let EnabledKind::Send(channel) = transition.kind else { continue };
         if faults.channels.contains(&channel) && state.losses > 0 {
             let losses = state.losses - 1;
-            successors.push(State {
-                system: damaged(state, transition, channel, Effect::Lose),
-                losses,
-                ..state.fork()
-            });
+            let system = damaged(state, transition, channel, Effect::Lose);
+            successors.push((State { system, losses, ..state.fork() }, true));
         }
         if faults.channels.contains(&channel) && state.delays > 0 {
             let system = damaged(state, transition, channel, Effect::Hold(faults.delayed.1));
             let held = state.held.iter().copied().chain([faults.delayed.1]).collect();
-            successors.push(State { system, delays: state.delays - 1, held, ..state.fork() });
+            successors.push((State { system, delays: state.delays - 1, held, ..state.fork() }, true));
         }
     }
     if !enabled.is_empty() {
@@ -188,18 +243,19 @@ fn successors(
         next.until_tick = next.until_tick.saturating_sub(span);
         next.held.iter_mut().for_each(|until| *until = until.saturating_sub(span));
         next.held.retain(|until| !until.is_zero());
+        let mut is_alive = timer.is_some();
         if let Some(ticks) = ticks.filter(|_| is_tick) {
-            next.system.generate_tick(ticks.generator);
+            is_alive |= next.system.generate_tick(ticks.generator).1;
             next.observe(EventKind::Tick);
             next.has_ticked = true;
             next.until_tick = ticks.period;
         }
-        successors.push(next);
+        successors.push((next, is_alive));
     }
     for (environment, system) in moves(state, environment, Instant::Between) {
         let mut next = State { environment, system, ..state.fork() };
         if !next.system.enabled().is_empty() {
-            successors.push(next);
+            successors.push((next, true));
         }
     }
     (successors, true)
@@ -227,7 +283,7 @@ fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<
         let mut system = state.system.fork();
         for id in environment.driven() {
             let mut process = system.clone_process(*id).expect("a process");
-            (told.update)(*id, process.as_mut());
+            (told.update)(*id, process.as_mut(), NormalForm::NOW);
             system.replace(*id, process).expect("the same channels");
         }
         (told.state, system)

@@ -2,7 +2,7 @@
 //! environment drives.
 
 use std::mem::discriminant;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use channels::{
@@ -11,12 +11,13 @@ use channels::{
     Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
 };
 use explorer::{
-    Environment, Instant, Limits, MessageFaults, Model, Move, Outcome, Progress, Reduction, Ticks, explore,
+    Closed, Environment, Instant, Limits, MessageFaults, Model, Move, Onlooker, Outcome, Progress, Reduction, Ticks,
+    explore,
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::naive::{Counts, enumerate};
+use crate::naive::{Counts, Findings, Locations, enumerate, location};
 
 const PERIOD: Duration = Duration::from_secs(10);
 
@@ -29,6 +30,11 @@ pub(crate) struct Sample {
 }
 
 pub(crate) fn sample(seed: u64) -> Sample {
+    with_client(seed, |patience_s| patience_s)
+}
+
+/// The same, with a client that waits for so many seconds; forever if there are none.
+fn with_client(seed: u64, patience_s: impl Fn(u64) -> u64) -> Sample {
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut topology = Topology::default();
     let mut process = |name: &str| topology.process(name).expect("a new name");
@@ -56,7 +62,7 @@ pub(crate) fn sample(seed: u64) -> Sample {
     let watched: Vec<ChannelId> = topology.channels().collect();
     let mut processes: Vec<(ProcessId, Box<dyn Process>)> = vec![
         (generator, Box::new(TickGenerator::new(ticks))),
-        (client, Box::new(Client::new(ticks, asked, answered, rng.random_range(3..=14)))),
+        (client, Box::new(Client::new(ticks, asked, answered, patience_s(rng.random_range(3..=14))))),
         (server, Box::new(Server { asked, answered, told, pending: None, says: None, forgets: rng.random_bool(0.5) })),
         (sensor, Box::new(Sensor { sensed, level: 0, waits: false })),
     ];
@@ -170,7 +176,7 @@ impl Process for Client {
                 self.ticked += 1;
                 self.number.0 += 1;
                 self.open = Some(false);
-                self.deadline = Some(now + self.patience);
+                self.deadline = (!self.patience.is_zero()).then(|| now + self.patience);
             }
             (1, _) => self.open = Some(true),
             (_, Some(envelope)) if self.open == Some(true) && envelope.request == self.number => {
@@ -312,7 +318,7 @@ impl Environment for Weather {
         let sensor = driven[0].as_any().downcast_ref::<Sensor>().expect("a sensor");
         let to = |level: i64, waits: bool| Move {
             state: vec![level],
-            update: Arc::new(move |_, process| {
+            update: Arc::new(move |_, process, _| {
                 let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
                 (sensor.level, sensor.waits) = (level, sensor.waits || waits);
             }),
@@ -342,6 +348,62 @@ pub(crate) fn message_faults(seed: u64, system: &ChannelSystem) -> MessageFaults
     }
 }
 
+/// Notes where processes are.
+#[derive(Debug, Default)]
+struct Notes(Mutex<Locations>);
+
+impl Onlooker for Notes {
+    fn see(&self, id: ProcessId, process: &dyn Process) {
+        self.0.lock().expect("no panic").insert((id.index(), location(process)));
+    }
+}
+
+/// What a search without a property has found, and where it has seen processes.
+fn findings(model: Model, limits: &Limits) -> Findings {
+    let notes = Arc::new(Notes::default());
+    let model = model.with_onlooker(Arc::clone(&notes) as Arc<dyn Onlooker>);
+    let found = explore(&model, None, limits, &mut |_| ()).expect("a finite model");
+    let (mut deadlock, mut livelock) = (false, false);
+    match &found.outcome {
+        Outcome::Proved => {}
+        Outcome::Deadlock(path) => {
+            deadlock = true;
+            let mut end = path.replay(&model, None).expect("a run of the channel system").system;
+            assert!(end.enabled().is_empty());
+        }
+        Outcome::Livelock(path) => {
+            livelock = true;
+            assert!(path.cycle() > 0 && path.replay(&model, None).expect("a run of the channel system").comes_back);
+        }
+        outcome => panic!("{outcome:?}"),
+    }
+    let locations = notes.0.lock().expect("no panic").clone();
+    Findings { deadlock, livelock, locations }
+}
+
+#[test]
+fn without_a_property_the_search_finds_what_a_naive_enumeration_finds() {
+    let (mut deadlocks, mut livelocks, mut neither) = (0, 0, 0);
+    for seed in 0..150 {
+        let Sample { system, ticks, environment, .. } = with_client(seed, |patience_s| patience_s * (seed % 2));
+        // What the environment can always wake is no deadlock.
+        let environment = if seed % 2 == 0 { Arc::new(Closed) } else { environment };
+        let faults = message_faults(seed, &system);
+        let (_, mut expected) = enumerate(&system, Some(ticks), environment.as_ref(), &faults, None);
+        deadlocks += usize::from(expected.deadlock);
+        livelocks += usize::from(expected.livelock);
+        neither += usize::from(!expected.deadlock && !expected.livelock);
+        // It reports one of both.
+        expected.livelock &= !expected.deadlock;
+        for reduction in [Reduction::Off, Reduction::On] {
+            let model = Model::new(&system, Some(ticks), Arc::clone(&environment)).with_message_faults(faults.clone());
+            let found = findings(model, &Limits { reduction, ..Limits::default() });
+            assert_eq!(found, expected, "seed {seed}, {reduction:?}");
+        }
+    }
+    assert!(deadlocks > 10 && livelocks > 10 && neither > 10, "{deadlocks}, {livelocks}, {neither}");
+}
+
 #[test]
 fn the_search_finds_what_a_naive_enumeration_finds() {
     let limits = |threads| Limits { threads, reduction: Reduction::Off, ..Limits::default() };
@@ -350,7 +412,7 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
         let Sample { system, ticks, environment, monitor } = sample(seed);
         let property = monitor.as_ref().map(|monitor| monitor as &dyn Monitor);
         let faults = message_faults(seed, &system);
-        let expected = enumerate(&system, Some(ticks), environment.as_ref(), &faults, property);
+        let (expected, _) = enumerate(&system, Some(ticks), environment.as_ref(), &faults, property);
         let model = Model::new(&system, Some(ticks), environment).with_message_faults(faults);
         let found = explore(&model, property, &limits(1), &mut |_| ()).expect("a finite model");
         let shown = format!("{:?}", found.outcome);
@@ -416,7 +478,7 @@ fn random_run(sample: &Sample, rng: &mut ChaCha8Rng, steps: usize) -> bool {
         let told = moves.swap_remove(rng.random_range(0..moves.len()));
         state = told.state;
         for (id, mut process) in environment.driven().iter().zip(driven) {
-            (told.update)(*id, process.as_mut());
+            (told.update)(*id, process.as_mut(), until);
             system.replace(*id, process).expect("the same channels");
         }
         if instant == Instant::Tick || until != next_tick {

@@ -19,6 +19,7 @@ use sim::Simulation;
 use skills::SkillProcess;
 
 use self::damage::Damages;
+pub(crate) use self::damage::opposite;
 use self::machines::Machines;
 use super::effect::DeviceTrouble;
 use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};

@@ -4,14 +4,16 @@ use channels::ChannelSystem;
 use components::{BATTERY_READER, BatteryReader, NAVIGATION, Navigation};
 use recording::decimals;
 
+use super::faults::{self, Fault};
 use crate::driven::process_of;
 use crate::scenario::{
     BatteryAssumption, Drained, MessageAssumption, Passes, Premises, ProveEntry, Scenario, TripAssumption,
 };
 
 /// What a proof of the scenario's properties assumes, one sentence each.
-pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem) -> Vec<String> {
-    let ProveEntry { battery, trips, messages, drivers_anywhere, components, .. } = &scenario.file.prove;
+pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Fault]) -> Vec<String> {
+    let ProveEntry { battery, trips, messages, drivers_anywhere, components, faults: allowed, .. } =
+        &scenario.file.prove;
     let mut words = Vec::new();
     if let (Some(premises), Some(_)) = (&scenario.premises, process_of::<BatteryReader>(system, BATTERY_READER)) {
         words.extend(self::battery(battery, premises));
@@ -20,6 +22,13 @@ pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem) -> Vec<Strin
         words.push(self::trips(trips));
     }
     words.extend(self::messages(messages));
+    if !faults.is_empty() {
+        let may = match allowed.count {
+            1 => "1 fault may begin, and end again".to_owned(),
+            count => format!("{count} faults may begin, and end again"),
+        };
+        words.push(format!("At any time, {may}: {}.", faults::in_words(faults)));
+    }
     if scenario.premises.is_some() {
         words.push(match drivers_anywhere {
             true => "Drivers exchange data with their components at any time.".to_owned(),

@@ -628,14 +628,15 @@ fn prove() -> Vec<Key> {
         "anyOf": [per_tick(), { "type": "array", "items": per_tick(), "minItems": 2, "maxItems": 2 }],
     });
     let count = || or(with(whole(0), json!({ "maximum": 9 })), 0);
+    let one_or_more = || json!({ "title": "a name, or an array of names", "anyOf": [text(), names()] });
     let ends = json!({ "type": "array", "items": text(), "minItems": 2, "maxItems": 2 });
     let passes = json!({ "title": "`\"any\"`, a name, or an array of names", "anyOf": [text(), names()] });
     vec![
         Key::new("prove", "What `steward prove` assumes and proves.", table(json!({}))),
         Key::new(
             "prove.properties",
-            "The properties to be proved. If not given, all.",
-            json!({ "title": "a name, or an array of names", "anyOf": [text(), names()] }),
+            "The properties to be proved. If not given, all. `progress` (no deadlock and no livelock) is always among them.",
+            one_or_more(),
         ),
         Key::new(
             "prove.memory_mb",
@@ -686,6 +687,28 @@ fn prove() -> Vec<Key> {
             "The channels on which this may happen, by sender and receiver. If not given, all.",
             or(list("[[from, to], …]", &ends), json!([])),
         ),
+        Key::new("prove.faults", "Faults that may begin and end at any time.", table(json!({}))),
+        Key::new(
+            "prove.faults.count",
+            "How many faults of a run may begin.",
+            or(with(whole(1), json!({ "maximum": 9 })), 1),
+        ),
+        Key::new(
+            "prove.faults.component_crash",
+            "Components that may crash, and begin anew.",
+            or(one_or_more(), json!([])),
+        ),
+        Key::new("prove.faults.component_frozen", "Components that may hang, and go on.", or(one_or_more(), json!([]))),
+        Key::new(
+            "prove.faults.component_wrong_reply",
+            "Components that may report the opposite of the truth.",
+            or(one_or_more(), json!([])),
+        ),
+        Key::new(
+            "prove.faults.skill_mutant",
+            "Mistakes that skills may have, as `steward skill mutants` lists them.",
+            or(one_or_more(), json!([])),
+        ),
         Key::new(
             "prove.drivers",
             "When the drivers of the built-in components exchange data with them: between the steps of a run \
@@ -709,6 +732,12 @@ fn prove() -> Vec<Key> {
             "What must come of the properties: `proved`, unless said otherwise.",
             table(json!({})),
         ),
-        Key::new("prove.expect.PROPERTY", "What must come of a property.", one_of(&["proved", "violated"])),
+        Key::new(
+            "prove.expect.PROPERTY",
+            "What must come of a property, of `progress` (no deadlock and no livelock), or of `all_reached` (every node \
+             is ticked, succeeds and fails in some run, and every state and transition of every machine is reached). \
+             `all_reached` counts only if it is named.",
+            one_of(&["proved", "violated"]),
+        ),
     ]
 }

@@ -16,7 +16,7 @@ use crate::names::unknown;
 /// What a proof assumes of everything around tree, skills and components, and what it is about.
 #[derive(Clone, Debug)]
 pub struct ProveEntry {
-    /// The properties to be proved; all if empty.
+    /// The properties to be proved; all if empty. [`PROGRESS`] is always among them.
     pub properties: Vec<Spanned<String>>,
     /// What should come of them; `Proved` where nothing is said.
     pub expect: Vec<(Spanned<String>, ProofOutcome)>,
@@ -30,11 +30,21 @@ pub struct ProveEntry {
     pub trips: TripAssumption,
     /// What may happen to messages.
     pub messages: MessageAssumption,
+    /// The faults that may occur.
+    pub faults: FaultAssumption,
     /// Whether drivers may act while processes communicate, and not only between steps.
     pub drivers_anywhere: bool,
     /// Machines in place of components, by the name of the component.
     pub components: Vec<StandIn>,
 }
+
+/// The property of every scenario that there is no deadlock and no livelock, and that no messages pile up.
+pub const PROGRESS: &str = "progress";
+/// The property that every node of the tree is ticked, succeeds and fails in some run, and that every state and
+/// transition of every machine is reached. It is to be proved only if `[prove]` names it.
+pub const ALL_REACHED: &str = "all_reached";
+/// The properties that no file describes.
+pub(crate) const GENERAL: [&str; 2] = [PROGRESS, ALL_REACHED];
 
 /// What comes of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +126,44 @@ pub struct MessageAssumption {
     pub on: Vec<[Spanned<String>; 2]>,
 }
 
+/// The faults that may occur in a run.
+#[derive(Clone, Debug, Default)]
+pub struct FaultAssumption {
+    /// How many may begin.
+    pub count: u8,
+    /// The faults: what happens, and to which component, or with which mistake.
+    pub allowed: Vec<(AllowedFault, Spanned<String>)>,
+}
+
+/// A kind of fault of the catalogue that can be part of a proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AllowedFault {
+    /// A component crashes, and may begin anew.
+    Crash,
+    /// A component hangs, and may go on.
+    Frozen,
+    /// A component reports the opposite.
+    WrongReply,
+    /// A skill has a mistake.
+    Mutant,
+}
+
+impl AllowedFault {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Crash, Self::Frozen, Self::WrongReply, Self::Mutant];
+
+    /// The name of the kind in the catalogue.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Crash => "component_crash",
+            Self::Frozen => "component_frozen",
+            Self::WrongReply => "component_wrong_reply",
+            Self::Mutant => "skill_mutant",
+        }
+    }
+}
+
 /// A machine that a proof uses in place of a component.
 #[derive(Clone, Debug)]
 pub struct StandIn {
@@ -138,6 +186,7 @@ impl Default for ProveEntry {
             battery: BatteryAssumption::Free,
             trips: TripAssumption::default(),
             messages: MessageAssumption::default(),
+            faults: FaultAssumption::default(),
             drivers_anywhere: false,
             components: Vec::new(),
         }
@@ -159,6 +208,7 @@ impl ProveEntry {
         let battery = table.table("battery").optional().map_or(Some(BatteryAssumption::Free), read_battery);
         let trips = table.table("trips").optional().map_or_else(TripAssumption::default, read_trips);
         let messages = table.table("messages").optional().map_or_else(MessageAssumption::default, read_messages);
+        let faults = table.table("faults").optional().map_or_else(FaultAssumption::default, read_faults);
         let drivers = table.one_of("drivers", &[("between-steps", false), ("anywhere", true)]).or(false);
         let components = table.table("components").optional().map_or_else(Vec::new, read_stand_ins);
         let expect = table.table("expect").optional().map_or_else(Vec::new, read_expect);
@@ -166,7 +216,9 @@ impl ProveEntry {
         let is_asked = |name: &Spanned<String>| {
             let here: Vec<_> =
                 properties.iter().filter(|asked| asked.span.source().name() == name.span.source().name()).collect();
-            here.is_empty() || here.iter().any(|asked| asked.value == name.value)
+            GENERAL.contains(&name.value.as_str())
+                || here.is_empty()
+                || here.iter().any(|asked| asked.value == name.value)
         };
         for (name, _) in expect.iter().filter(|(name, _)| !is_asked(name)) {
             let problem = name.span.problem(format!("`{}` is not among `prove.properties`", name.value));
@@ -181,6 +233,7 @@ impl ProveEntry {
             battery: battery?,
             trips,
             messages,
+            faults,
             drivers_anywhere: drivers,
             components,
         })
@@ -207,7 +260,14 @@ impl ProveEntry {
 }
 
 fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
-    let drain_pct = table.number("drain_pct_per_tick").within(0.0..=100.0).optional();
+    let drain = table.number("drain_pct_per_tick").try_map(|pct, span| match (0.0..=100.0).contains(&pct) {
+        true => Ok(pct),
+        false => {
+            let problem = span.problem("`drain_pct_per_tick` must lie between 0 and 100").with_label("this value");
+            Err(problem.with_help("0 is a battery that never drains; without the key, its level may jump to anything"))
+        }
+    });
+    let drain_pct = drain.optional();
     let charge_pct = table.number("charge_pct_per_tick").within(0.0..=100.0).optional();
     let start_pct = table.get::<Range>("start_pct").optional();
     if drain_pct.is_none() && !table.has("drain_pct_per_tick") {
@@ -291,6 +351,21 @@ fn read_messages(table: Table<'_>) -> MessageAssumption {
         report("on", "lost, repeated or delayed");
     }
     MessageAssumption { lose, repeat, delay, hold, on }
+}
+
+fn read_faults(table: Table<'_>) -> FaultAssumption {
+    let count = u8::try_from(table.get::<u64>("count").within(1..=9).or(1)).unwrap_or(u8::MAX);
+    let named = |kind: AllowedFault| {
+        let Names(names) = table.get(kind.name()).or(Names(Vec::new()));
+        names.into_iter().map(move |name| (kind, name))
+    };
+    let allowed: Vec<_> = AllowedFault::ALL.into_iter().flat_map(named).collect();
+    for (_, span) in table.keys().filter(|(key, _)| *key == "count" && allowed.is_empty()) {
+        let problem = span.problem("`count` says nothing where no fault may occur");
+        table
+            .report(problem.with_label("this assumption").with_help("name faults: `component_crash = \"Navigation\"`"));
+    }
+    FaultAssumption { count, allowed }
 }
 
 fn read_stand_ins(table: Table<'_>) -> Vec<StandIn> {

@@ -187,6 +187,7 @@ impl Macrostep<'_, '_> {
         let chart = self.chart;
         let state = chart.state(id);
         self.machine.configuration.insert(id.index());
+        self.machine.scratch.entered.insert(id.index());
         if !state.invokes.is_empty() {
             self.machine.to_invoke.insert(id.index());
         }

@@ -21,10 +21,15 @@ impl Machine {
     pub fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.check()?;
         self.scratch.taken.clear();
+        self.scratch.entered.clear();
         form.queue(self.timers.len(), || {
             format!("more than {} delayed events wait in {}", NormalForm::QUEUE, self.chart.name())
         })?;
-        self.timers.iter_mut().for_each(|timer| form.time(&mut timer.due));
+        for timer in &mut self.timers {
+            form.time(&mut timer.due);
+            // What is overdue, because the machine was suspended, fires as soon as it can.
+            timer.due = timer.due.max(NormalForm::NOW);
+        }
         if !self.may_look_back() {
             self.event = None;
             self.event_object = Unobserved::default();

@@ -1,10 +1,10 @@
 //! Runs to states that were found, and what is wrong with states once all are known: deadlocks and livelocks.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use super::{Bad, Desk, End, Search};
 use crate::path::{Path, PathStep};
-use crate::semantics::Fate;
+use crate::semantics::{Fate, Label};
 
 impl Search<'_> {
     /// A run to a state, and on to one of its successors: a shortest one, of all that there are the first.
@@ -92,43 +92,98 @@ impl Search<'_> {
         })
     }
 
-    /// The first state on a cycle on which no time passes.
+    /// The first state on a cycle on which processes communicate and nothing else happens: the smallest number in a
+    /// strongly connected component (Tarjan).
     fn livelock(&self) -> Option<u32> {
-        #[derive(Clone, Copy, PartialEq, Eq)]
-        enum Color {
-            New,
-            Open,
-            Done,
-        }
         let mut desk = Desk::default();
-        let mut colors = vec![Color::New; self.store.len() as usize];
+        // When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
+        let mut reached = vec![0_u32; self.store.len() as usize];
+        let (mut time, mut first) = (0, None);
+        let mut component = Vec::new();
         for start in 0..self.store.len() {
-            let mut open: Vec<(u32, Vec<(usize, u32)>)> = Vec::new();
-            let mut next = Some(start);
+            let mut open: Vec<Open> = Vec::new();
+            let mut next = (reached[start as usize] == 0).then_some(start);
             loop {
-                if let Some(number) = next.take()
-                    && colors[number as usize] == Color::New
-                {
-                    let successors = self.successors(number, &mut desk);
-                    let is_quiet = desk.successors.is_quiet;
-                    colors[number as usize] = if is_quiet { Color::Done } else { Color::Open };
-                    if !is_quiet {
-                        open.push((number, successors));
-                    }
+                if let Some(number) = next.take() {
+                    time += 1;
+                    reached[number as usize] = time;
+                    component.push(number);
+                    open.push(Open { number, lowest: time, rest: self.communications(number, &mut desk) });
                 }
-                let Some((number, successors)) = open.last_mut() else { break };
-                match successors.pop() {
-                    Some((_, successor)) if colors[successor as usize] == Color::Open => return Some(successor),
-                    Some((_, successor)) => next = Some(successor),
-                    None => {
-                        colors[*number as usize] = Color::Done;
-                        open.pop();
+                let Some(top) = open.last_mut() else { break };
+                if let Some((_, successor)) = top.rest.pop() {
+                    match reached[successor as usize] {
+                        0 => next = Some(successor),
+                        u32::MAX => {}
+                        earlier => {
+                            top.lowest = top.lowest.min(earlier);
+                            if successor == top.number {
+                                first = Some(first.map_or(successor, |first| successor.min(first)));
+                            }
+                        }
                     }
+                    continue;
+                }
+                let Some(Open { number, lowest, .. }) = open.pop() else { break };
+                if let Some(below) = open.last_mut() {
+                    below.lowest = below.lowest.min(lowest);
+                }
+                if lowest == reached[number as usize] {
+                    let begin = component.iter().rposition(|member| *member == number).unwrap_or(0);
+                    if component.len() - begin > 1 {
+                        first = component[begin..].iter().copied().chain(first).min();
+                    }
+                    component.drain(begin..).for_each(|member| reached[member as usize] = u32::MAX);
                 }
             }
         }
-        None
+        first
     }
+
+    /// The successors of a state that are reached by communication alone; none if time passes there.
+    fn communications(&self, number: u32, desk: &mut Desk) -> Vec<(usize, u32)> {
+        let mut successors = self.successors(number, desk);
+        successors.retain(|(index, _)| {
+            !desk.successors.is_quiet && !matches!(desk.successors.label(*index), Label::Drive { .. })
+        });
+        successors
+    }
+
+    /// A run to a state on a cycle of communications, and once around a shortest one.
+    pub(super) fn path_around(&self, number: u32) -> Path {
+        let mut desk = Desk::default();
+        let mut known: HashMap<u32, (u32, usize)> = HashMap::new();
+        let mut queue = VecDeque::from([number]);
+        while let Some(from) = queue.pop_front().filter(|_| !known.contains_key(&number)) {
+            for (index, successor) in self.communications(from, &mut desk) {
+                known.entry(successor).or_insert_with(|| {
+                    queue.push_back(successor);
+                    (from, index)
+                });
+            }
+        }
+        let mut around = Vec::new();
+        let mut target = number;
+        while let Some((from, index)) = known.get(&target) {
+            around.push(self.steps(*from, *index, &mut desk));
+            target = *from;
+            if target == number {
+                break;
+            }
+        }
+        let mut path = self.path_to(number, None);
+        path.cycle = around.iter().map(Vec::len).sum();
+        path.steps.extend(around.into_iter().rev().flatten());
+        path
+    }
+}
+
+/// A state whose successors are being visited.
+struct Open {
+    number: u32,
+    /// When the first state was reached to which there is a way back from here.
+    lowest: u32,
+    rest: Vec<(usize, u32)>,
 }
 
 /// The guarantee about states that were stored.

@@ -163,7 +163,7 @@ fn channel_effect(
 }
 
 /// The opposite of a message, if there is one that the channel can carry.
-fn opposite(topology: &Topology, channel: ChannelId) -> Corruption {
+pub(crate) fn opposite(topology: &Topology, channel: ChannelId) -> Corruption {
     let domain = topology.get(channel).domain.clone();
     Arc::new(move |message| {
         let values = message.fields().iter().enumerate();

@@ -1,0 +1,161 @@
+//! What is never reached: nodes of the tree, states and transitions of machines.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bt::{Node, NodeId, Outcome, Status, Tree, outcomes_known_to};
+use channels::{ChannelSystem, Process, ProcessId};
+use diagnostics::Span;
+use explorer::Onlooker;
+use skills::{Chart, SkillProcess, StateId, TransitionId};
+
+use super::faults::inside;
+
+/// Something that happens in no run.
+#[derive(Clone, Debug)]
+pub struct Unreached {
+    /// What kind of thing it is about.
+    pub kind: Unreachable,
+    /// What never happens: `GoToDestination never fails`.
+    pub words: String,
+    /// Where the node, the state or the transition is written.
+    pub place: Span,
+}
+
+/// What may never be reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unreachable {
+    /// A node of the tree, or an answer of it.
+    Node,
+    /// A state of a machine.
+    State,
+    /// A transition of a machine.
+    Transition,
+}
+
+impl Unreachable {
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Node => "node",
+            Self::State => "state",
+            Self::Transition => "transition",
+        }
+    }
+}
+
+/// Looks at everything that happens in a system.
+#[derive(Debug)]
+pub(super) struct Coverage {
+    tree: Option<Arc<Tree>>,
+    /// The processes that run a machine, by name.
+    machines: Vec<(ProcessId, String, Arc<Chart>)>,
+    seen: Mutex<Seen>,
+}
+
+/// What has happened; nodes, states and transitions by their indices.
+#[derive(Debug, Default)]
+struct Seen {
+    outcomes: BTreeSet<(usize, &'static str)>,
+    states: BTreeSet<(ProcessId, usize)>,
+    transitions: BTreeSet<(ProcessId, usize)>,
+}
+
+impl Coverage {
+    pub(super) fn new(tree: Option<&Arc<Tree>>, system: &ChannelSystem) -> Self {
+        let topology = system.topology();
+        let machine = |id| {
+            let chart = system.process::<SkillProcess>(id)?.machine().chart();
+            Some((id, topology.name(id).to_owned(), Arc::clone(chart)))
+        };
+        let machines = topology.processes().filter_map(machine).collect();
+        Self { tree: tree.cloned(), machines, seen: Mutex::default() }
+    }
+
+    /// What has never happened, in the order of tree and machines: nodes below one that is never ticked, and what is
+    /// inside a state that is never entered, are left out.
+    pub(super) fn unreached(&self) -> Vec<Unreached> {
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut unreached: Vec<Unreached> = self.tree.iter().flat_map(|tree| of_tree(tree, &seen)).collect();
+        for (process, name, chart) in &self.machines {
+            of_machine(*process, name, chart, &seen, &mut unreached);
+        }
+        unreached
+    }
+}
+
+impl Onlooker for Coverage {
+    fn see(&self, id: ProcessId, process: &dyn Process) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let outcomes = outcomes_known_to(process);
+        seen.outcomes.extend(outcomes.into_iter().map(|(node, outcome)| (node.index(), outcome.name())));
+        let Some(skill) = inside(process).as_any().downcast_ref::<SkillProcess>() else { return };
+        let machine = skill.machine();
+        // A fault may have replaced it.
+        if self.machines.iter().any(|(known, _, chart)| *known == id && Arc::ptr_eq(chart, machine.chart())) {
+            seen.states.extend(machine.entered().map(|state| (id, state.index())));
+            seen.transitions.extend(machine.taken().map(|transition| (id, transition.index())));
+        }
+    }
+}
+
+fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {
+    let has = |node: NodeId, outcome: Outcome| seen.outcomes.contains(&(node.index(), outcome.name()));
+    let answers = |node, status| has(node, Outcome::Answered(status));
+    // A node that is only skipped is not ticked: a script keeps it from that, or all its children are skipped.
+    let is_ticked = |node| {
+        has(node, Outcome::Halted)
+            || [Status::Running, Status::Success, Status::Failure].iter().any(|status| answers(node, *status))
+    };
+    let mut unreached = Vec::new();
+    for node in tree.nodes() {
+        let id = node.id();
+        let mut add = |what: &str| {
+            let source = &tree.sources()[node.file()];
+            let span = node.span();
+            let place = source.span(span.offset()..span.offset() + span.len());
+            unreached.push(Unreached { kind: Unreachable::Node, words: format!("{} {what}", named(node)), place });
+        };
+        if !is_ticked(id) {
+            if node.parent().is_none_or(is_ticked) {
+                add("is never ticked");
+            }
+            continue;
+        }
+        for (status, what) in [(Status::Success, "never succeeds"), (Status::Failure, "never fails")] {
+            if node.kind().may_answer(status) && !answers(id, status) {
+                add(what);
+            }
+        }
+    }
+    unreached
+}
+
+/// A node in a few words.
+fn named(node: &Node) -> String {
+    if node.kind().is_leaf() { node.process().to_owned() } else { format!("{} ({})", node.label(), node.id()) }
+}
+
+fn of_machine(process: ProcessId, name: &str, chart: &Chart, seen: &Seen, unreached: &mut Vec<Unreached>) {
+    let is_entered = |state: StateId| state == chart.root() || seen.states.contains(&(process, state.index()));
+    for state in chart.states().filter(|state| *state != chart.root()) {
+        let written = chart.state(state);
+        if matches!(written.kind(), skills::StateKind::History(_)) || !written.parent().is_none_or(is_entered) {
+            continue;
+        }
+        let place = |range| chart.file().span(range);
+        if !is_entered(state) {
+            let words = format!("{name}: the state `{}` is never entered", written.id());
+            unreached.push(Unreached { kind: Unreachable::State, words, place: place(written.span()) });
+            continue;
+        }
+        let is_taken = |id: &TransitionId| seen.transitions.contains(&(process, id.index()));
+        for id in written.transitions().iter().filter(|id| !is_taken(id)) {
+            let transition = chart.transition(*id);
+            let label = chart.label(transition);
+            let words = format!("{name}: in `{}`, the transition {label} is never taken", written.id());
+            unreached.push(Unreached { kind: Unreachable::Transition, words, place: place(transition.span()) });
+        }
+    }
+}

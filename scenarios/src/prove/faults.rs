@@ -1,0 +1,350 @@
+//! Faults that a proof allows: they begin and end as part of what the environment does.
+
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Action, ChannelId, ChannelSystem, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber,
+    Topology, TransitionId, Use,
+};
+use components::{BatteryReader, LOCALIZATION, Navigation};
+use devices::DeviceProcess;
+use diagnostics::Spanned;
+use explorer::{Environment, Instant, Move};
+use skills::{Chart, SkillProcess, mutate, mutations};
+
+use crate::error::Complaints;
+use crate::faults::opposite;
+use crate::names::unknown;
+use crate::scenario::{AllowedFault, Scenario};
+
+/// A fault that may begin and end at any time.
+#[derive(Clone, Debug)]
+pub(super) struct Fault {
+    pub(super) process: ProcessId,
+    pub(super) effect: Effect,
+    /// In words.
+    pub(super) begins: String,
+    pub(super) ends: String,
+}
+
+/// What a fault does, as in a run.
+#[derive(Clone, Debug)]
+pub(super) enum Effect {
+    /// The process does nothing; if it has crashed, it begins anew when the fault ends.
+    Outage { crashed: bool },
+    /// Its messages say the opposite.
+    WrongReply,
+    /// It runs another machine, from its initial state.
+    Machine { mutant: Box<SkillProcess>, sound: Box<SkillProcess> },
+}
+
+/// The faults that a scenario's `[prove.faults]` allows.
+pub(super) fn of(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (kind, name) in &scenario.file.prove.faults.allowed {
+        let fault = match kind {
+            AllowedFault::Mutant => mutated(scenario, system, name, complaints),
+            _ => of_component(scenario, system, *kind, name, complaints),
+        };
+        faults.extend(fault);
+    }
+    faults
+}
+
+fn of_component(
+    scenario: &Scenario,
+    system: &ChannelSystem,
+    kind: AllowedFault,
+    name: &Spanned<String>,
+    complaints: &mut Complaints,
+) -> Option<Fault> {
+    let known = || scenario.component_names();
+    let Some(process) =
+        known().find(|known| *known == name.value).and_then(|name| system.topology().find_process(name))
+    else {
+        complaints.push(unknown("component", name, known()));
+        return None;
+    };
+    let is_builtin = !scenario.components.contains_key(&name.value);
+    if kind == AllowedFault::Crash && name.value == LOCALIZATION && is_builtin {
+        let problem = name.span.problem("after a crash, Localization believes that the robot is where it started");
+        let help = "that depends on the map; allow `component_frozen` or `component_wrong_reply` instead";
+        complaints.push(problem.with_label("a proof cannot know what it says then").with_help(help));
+        return None;
+    }
+    let (effect, begins, ends) = match kind {
+        AllowedFault::Crash => (Effect::Outage { crashed: true }, "crashes", "begins anew"),
+        AllowedFault::Frozen => (Effect::Outage { crashed: false }, "hangs", "goes on"),
+        _ => (Effect::WrongReply, "reports the opposite of the truth", "reports the truth again"),
+    };
+    let words = |what: &str| format!("{} {what}", name.value);
+    Some(Fault { process, effect, begins: words(begins), ends: words(ends) })
+}
+
+fn mutated(
+    scenario: &Scenario,
+    system: &ChannelSystem,
+    name: &Spanned<String>,
+    complaints: &mut Complaints,
+) -> Option<Fault> {
+    let (skill, mistake) = name.value.split_once(": ").unwrap_or((&name.value, ""));
+    let Some((_, sound)) = scenario.machine_processes().find(|(known, _)| *known == skill) else {
+        let named = Spanned { value: skill.to_owned(), span: name.span.clone() };
+        complaints.push(unknown("skill", &named, scenario.machine_processes().map(|(known, _)| known)));
+        return None;
+    };
+    let file = sound.machine.file();
+    let all = complaints.note(mutations(file.name(), file.text()))?;
+    let Some(found) = all.iter().find(|mutation| mutation.to_string() == mistake) else {
+        let all: Vec<String> = all.iter().map(|mutation| format!("{skill}: {mutation}")).collect();
+        complaints.push(unknown("mutant", name, all.iter().map(String::as_str)));
+        return None;
+    };
+    let text = complaints.note(mutate(file.name(), file.text(), found))?;
+    let chart = complaints.note(Chart::load(&format!("{} ({mistake})", file.name()), &text))?;
+    let topology = system.topology();
+    let mutant = complaints.note(SkillProcess::new(skill, &chart, topology, sound.data_of(&chart)))?;
+    let process = topology.find_process(skill)?;
+    let sound = system.process::<SkillProcess>(process)?.clone();
+    Some(Fault {
+        process,
+        effect: Effect::Machine { mutant: Box::new(mutant), sound: Box::new(sound) },
+        begins: name.value.clone(),
+        ends: format!("{skill} runs its own machine again"),
+    })
+}
+
+/// What the faults are, to follow "may begin at any time".
+pub(super) fn in_words(faults: &[Fault]) -> String {
+    faults.iter().map(|fault| fault.begins.as_str()).collect::<Vec<_>>().join("; ")
+}
+
+/// Gives a system processes that may fail.
+pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Fault]) {
+    for fault in faults.iter().filter(|fault| !matches!(fault.effect, Effect::Machine { .. })) {
+        let Some(inner) = system.clone_process(fault.process).filter(|process| impaired(process.as_ref()).is_none())
+        else {
+            continue;
+        };
+        let topology = Arc::clone(system.topology());
+        let process = Impaired { inner, is_out: false, is_wrong: false, topology };
+        system.replace(fault.process, Box::new(process)).expect("it keeps its channels");
+    }
+}
+
+/// A process without what [`prepare`] has put around it.
+pub(super) fn inside(process: &dyn Process) -> &dyn Process {
+    impaired(process).map_or(process, |impaired| impaired.inner.as_ref())
+}
+
+fn impaired(process: &dyn Process) -> Option<&Impaired> {
+    process.as_any().downcast_ref()
+}
+
+/// A process that can be silent, or say the opposite of what it means.
+#[derive(Clone, Debug)]
+struct Impaired {
+    inner: Box<dyn Process>,
+    is_out: bool,
+    is_wrong: bool,
+    topology: Arc<Topology>,
+}
+
+impl PartialEq for Impaired {
+    fn eq(&self, other: &Self) -> bool {
+        self.inner.same_state(other.inner.as_ref()) && (self.is_out, self.is_wrong) == (other.is_out, other.is_wrong)
+    }
+}
+
+impl Eq for Impaired {}
+
+impl Hash for Impaired {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.inner.hash(state);
+        (self.is_out, self.is_wrong).hash(state);
+    }
+}
+
+impl Impaired {
+    /// Begins anew, as after a crash.
+    fn restart(&mut self, now: Duration) {
+        let process = self.inner.as_any_mut();
+        if let Some(skill) = process.downcast_mut::<SkillProcess>() {
+            *skill = skill.succeeding(skill, now);
+        } else if let Some(device) = process.downcast_mut::<DeviceProcess>() {
+            device.restart(now);
+        } else if let Some(battery) = process.downcast_mut::<BatteryReader>() {
+            battery.restart();
+        } else if let Some(navigation) = process.downcast_mut::<Navigation>() {
+            navigation.restart();
+        }
+    }
+}
+
+impl Process for Impaired {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        if self.is_out {
+            return;
+        }
+        let begin = offers.len();
+        self.inner.offers(offers);
+        for offer in offers[begin..].iter_mut().filter(|_| self.is_wrong) {
+            if let Action::Send(channel, envelope) = &mut offer.action {
+                envelope.message = opposite(&self.topology, *channel)(&envelope.message);
+            }
+        }
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
+        self.inner.take(transition, received, now);
+    }
+
+    fn next_timer(&self) -> Option<Duration> {
+        self.inner.next_timer().filter(|_| !self.is_out)
+    }
+
+    fn fire_timers(&mut self, now: Duration) {
+        self.inner.fire_timers(now);
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.inner.uses()
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        self.inner.awaits(requests);
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.inner.normalize(form)
+    }
+
+    fn location(&self) -> String {
+        self.inner.location()
+    }
+}
+
+/// An environment in which faults may begin and end: at each instant one of them.
+#[derive(Debug)]
+pub(super) struct WithFaults {
+    inner: Arc<dyn Environment>,
+    faults: Arc<[Fault]>,
+    /// How many may begin in a run.
+    count: u8,
+    driven: Vec<ProcessId>,
+}
+
+/// A fault begins or ends.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    index: usize,
+    begins: bool,
+}
+
+impl WithFaults {
+    pub(super) fn new(inner: Arc<dyn Environment>, faults: Vec<Fault>, count: u8) -> Self {
+        let mut driven = inner.driven().to_vec();
+        for fault in &faults {
+            if !driven.contains(&fault.process) {
+                driven.push(fault.process);
+            }
+        }
+        Self { inner, faults: faults.into(), count, driven }
+    }
+
+    /// What may happen to the faults, given how many may still begin and which are active.
+    fn changes(&self, left: i64, active: &[i64]) -> Vec<Option<Change>> {
+        let is_active = |index: &usize| active[*index] == 1;
+        let machine = |index: usize| matches!(self.faults[index].effect, Effect::Machine { .. });
+        // A skill runs one machine at a time.
+        let is_free = |index: usize| {
+            let same = |other: &usize| self.faults[*other].process == self.faults[index].process && machine(*other);
+            !machine(index) || !(0..active.len()).filter(is_active).any(|other| same(&other))
+        };
+        let mut changes = vec![None];
+        for index in 0..self.faults.len() {
+            match is_active(&index) {
+                true => changes.push(Some(Change { index, begins: false })),
+                false if left > 0 && is_free(index) => changes.push(Some(Change { index, begins: true })),
+                false => {}
+            }
+        }
+        changes
+    }
+
+    fn with(&self, told: &Move, change: Option<Change>, left: i64, active: &[i64]) -> Move {
+        let (mut active, mut left) = (active.to_vec(), left);
+        let mut words = told.words.clone();
+        if let Some(Change { index, begins }) = change {
+            active[index] = i64::from(begins);
+            left -= i64::from(begins);
+            let fault = &self.faults[index];
+            let happens = if begins { &fault.begins } else { &fault.ends };
+            words = if words.is_empty() { happens.clone() } else { format!("{words}, {happens}") };
+        }
+        let (update, faults, now_active) = (Arc::clone(&told.update), Arc::clone(&self.faults), active.clone());
+        let is_inner = self.inner.driven().to_vec();
+        let update = move |id: ProcessId, process: &mut dyn Process, now: Duration| {
+            let drive = |process: &mut dyn Process| {
+                if is_inner.contains(&id) {
+                    update(id, process, now);
+                }
+            };
+            let changed = change.map(|change| (&faults[change.index], change.begins));
+            let changed = changed.filter(|(fault, _)| fault.process == id);
+            // What ends has ended when the drivers act, and what begins has not begun.
+            match process.as_any_mut().downcast_mut::<Impaired>() {
+                Some(impaired) => {
+                    let (was_out, of_it) = (impaired.is_out, |effect: fn(&Effect) -> bool| {
+                        let active = now_active.iter().zip(faults.iter()).filter(|(active, _)| **active == 1);
+                        active.filter(|(_, fault)| fault.process == id).any(|(_, fault)| effect(&fault.effect))
+                    });
+                    impaired.is_out = of_it(|effect| matches!(effect, Effect::Outage { .. }));
+                    impaired.is_wrong = of_it(|effect| matches!(effect, Effect::WrongReply));
+                    if let Some((Fault { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
+                        impaired.restart(now);
+                    }
+                    if !(was_out && impaired.is_out) {
+                        drive(impaired.inner.as_mut());
+                    }
+                }
+                None => drive(process),
+            }
+            if let Some((Fault { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed {
+                let process = match process.as_any_mut().is::<Impaired>() {
+                    true => process.as_any_mut().downcast_mut::<Impaired>().map(|it| it.inner.as_any_mut()),
+                    false => Some(process.as_any_mut()),
+                };
+                if let Some(skill) = process.and_then(|process| process.downcast_mut::<SkillProcess>()) {
+                    *skill = if begins { mutant } else { sound }.succeeding(skill, now);
+                }
+            }
+        };
+        let state = told.state.iter().copied().chain([left]).chain(active).collect();
+        Move { state, update: Arc::new(update), words }
+    }
+}
+
+impl Environment for WithFaults {
+    fn driven(&self) -> &[ProcessId] {
+        &self.driven
+    }
+
+    fn start(&self) -> Vec<i64> {
+        let none = self.faults.iter().map(|_| 0);
+        self.inner.start().into_iter().chain([i64::from(self.count)]).chain(none).collect()
+    }
+
+    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
+        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
+        let (left, active) = (faults[0], &faults[1..]);
+        let driven: Vec<&dyn Process> = driven[..self.inner.driven().len()].iter().map(|it| inside(*it)).collect();
+        let changes = self.changes(left, active);
+        let moves = self.inner.moves(state, &driven, instant);
+        let with =
+            |told: &Move| changes.iter().map(|change| self.with(told, *change, left, active)).collect::<Vec<_>>();
+        moves.iter().flat_map(with).collect()
+    }
+}

@@ -1,0 +1,101 @@
+//! Mutants: a scenario with one mistake in a skill or in its tree.
+
+use std::sync::Arc;
+
+use bt::Tree;
+use skills::{Chart, SkillProcess, mutate, mutations};
+
+use super::{Proof, thresholds};
+use crate::Error;
+use crate::error::Complaints;
+
+/// One mistake in a skill or in the tree.
+#[derive(Clone, Debug)]
+pub struct Mutant {
+    /// The mistake, in words.
+    pub words: String,
+    change: Change,
+}
+
+#[derive(Clone, Debug)]
+enum Change {
+    Skill(String, Arc<Chart>),
+    Tree(Arc<Tree>),
+}
+
+impl Mutant {
+    /// The skill in which the mistake is; `None` if it is in the tree.
+    #[must_use]
+    pub fn skill(&self) -> Option<&str> {
+        match &self.change {
+            Change::Skill(name, _) => Some(name),
+            Change::Tree(_) => None,
+        }
+    }
+}
+
+impl Proof {
+    /// All mistakes of one step in the skills, as the fault `skill_mutant` knows them, and in the tree.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if a machine of a skill cannot be changed.
+    pub fn mutants(&self) -> Result<Vec<Mutant>, Error> {
+        let mut mutants = Vec::new();
+        for (name, skill) in &self.scenario.skills {
+            let file = skill.machine.file();
+            for mistake in mutations(file.name(), file.text()).map_err(Error::bad_input)? {
+                let text = mutate(file.name(), file.text(), &mistake).map_err(Error::bad_input)?;
+                let chart = Chart::load(&format!("{} ({mistake})", file.name()), &text).map_err(Error::bad_input)?;
+                mutants.push(Mutant { words: mistake.to_string(), change: Change::Skill(name.clone(), chart) });
+            }
+        }
+        let of_tree = self.scenario.tree.iter().flat_map(|tree| bt::mutants(tree));
+        let mutant = |bt::Mutant { words, tree }| Mutant { words, change: Change::Tree(Arc::new(tree)) };
+        mutants.extend(of_tree.map(mutant));
+        Ok(mutants)
+    }
+
+    /// The same questions about a mutant.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the mutant does not fit into the scenario: that is noticed before anything runs.
+    pub fn about(&self, mutant: &Mutant) -> Result<Self, Error> {
+        let mut scenario = (*self.scenario).clone();
+        match &mutant.change {
+            Change::Skill(name, chart) => {
+                let skill = scenario.skills.get_mut(name).expect("it is a skill of the scenario");
+                skill.machine = Arc::clone(chart);
+                let topology = self.system.topology();
+                let process =
+                    SkillProcess::new(name, chart, topology, skill.data_of(chart)).map_err(Error::bad_input)?;
+                let id = topology.find_process(name).expect("every skill is a process");
+                let mut system = self.system.fork();
+                system
+                    .replace(id, Box::new(process))
+                    .map_err(|error| Error::refused(error.to_string(), "report it"))?;
+                let mut complaints = Complaints::default();
+                let thresholds = match self.thresholds.is_empty() {
+                    true => self.thresholds.clone(),
+                    false => thresholds::of_machines(&scenario, &mut complaints),
+                };
+                complaints.check()?;
+                Ok(Self {
+                    scenario: Arc::new(scenario),
+                    system,
+                    ids: self.ids.clone(),
+                    monitoring: Arc::clone(&self.monitoring),
+                    thresholds,
+                    damaged: self.damaged.clone(),
+                    faults: self.faults.clone(),
+                    questions: self.questions.clone(),
+                })
+            }
+            Change::Tree(tree) => {
+                scenario.skills.retain(|name, _| tree.leaves().any(|leaf| leaf.process() == name));
+                scenario.tree = Some(Arc::clone(tree));
+                let only: Vec<String> = self.questions.iter().map(|question| question.property.clone()).collect();
+                Self::new(Arc::new(scenario), &only)
+            }
+        }
+    }
+}

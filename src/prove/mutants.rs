@@ -1,0 +1,199 @@
+//! `steward prove --mutants`: which mistake in a skill or in the tree is noticed by which property.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::sync::atomic::AtomicBool;
+
+use campaigns::Error;
+use explorer::Limits;
+use reports::junit::{Case, CaseResult, Suite};
+use scenarios::prove::{Mutant, Proof, Question, Subject};
+use scenarios::scenario::ProofOutcome;
+use serde_json::{Value, json};
+
+use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
+use crate::progress::Bar;
+
+/// What has come of the mutants of a scenario.
+pub(super) struct Mutants {
+    proof: Proof,
+    mutants: Vec<(Mutant, Fate)>,
+}
+
+/// What has come of a mutant.
+enum Fate {
+    /// These properties are violated.
+    Killed(Vec<String>),
+    /// It does not fit into the scenario, for this reason.
+    Misfit(String),
+    Survives,
+    /// These properties are not decided, and none is violated.
+    Undecided(Vec<String>),
+}
+
+impl Fate {
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Killed(_) => "killed",
+            Self::Misfit(_) => "does not fit",
+            Self::Survives => "survives",
+            Self::Undecided(_) => "not decided",
+        }
+    }
+}
+
+/// Whether a mutant can violate it: what is violated anyway says nothing about mutants, and what is never reached
+/// neither.
+fn counts(question: &&Question) -> bool {
+    question.expected == ProofOutcome::Proved && question.subject != Subject::AllReached
+}
+
+impl Mutants {
+    /// Proves the properties about each mutant, on all cores, until it is stopped.
+    pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Self, Error> {
+        let mutants = proof.mutants()?;
+        let threads = limits.threads;
+        let limits = Limits { threads: 1, memory: limits.memory / threads, ..limits.clone() };
+        let bar = Bar::new(silent, "mutants");
+        let mut fates = Vec::with_capacity(mutants.len());
+        batch::in_order(
+            0..mutants.len() as u64,
+            threads,
+            stop,
+            |index| fate(&proof, &mutants[index as usize], &limits),
+            |_, fate| {
+                fates.push(fate);
+                bar.show(fates.len(), mutants.len());
+                Ok::<bool, Error>(true)
+            },
+        )?;
+        bar.finish();
+        Ok(Self { proof, mutants: mutants.into_iter().zip(fates).collect() })
+    }
+
+    /// A table, and what survives.
+    pub(super) fn in_words(&self) -> Text {
+        // Writing to a string cannot fail.
+        let mut text = Text::from("\n  ");
+        let mut rows: BTreeMap<(bool, &str), [usize; 4]> = BTreeMap::new();
+        let mut killers: BTreeMap<&str, usize> = BTreeMap::new();
+        for (mutant, fate) in &self.mutants {
+            let row = rows.entry((mutant.skill().is_none(), place(mutant))).or_default();
+            row[0] += 1;
+            match fate {
+                Fate::Killed(by) => {
+                    row[1] += 1;
+                    by.iter().for_each(|property| *killers.entry(property).or_default() += 1);
+                }
+                Fate::Misfit(_) => row[1] += 1,
+                Fate::Survives => row[2] += 1,
+                Fate::Undecided(_) => row[3] += 1,
+            }
+        }
+        let width = rows.keys().map(|(_, name)| name.chars().count()).fold(10, usize::max);
+        let titles =
+            format!("{:<width$}  {:>5}  {:>6}  {:>7}  {:>11}", "mutants of", "all", "killed", "survive", "not decided");
+        text.paint(HEAD, &titles, 0);
+        let _ = writeln!(text);
+        let mut sum = [0; 4];
+        for ((_, name), row) in rows {
+            let [all, killed, survive, open] = row;
+            let _ = writeln!(text, "  {name:<width$}  {all:>5}  {killed:>6}  {survive:>7}  {open:>11}");
+            sum.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
+        }
+        let [all, killed, survive, open] = sum;
+        let _ = writeln!(text, "  {:<width$}  {all:>5}  {killed:>6}  {survive:>7}  {open:>11}\n", "all");
+        let misfits = self.mutants.iter().filter(|(_, fate)| matches!(fate, Fate::Misfit(_))).count();
+        let mut killers: Vec<String> = killers.iter().map(|(name, count)| format!("{name} {count}")).collect();
+        killers.extend((misfits > 0).then(|| format!("before anything runs {misfits}")));
+        let _ = writeln!(text, "killed by: {}", killers.join(", "));
+        for (title, style, wanted) in [("survives", BAD, "survives"), ("not decided", OPEN, "not decided")] {
+            let such: Vec<&Mutant> =
+                self.mutants.iter().filter(|(_, fate)| fate.word() == wanted).map(|(mutant, _)| mutant).collect();
+            if such.is_empty() {
+                continue;
+            }
+            let _ = writeln!(text);
+            text.paint(style, title, 0);
+            let _ = writeln!(text);
+            for mutant in such {
+                let _ = writeln!(text, "  {}", in_words(mutant));
+            }
+        }
+        if survive + open == 0 {
+            text.paint(GOOD, "no mutant survives", 0);
+            let _ = writeln!(text);
+        }
+        text
+    }
+
+    pub(super) fn as_json(&self) -> Value {
+        let of = |(mutant, fate): &(Mutant, Fate)| {
+            let killed_by: &[String] = if let Fate::Killed(by) = fate { by } else { &[] };
+            let undecided: &[String] = if let Fate::Undecided(by) = fate { by } else { &[] };
+            let reason = if let Fate::Misfit(reason) = fate { Some(reason) } else { None };
+            json!({
+                "skill": mutant.skill(),
+                "mutant": mutant.words,
+                "result": fate.word(),
+                "killed_by": killed_by,
+                "not_decided": undecided,
+                "reason": reason,
+            })
+        };
+        let properties = self.proof.questions().iter().filter(counts).map(|question| &question.property);
+        json!({
+            "scenario": self.proof.scenario().name,
+            "assumptions": self.proof.assumptions(),
+            "properties": properties.collect::<Vec<_>>(),
+            "mutants": self.mutants.iter().map(of).collect::<Vec<_>>(),
+        })
+    }
+
+    /// A case per mutant. One that survives is left out: it may be a mistake that changes nothing.
+    pub(super) fn suite(&self) -> Suite {
+        let case = |(mutant, fate): &(Mutant, Fate)| Case {
+            group: "mutants",
+            name: in_words(mutant),
+            result: match fate {
+                Fate::Killed(_) | Fate::Misfit(_) => CaseResult::Passed,
+                Fate::Survives | Fate::Undecided(_) => CaseResult::Skipped(fate.word().to_owned()),
+            },
+        };
+        let facts = vec![
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("assumptions", self.proof.assumptions().join(" ")),
+        ];
+        Suite::new(&self.proof.scenario().name, facts, self.mutants.iter().map(case).collect())
+    }
+}
+
+fn place(mutant: &Mutant) -> &str {
+    mutant.skill().unwrap_or("the tree")
+}
+
+/// As the fault `skill_mutant` names it.
+fn in_words(mutant: &Mutant) -> String {
+    format!("{}: {}", place(mutant), mutant.words)
+}
+
+fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
+    let about = match proof.about(mutant) {
+        Ok(about) => about,
+        Err(error) => return Fate::Misfit(error.to_string()),
+    };
+    let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
+    for question in about.questions().iter().filter(counts) {
+        let outcome = about.prove(question, limits, &mut |_| ()).ok().and_then(|answer| answer.outcome());
+        match outcome {
+            Some(ProofOutcome::Proved) => {}
+            Some(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
+            None => undecided.push(question.property.clone()),
+        }
+    }
+    match (killed_by.as_slice(), undecided.as_slice()) {
+        ([], []) => Fate::Survives,
+        ([], _) => Fate::Undecided(undecided),
+        _ => Fate::Killed(killed_by),
+    }
+}
