@@ -1,5 +1,7 @@
 //! `steward localize --map MAP.yaml --log LOG`: localization on a recorded robot.
 
+mod log;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,7 +13,7 @@ use diagnostics::Staging;
 use drawing::{MapPicture, Renderer, Trajectories};
 use maps::OccupancyGrid;
 use nav::Atlas;
-use robot::recorded::{Recording, RecordingError};
+use robot::recorded::Recording;
 use serde_json::json;
 use trials::replay::fit::Fit;
 use trials::replay::starts::{Start, WITHIN_M, try_starts};
@@ -20,18 +22,22 @@ use trials::replay::{Conditions, Course, Score, Stretch, replay};
 use crate::named_files;
 use crate::output::{print_json, say};
 
+pub(crate) use log::{Log, TopicArgs, open_log};
+
 /// The name of the results' file.
 const TRAJECTORIES: &str = "trajectories.csv";
 
 /// A log and the map of where it was recorded.
 #[derive(Debug, Args)]
 pub(crate) struct LocalizeArgs {
-    /// The map: a file in ROS `map_server` format, or the name of a shipped one
+    /// The map: a file in ROS `map_server` format, or the name of a shipped one [default: the one in the bag]
     #[arg(long, value_name = "MAP.yaml")]
-    map: PathBuf,
-    /// The log, in CARMEN's format (.log or .log.gz)
+    map: Option<PathBuf>,
+    /// The log, in CARMEN's format (.log or .log.gz), or a bag of ROS 2
     #[arg(long)]
     log: PathBuf,
+    #[command(flatten)]
+    topics: TopicArgs,
     /// Starts without a pose instead of from the first corrected one
     #[arg(long)]
     global: bool,
@@ -56,6 +62,12 @@ pub(crate) struct LocalizeArgs {
     out: Option<PathBuf>,
 }
 
+impl LocalizeArgs {
+    fn map_name(&self) -> String {
+        self.map.as_ref().map_or_else(|| "of the bag".to_owned(), |path| path.display().to_string())
+    }
+}
+
 /// A share, as a number from 0 to 1 or in percent.
 fn share(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
@@ -68,13 +80,21 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Replays the log and prints how far off the estimates were.
 pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
-    let map = Arc::new(named_files::map(&args.map)?);
-    let recording = Arc::new(open_log(&args.log)?);
+    let Log { recording, map } = open_log(&args.log, &args.topics)?;
+    let map = match (&args.map, map) {
+        (Some(path), _) => named_files::map(path)?,
+        (None, Some(map)) => map,
+        (None, None) => {
+            let message = format!("{} has no map", args.log.display());
+            return Err(Error::refused(message, "add `--map MAP.yaml`"));
+        }
+    };
+    let (map, recording) = (Arc::new(map), Arc::new(recording));
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
     let atlas = Arc::new(atlas.map_err(|error| {
         Error::refused(
-            format!("{}: {error}", args.map.display()),
+            format!("{}: {error}", args.map_name()),
             "a robot can be localized only on a map that has free cells",
         )
     })?);
@@ -106,26 +126,6 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads a log, and prints on stderr what is wrong with its lines.
-pub(crate) fn open_log(path: &Path) -> Result<Recording, Error> {
-    let help = "a log is a text in CARMEN's format, plain or gzipped, with ODOM and FLASER lines";
-    let name = path.display();
-    let bytes = diagnostics::from_disk_or_pipe(path)
-        .map_err(|error| Error::refused(format!("cannot read the log {name}: {error}"), help))?;
-    let recording = Recording::read(&bytes).map_err(|error| {
-        let complaints = match &error {
-            RecordingError::NoScans { complaints } | RecordingError::Unusable { complaints, .. } => {
-                complaints.as_slice()
-            }
-            _ => &[],
-        };
-        complaints.iter().for_each(|complaint| crate::output::note(&format!("{name}: {complaint}")));
-        Error::refused(format!("{name}: {error}"), help)
-    })?;
-    recording.complaints().iter().for_each(|complaint| crate::output::note(&format!("{name}: {complaint}")));
-    Ok(recording)
-}
-
 fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<Fit, Error> {
     let Some(fit) = Fit::of(recording, map) else {
         let message = format!("{}: no beam of the log hits anything", args.log.display());
@@ -136,7 +136,7 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
             crate::output::note(&format!(
                 "the map {} fits the log {} badly: at the log's corrected poses, {:.0} % of which are on free floor, only \
                  {:.0} % of beams end at an obstacle; the errors below include those of the map and the poses",
-                args.map.display(),
+                args.map_name(),
                 args.log.display(),
                 100.0 * fit.poses,
                 100.0 * fit.beams,
@@ -147,7 +147,7 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
     let message = format!(
         "the map {} does not fit the log {}: at the log's corrected poses, {:.0} % of which are on free floor, {:.0} % of \
          beams end at an obstacle",
-        args.map.display(),
+        args.map_name(),
         args.log.display(),
         100.0 * fit.poses,
         100.0 * fit.beams,
@@ -243,7 +243,7 @@ fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> S
 fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> serde_json::Value {
     let lost = score.lost.iter().map(|stretch| [stretch.from.as_secs_f64(), stretch.to.as_secs_f64()]);
     json!({
-        "map": args.map.display().to_string(),
+        "map": args.map_name(),
         "log": args.log.display().to_string(),
         "seed": args.seed,
         "global": args.global,

@@ -8,15 +8,17 @@ use clap::Args;
 use maps::{Cell, ImageFormat};
 use trials::replay::mapping::{MappingParameters, map_of};
 
-use crate::localize::open_log;
+use crate::localize::{Log, TopicArgs, open_log};
 use crate::output::say;
 
 /// A log, and how a map is made of it.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
-    /// The log, in CARMEN's format (.log or .log.gz)
+    /// The log, in CARMEN's format (.log or .log.gz), or a bag of ROS 2
     #[arg(long)]
     log: PathBuf,
+    #[command(flatten)]
+    topics: TopicArgs,
     /// Where the map goes: a YAML file, with the picture (PGM) beside it, or a folder [default: the log's name with
     /// .yaml, here]
     #[arg(long, value_name = "MAP.yaml|DIR")]
@@ -45,7 +47,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
         let message = format!("{} is there already", there.display());
         return Err(Error::refused(message, "`--force` replaces a map and its picture"));
     }
-    let recording = open_log(&args.log)?;
+    let Log { recording, .. } = open_log(&args.log, &args.topics)?;
     let parameters = MappingParameters {
         resolution_m: args.resolution,
         range_max_m: args.max_range,

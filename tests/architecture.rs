@@ -31,7 +31,7 @@ const ROOMS: [(&str, &[&str]); 25] = [
     ("drawing", &["maps"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "monitors", "bt"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
-    ("trials", &["batch", "maps", "robot", "sim", "nav", "drawing"]),
+    ("trials", &["bags", "batch", "maps", "robot", "sim", "nav", "drawing"]),
     (
         "scenarios",
         &[

@@ -9,8 +9,8 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use maps::{ImageFormat, pose};
 use nav::{Atlas, LocalizationParameters};
-use robot::recorded::LogWriter;
-use robot::{LaserSpec, Reading, RobotModel, Streams};
+use robot::recorded::{LogWriter, Record, Recording};
+use robot::{LaserSpec, Reading, RobotModel, Streams, VelocityCommand};
 use sim::{LaserConfig, SimConfig};
 use tempfile::{TempDir, tempdir};
 use trials::replay::drive::{Drive, route};
@@ -107,6 +107,136 @@ impl Folder {
         let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
         refusal(&arguments).split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
     }
+}
+
+/// CDR, little-endian.
+#[derive(Default)]
+struct Cdr(Vec<u8>);
+
+impl Cdr {
+    fn put<const N: usize>(mut self, bytes: [u8; N]) -> Self {
+        self.0.resize(self.0.len().next_multiple_of(N), 0);
+        self.0.extend(bytes);
+        self
+    }
+
+    fn reals(self, numbers: &[f64]) -> Self {
+        numbers.iter().fold(self, |cdr, number| cdr.put(number.to_le_bytes()))
+    }
+
+    fn floats(self, numbers: impl IntoIterator<Item = f64>) -> Self {
+        numbers.into_iter().fold(self, |cdr, number| cdr.put((number as f32).to_le_bytes()))
+    }
+
+    fn text(self, text: &str) -> Self {
+        let mut cdr = self.put((text.len() as u32 + 1).to_le_bytes());
+        cdr.0.extend(text.bytes().chain([0]));
+        cdr
+    }
+
+    fn header(self, time: Duration, frame: &str) -> Self {
+        self.put((time.as_secs() as u32).to_le_bytes()).put(time.subsec_nanos().to_le_bytes()).text(frame)
+    }
+
+    fn pose(self, pose: &maps::Pose) -> Self {
+        let half = pose.rotation.powf(0.5);
+        self.reals(&[pose.translation.x, pose.translation.y, 0.0, 0.0, 0.0, half.im, half.re])
+    }
+}
+
+const TIME_AND_FRAME: &str = "===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+const GEOMETRY: &str = "===\nMSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n\
+    ===\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n\
+    ===\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
+    ===\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n\
+    ===\nMSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n\
+    ===\nMSG: geometry_msgs/Twist\nVector3 linear\nVector3 angular\n\
+    ===\nMSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance\n\
+    ===\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n\
+    ===\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\nTransform transform\n\
+    ===\nMSG: nav_msgs/MapMetaData\nbuiltin_interfaces/Time map_load_time\nfloat32 resolution\nuint32 width\nuint32 height\n\
+    geometry_msgs/Pose origin\n";
+const TOPICS: [(&str, &str, &str); 5] = [
+    ("/tf_static", "tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
+    ("/map", "nav_msgs/msg/OccupancyGrid", "std_msgs/Header header\nMapMetaData info\nint8[] data\n"),
+    (
+        "/odom",
+        "nav_msgs/msg/Odometry",
+        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
+         geometry_msgs/TwistWithCovariance twist\n",
+    ),
+    ("/truth", "geometry_msgs/msg/PoseStamped", "std_msgs/Header header\nPose pose\n"),
+    (
+        "/scan",
+        "sensor_msgs/msg/LaserScan",
+        "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\nfloat32 time_increment\n\
+         float32 scan_time\nfloat32 range_min\nfloat32 range_max\nfloat32[] ranges\nfloat32[] intensities\n",
+    ),
+];
+
+/// The same drive as a bag.
+fn bag(log: &str, map: &maps::OccupancyGrid) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
+    let channels = TOPICS.map(|(topic, kind, definition)| {
+        let text = format!("{definition}{TIME_AND_FRAME}{GEOMETRY}");
+        let schema = writer.add_schema(kind, "ros2msg", text.as_bytes()).unwrap();
+        writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()
+    });
+    let mut write = |topic: usize, time: Duration, Cdr(body): Cdr| {
+        let log_time = time.as_nanos() as u64;
+        let header =
+            mcap::records::MessageHeader { channel_id: channels[topic], sequence: 0, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, &[&[0, 1, 0, 0], body.as_slice()].concat()).unwrap();
+    };
+    let start = Duration::ZERO;
+    let mount = Cdr::default().put(1_u32.to_le_bytes()).header(start, "base_link").text("laser");
+    write(0, start, mount.pose(&pose(0.1, 0.0, 0.0)));
+    let info = Cdr::default().header(start, "map").put([0; 4]).put([0; 4]).floats([map.resolution_m()]);
+    let info = info.put((map.width() as u32).to_le_bytes()).put((map.height() as u32).to_le_bytes()).pose(&map.origin());
+    let mut grid = info.put((map.cells().len() as u32).to_le_bytes());
+    grid.0.extend(map.cells().iter().map(|cell| match cell {
+        maps::Cell::Free => 0,
+        maps::Cell::Occupied => 100,
+        maps::Cell::Unknown => 255,
+    }));
+    write(1, start, grid);
+    for Record { time, odometry, velocity, scan, corrected, .. } in Recording::read(log.as_bytes()).unwrap().records() {
+        let odometry = Cdr::default().header(*time, "odom").text("base_link").pose(odometry).reals(&[0.0; 36]);
+        let VelocityCommand { linear_mps, angular_radps } = velocity;
+        write(2, *time, odometry.reals(&[*linear_mps, 0.0, 0.0, 0.0, 0.0, *angular_radps]).reals(&[0.0; 36]));
+        let (Some(scan), Some(corrected)) = (scan, corrected) else { continue };
+        write(3, *time, Cdr::default().header(*time, "map").pose(corrected));
+        let half = std::f64::consts::FRAC_PI_2;
+        let message =
+            Cdr::default().header(*time, "laser").floats([-half, half, 1_f64.to_radians(), 0.0, 0.5, 0.1, 30.0]);
+        let message = message.put((scan.ranges_m.len() as u32).to_le_bytes());
+        write(4, *time, message.floats(scan.ranges_m.iter().map(|range| f64::from(*range))).put([0; 4]));
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    bytes.into_inner()
+}
+
+#[test]
+fn a_robot_is_localized_in_a_bag_as_in_a_log() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("drive.mcap"), bag(&log(), &maps::house::draw())).unwrap();
+    let topics = ["--pose-topic", "/truth"];
+    let of_log = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);
+    // The map, too, is that of the bag.
+    let of_bag = folder.json(&[&["localize", "--log", "drive.mcap", "--json"], &topics[..]].concat());
+    assert_eq!(of_bag["scans"], of_log["scans"]);
+    for (key, most) in [("median_m", 0.005), ("rmse_m", 0.005), ("driven_m", 0.01)] {
+        let [of_bag, of_log] = [&of_bag, &of_log].map(|result| result[key].as_f64().unwrap());
+        assert!((of_bag - of_log).abs() < most, "{key}: {of_bag} and {of_log}");
+    }
+    let (said, _) = folder.run(&[&["map", "--log", "drive.mcap", "--out", "made.yaml"], &topics[..]].concat());
+    assert!(said.contains("cells of 0.05 m from"), "{said}");
+    let said = folder.refusal(&["localize", "--log", "drive.mcap"]);
+    assert!(said.contains("does not say where the robot really was") && said.contains("--pose-topic"), "{said}");
+    let said = folder.refusal(&["localize", "--log", "drive.mcap", "--scan-topic", "/odom"]);
+    assert!(said.contains("the messages of `/odom` are not sensor_msgs/msg/LaserScan"), "{said}");
 }
 
 const BAD_ODOMETRY: [&str; 4] = ["--odometry-drift", "5%", "--odometry-noise", "0.05"];

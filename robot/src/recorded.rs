@@ -105,6 +105,12 @@ impl Recording {
         Ok(Self { model, records, complaints: complaints.into_sorted() })
     }
 
+    /// What was recorded in another way than in a log, in order. The lines of the records increase.
+    #[must_use]
+    pub fn of(model: RobotModel, records: Vec<Record>) -> Self {
+        Self { model, records, complaints: Vec::new() }
+    }
+
     /// What is known about the robot: its lasers. The rest is as in the default robot.
     #[must_use]
     pub fn model(&self) -> &RobotModel {

@@ -19,6 +19,7 @@ mod layout;
 mod mapping;
 mod path;
 mod storage;
+mod structure;
 #[cfg(test)]
 mod tests;
 
@@ -30,6 +31,7 @@ pub use events::Events;
 pub use layout::{Definitions, Item, Layout, Slot, Undefined};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
+pub use structure::Structure;
 
 /// Why a bag cannot be read at all.
 #[derive(Debug, thiserror::Error)]

@@ -6,6 +6,7 @@
 //! recorded.
 
 pub mod accuracy;
+pub mod bag;
 pub mod drive;
 pub mod fit;
 pub mod mapping;

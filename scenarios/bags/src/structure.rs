@@ -1,0 +1,73 @@
+//! Decoded messages, asked by the names of their fields.
+
+use crate::cdr::Value;
+use crate::layout::{Item, Layout};
+
+/// A decoded message with its type.
+#[derive(Clone, Copy, Debug)]
+pub struct Structure<'v> {
+    layout: &'v Layout,
+    fields: &'v [Value],
+}
+
+impl<'v> Structure<'v> {
+    /// The message that a value is, if it is one.
+    #[must_use]
+    pub fn of(layout: &'v Layout, value: &'v Value) -> Option<Self> {
+        let Value::Message(fields) = value else { return None };
+        Some(Self { layout, fields })
+    }
+
+    fn field(&self, name: &str) -> Option<(&'v Item, &'v Value)> {
+        let index = self.layout.fields.iter().position(|slot| slot.name == name)?;
+        Some((&self.layout.fields[index].item, self.fields.get(index)?))
+    }
+
+    /// The message in a field; `path` may lead through several: `pose.pose`.
+    #[must_use]
+    pub fn part(&self, path: &str) -> Option<Self> {
+        path.split('.').try_fold(*self, |at, name| match at.field(name)? {
+            (Item::Message(layout), value) => Self::of(layout, value),
+            (Item::Plain(_), _) => None,
+        })
+    }
+
+    /// The messages in an array.
+    #[must_use]
+    pub fn parts(&self, name: &str) -> Vec<Self> {
+        match self.field(name) {
+            Some((Item::Message(layout), Value::List(items))) => {
+                items.iter().filter_map(|item| Self::of(layout, item)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The number in a field.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<f64> {
+        number(self.field(name)?.1)
+    }
+
+    /// The numbers in an array.
+    #[must_use]
+    pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let Value::List(items) = self.field(name)?.1 else { return None };
+        items.iter().map(number).collect()
+    }
+
+    /// The text in a field.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&'v str> {
+        let Value::Text(text) = self.field(name)?.1 else { return None };
+        Some(text)
+    }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Int(number) => Some(*number as f64),
+        Value::Real(number) => Some(*number),
+        _ => None,
+    }
+}
