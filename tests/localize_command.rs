@@ -193,7 +193,8 @@ fn bag(log: &str, map: &maps::OccupancyGrid) -> Vec<u8> {
     let mount = Cdr::default().put(1_u32.to_le_bytes()).header(start, "base_link").text("laser");
     write(0, start, mount.pose(&pose(0.1, 0.0, 0.0)));
     let info = Cdr::default().header(start, "map").put([0; 4]).put([0; 4]).floats([map.resolution_m()]);
-    let info = info.put((map.width() as u32).to_le_bytes()).put((map.height() as u32).to_le_bytes()).pose(&map.origin());
+    let info =
+        info.put((map.width() as u32).to_le_bytes()).put((map.height() as u32).to_le_bytes()).pose(&map.origin());
     let mut grid = info.put((map.cells().len() as u32).to_le_bytes());
     grid.0.extend(map.cells().iter().map(|cell| match cell {
         maps::Cell::Free => 0,

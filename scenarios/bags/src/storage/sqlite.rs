@@ -1,16 +1,19 @@
 //! Files of SQLite, the first format of rosbag2.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, params};
+use tempfile::{NamedTempFile, TempPath};
 
 use super::survey::{Definition, Head, Survey, Topic};
 use crate::Error;
 
 /// Adds what a file has.
 pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
-    let file = open(path)?;
+    let Opened { file, _copy, .. } = open(path)?;
     let refused = |error: rusqlite::Error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() };
     for (id, topic) in topics(&file).map_err(refused)? {
         let index = survey.topic(topic);
@@ -28,12 +31,46 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     Ok(())
 }
 
-fn open(path: &Path) -> Result<Connection, Error> {
-    if std::fs::metadata(path).is_ok_and(|found| found.len() == 0) {
+/// A file that is read; of one that is cut off, a copy of its whole pages.
+struct Opened {
+    file: Connection,
+    is_cut_off: bool,
+    _copy: Option<TempPath>,
+}
+
+fn open(path: &Path) -> Result<Opened, Error> {
+    let length = std::fs::metadata(path).map_or(0, |found| found.len());
+    if length == 0 {
         return Err(Error::Empty(path.to_owned()));
     }
-    Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX)
-        .map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })
+    let refused = |problem: String| Error::Sqlite { path: path.to_owned(), problem };
+    let (page, pages) = pages_of(path).ok_or_else(|| refused("it ends within its first page".to_owned()))?;
+    // SQLite takes what is missing of a page for zeros, and so would read messages that nobody has sent.
+    let copy = if length.is_multiple_of(page) { None } else { Some(whole_pages(path, length - length % page)) };
+    let copy = copy.transpose().map_err(|error| refused(error.to_string()))?;
+    let opened: &Path = copy.as_deref().unwrap_or(path);
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let file = Connection::open_with_flags(opened, flags).map_err(|error| refused(error.to_string()))?;
+    // Otherwise nothing is read of a file that is shorter than it says.
+    file.pragma_update(None, "writable_schema", true).map_err(|error| refused(error.to_string()))?;
+    Ok(Opened { file, is_cut_off: length < page * pages, _copy: copy })
+}
+
+/// The size of a file's pages, and how many it says that it has.
+fn pages_of(path: &Path) -> Option<(u64, u64)> {
+    let mut head = [0; 32];
+    File::open(path).ok()?.read_exact(&mut head).ok()?;
+    let page = match u16::from_be_bytes([head[16], head[17]]) {
+        1 => 1 << 16,
+        size => u64::from(size),
+    };
+    (page >= 512).then(|| (page, u64::from(u32::from_be_bytes([head[28], head[29], head[30], head[31]]))))
+}
+
+fn whole_pages(path: &Path, length: u64) -> io::Result<TempPath> {
+    let mut copy = NamedTempFile::new()?;
+    io::copy(&mut File::open(path)?.take(length), &mut copy)?;
+    Ok(copy.into_temp_path())
 }
 
 /// The topics of a file by their numbers. Until Humble, rosbag2 wrote no definitions.
@@ -61,7 +98,7 @@ fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
 /// The wanted messages of a file.
 pub(super) struct Reader {
     path: PathBuf,
-    file: Connection,
+    opened: Opened,
     /// The wanted topics by their numbers in the file.
     topics: BTreeMap<i64, usize>,
     query: String,
@@ -71,9 +108,9 @@ pub(super) struct Reader {
 
 impl Reader {
     pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
-        let file = open(path)?;
-        let known =
-            topics(&file).map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })?;
+        let opened = open(path)?;
+        let known = topics(&opened.file)
+            .map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })?;
         let index = |topic: &Topic| all.iter().position(|known| known == topic).filter(|index| wanted[*index]);
         let topics: BTreeMap<i64, usize> = known.iter().filter_map(|(id, topic)| Some((*id, index(topic)?))).collect();
         let ids: Vec<String> = topics.keys().map(i64::to_string).collect();
@@ -81,11 +118,11 @@ impl Reader {
             "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 AND topic_id IN ({}) ORDER BY id LIMIT 1",
             ids.join(", ")
         );
-        Ok(Self { path: path.to_owned(), file, topics, query, last: (i64::MIN, None) })
+        Ok(Self { path: path.to_owned(), opened, topics, query, last: (i64::MIN, None) })
     }
 
     pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
-        let row = self.file.prepare_cached(&self.query).and_then(|mut query| {
+        let row = self.opened.file.prepare_cached(&self.query).and_then(|mut query| {
             let read = |row: &rusqlite::Row<'_>| {
                 body.clear();
                 body.extend_from_slice(row.get_ref(3)?.as_blob()?);
@@ -94,20 +131,30 @@ impl Reader {
             query.query_row(params![self.last.0], read).optional()
         });
         match row {
-            Ok(None) => None,
+            Ok(None) => {
+                if std::mem::take(&mut self.opened.is_cut_off) {
+                    lost.push(self.breaks_off(""));
+                }
+                None
+            }
             Ok(Some((id, topic, log_ns))) => {
                 self.last = (id, Some(log_ns));
                 Some(Head { topic: *self.topics.get(&topic)?, log_ns, publish_ns: log_ns })
             }
             Err(error) => {
-                let since = self.last.1.map_or_else(
-                    || "before its first message".to_owned(),
-                    |last| format!("after the message of {} s", crate::seconds(last)),
-                );
-                lost.push(format!("{} breaks off {since} ({error}): the rest is lost", self.path.display()));
+                lost.push(self.breaks_off(&format!(" ({error})")));
+                self.opened.is_cut_off = false;
                 self.query = "SELECT 0, 0, 0, 0 WHERE ?1 IS NULL".to_owned();
                 None
             }
         }
+    }
+
+    fn breaks_off(&self, reason: &str) -> String {
+        let since = self.last.1.map_or_else(
+            || "before its first message".to_owned(),
+            |last| format!("after the message of {} s", crate::seconds(last)),
+        );
+        format!("{} breaks off {since}{reason}: the rest is lost", self.path.display())
     }
 }

@@ -111,7 +111,10 @@ fn parts(bag: &Bag, topics: &Topics) -> Result<Vec<(Part, usize)>, NoRobot> {
             (None, [_, _, ..]) if choose => {
                 Err(NoRobot(format!("it has several topics of {}: {}; name one", kinds[0], names.join(", "))))
             }
-            (_, found) => Ok(parts.extend(found.iter().map(|topic| (part, *topic)))),
+            (_, found) => {
+                parts.extend(found.iter().map(|topic| (part, *topic)));
+                Ok(())
+            }
         }
     };
     find(Part::Scan, topics.scan.as_ref(), &[SCAN], true)?;
