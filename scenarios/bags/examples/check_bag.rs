@@ -1,6 +1,6 @@
 //! Checks properties on a bag, as `steward verify` does: `check_bag BAG MAPPING PROPERTIES`.
 
-#![expect(clippy::print_stdout, reason = "an example")]
+#![expect(clippy::print_stdout, reason = "a program that is run by hand")]
 
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
