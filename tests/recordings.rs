@@ -132,7 +132,7 @@ fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() 
 fn verdicts_of_recordings_are_those_of_their_runs() {
     let listed = String::from_utf8(steward(&["list"]).stdout).unwrap();
     let names = listed.lines().skip(1).take_while(|line| !line.is_empty()).filter_map(|line| line.split(' ').next());
-    let names: Vec<&str> = names.filter(|name| *name != "published").collect();
+    let names: Vec<&str> = names.filter(|name| !["published", "faults/KIND"].contains(name)).collect();
     for name in &names {
         for seed in 1..=5 {
             let folder = tempdir().unwrap();

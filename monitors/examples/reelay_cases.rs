@@ -1,9 +1,9 @@
 //! Writes formulas that look back as reelay's patterns, each with a run and where it first fails, so that reelay can
-//! confirm them: `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`, then, with the
-//! package `reelay` of PyPI installed, `python3 monitors/examples/reelay_cases.py cases.jsonl`.
+//! confirm them: `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`, then, with
+//! the package `reelay` of PyPI installed, `python3 monitors/examples/reelay_cases.py cases.jsonl`.
 //!
-//! reelay samples at 0, 1, 2, …: a run has one message after each tick, on one channel, and every operand has an event of
-//! that channel, so that it is checked at messages and nowhere else.
+//! reelay samples at 0, 1, 2, …: a run has one message after each tick, on one channel, and every operand has an event
+//! of that channel, so that it is checked at messages and nowhere else.
 
 #[path = "../tests/support/mod.rs"]
 #[expect(dead_code, reason = "shared with the tests")]

@@ -23,13 +23,13 @@
 //! ```
 //!
 //! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
-//! `not`, `next`, `always`, `eventually`, `once`, `historically` and `previous` bind tightest, then `until` and `since`,
-//! `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are
-//! `m[1]`, `m[2]`, … or the names that the channel's domain gives them, `m.level` or just `level`: these are compared
-//! only in messages that have a field with that name, wherever it is. A bound is a number of ticks or a duration
-//! (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right after `always`, `eventually`,
-//! `next` or `not` and is never closed is read as closed at the property's end, with a warning, because the paper
-//! prints φ2 this way.
+//! `not`, `next`, `always`, `eventually`, `once`, `historically` and `previous` bind tightest, then `until` and
+//! `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be written
+//! as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's domain
+//! gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name,
+//! wherever it is. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
+//! parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at
+//! the property's end, with a warning, because the paper prints φ2 this way.
 //!
 //! # The semantics
 //!
@@ -56,8 +56,8 @@
 //! `time_until`; its own channels are the channels of these events.
 //!
 //! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message. A part
-//! without own atoms is checked at every tick, and at the messages on the channels of what it says about the past. Then,
-//! at state i:
+//! without own atoms is checked at every tick, and at the messages on the channels of what it says about the past.
+//! Then, at state i:
 //!
 //! | formula | holds at i if |
 //! |---|---|
@@ -66,8 +66,8 @@
 //! | `eventually α` | some product of α is checked and holds at some j ≥ i |
 //! | `α until β` | a product of β is checked and holds at a j ≥ i; each clause of α, where it is checked at i ≤ k < j |
 //!
-//! For an α without own atoms, `next` looks at the first state after i at which such a part is checked: the next tick, if
-//! α does not look back.
+//! For an α without own atoms, `next` looks at the first state after i at which such a part is checked: the next tick,
+//! if α does not look back.
 //!
 //! *What looks back* is defined by the same clauses and products, and says at state i what has happened up to it:
 //!
@@ -76,7 +76,7 @@
 //! | `once[⋈ θ] α` | some product of α was checked and held at some j ≤ i with τi − τj ⋈ θ |
 //! | `historically[⋈ θ] α` | each clause of α held at every j ≤ i with τi − τj ⋈ θ at which it was checked |
 //! | `previous[⋈ θ] α` | α held at the last j < i at which one of α's own channels carried a message, if τi − τj ⋈ θ |
-//! | `α since[⋈ θ] β` | a product of β was checked and held at a j ≤ i with τi − τj ⋈ θ; each clause of α, where it was checked at j < k ≤ i |
+//! | `α since[⋈ θ] β` | a product of β held at a checked j ≤ i, τi − τj ⋈ θ; each clause of α at checked j < k ≤ i |
 //! | `at most n e in θ` | at no more than n states j ≤ i with τi − τj < θ a message passed that satisfies e |
 //! | `at least n e in θ` | at no fewer |
 //!
@@ -94,13 +94,14 @@
 //!
 //! *Remembered values.* `m[k] as x` in an event holds if the message has the field, and x is then the value of that
 //! field in the last message on the event's channel. A part gives its own events' names their values in the state in
-//! which it is checked (the freeze quantifier of TPTL, on data); all of the part can compare with them, and all operators
-//! inside it, which pass them on. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)` awaits, for each
-//! A, a B of the same value. A name must have a value wherever it is used, one only, and cannot be that of a constant.
+//! which it is checked (the freeze quantifier of TPTL, on data); all of the part can compare with them, and all
+//! operators inside it, which pass them on. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)`
+//! awaits, for each A, a B of the same value. A name must have a value wherever it is used, one only, and cannot be
+//! that of a constant.
 //!
-//! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a missing
-//! field, something else than a number, a division by zero or a result that is no finite number has no value, and
-//! compares as a missing field does: only `!=` holds.
+//! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a
+//! missing field, something else than a number, a division by zero or a result that is no finite number has no value,
+//! and compares as a missing field does: only `!=` holds.
 //!
 //! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the
 //! rest rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's
@@ -140,17 +141,19 @@
 //! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
 //! when several obligations contradict each other.
 //!
-//! An operator that looks back keeps how long ago its operand held, and only what its bound can tell apart: the last time
-//! for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last four messages for
-//! `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are as early with them
-//! as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a violation comes as
-//! early, but that nothing can violate the formula any more (`once` has held, say) is noticed only at the end.
+//! An operator that looks back keeps how long ago its operand held, and only what its bound can tell apart: the last
+//! time for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last four
+//! messages for `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are as
+//! early with them as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a
+//! violation comes as early, but that nothing can violate the formula any more (`once` has held, say) is noticed only
+//! at the end.
 //!
-//! Time and remembered values have no letters. Rules with times are as exact as rules with ticks. A formula that remembers
-//! values is monitored by progression, with the values in its obligations: one for each value that is waited for. What
-//! looks back at values keeps the messages within its bound, and must have one (`previous` needs none). Both are
-//! [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible. Conditions on
-//! several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each other is unknown.
+//! Time and remembered values have no letters. Rules with times are as exact as rules with ticks. A formula that
+//! remembers values is monitored by progression, with the values in its obligations: one for each value that is waited
+//! for. What looks back at values keeps the messages within its bound, and must have one (`previous` needs none). Both
+//! are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible. Conditions
+//! on several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each other is
+//! unknown.
 //!
 //! A monitor's normal form, for proofs, has the ages and values that matter. A timed formula and one that looks back at
 //! values have none, and say so.
@@ -180,8 +183,8 @@
 //!   random endless words. Every printed formula reads back as the same formula. Further tests check the definition by
 //!   examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
-//! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs each with operators that look back, and
-//!   with remembered values and arithmetic.
+//! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs each with operators that look back,
+//!   and with remembered values and arithmetic.
 //! - `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`: formulas that look back,
 //!   with runs and verdicts, for reelay (`examples/reelay_cases.py` runs them).
 //! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred

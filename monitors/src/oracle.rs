@@ -19,8 +19,8 @@ pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaError
 
 /// Whether a formula holds on the endless sequence that begins with `stem` and then repeats `cycle` forever.
 ///
-/// Each tick of the cycle raises τ by one, that of a timed formula by a second. A cycle without ticks and without messages visible to the formula is
-/// silence: nothing follows the stem.
+/// Each tick of the cycle raises τ by one, that of a timed formula by a second. A cycle without ticks and without
+/// messages visible to the formula is silence: nothing follows the stem.
 ///
 /// # Errors
 /// [`FormulaError`] if the formula's clause form has more than two thousand parts.

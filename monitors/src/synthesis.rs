@@ -25,8 +25,8 @@ pub enum Method {
         /// The number of its states.
         states: usize,
     },
-    /// Rules over what has happened, over time or over several values, which have no graph: a violation comes as early as possible. That nothing can
-    /// violate the formula any more is noticed only at the end of the run.
+    /// Rules over what has happened, over time or over several values, which have no graph: a violation comes as early
+    /// as possible. That nothing can violate the formula any more is noticed only at the end of the run.
     Rules,
     /// Progression of the formula: never wrong, but late when two obligations contradict each other.
     Progression,

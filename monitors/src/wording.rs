@@ -11,7 +11,8 @@ use crate::syntax::{
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
 
 impl Formula {
-    /// The formula in the SCOPE language, over its topology. Bounds are in ticks; those of a timed formula are durations.
+    /// The formula in the SCOPE language, over its topology. Bounds are in ticks; those of a timed formula are
+    /// durations.
     ///
     /// Reading the text gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
     /// does not have.

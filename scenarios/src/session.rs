@@ -66,7 +66,8 @@ impl Session {
         let stepped = self.live.step();
         self.view.apply(self.live.record(detail)).expect(FITS);
         stepped?;
-        if let Some(why) = self.ending.reached(&self.live.scenario().file, &self.view) {
+        let over = self.live.is_over().then_some(Ended::Scheduled);
+        if let Some(why) = self.ending.reached(&self.live.scenario().file, &self.view).or(over) {
             self.finish(why);
         }
         Ok(())

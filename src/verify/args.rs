@@ -8,7 +8,8 @@ use reports::html::quoted;
 /// Recorded runs and robots, and what is asked of them.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// Event logs and recordings, as `--record FILE` writes them, and bags of ROS 2; `-` reads a log from standard input
+    /// Event logs and recordings, as `--record FILE` writes them, and bags of ROS 2; `-` reads a log from standard
+    /// input
     #[arg(value_name = "LOG", required = true)]
     pub(crate) logs: Vec<PathBuf>,
     /// A property file, or the name of a shipped one; may be given more than once

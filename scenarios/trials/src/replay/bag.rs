@@ -1,7 +1,7 @@
 //! Bags of ROS 2 as recorded robots: scans, odometry, the poses of a SLAM program or of a localization, a map.
 //!
-//! A record has the newest odometry when it was recorded. The corrected pose is that odometry in the `map` frame, by the
-//! newest correction: a transform from `map` to the odometry's frame, or a pose that was published.
+//! A record has the newest odometry when it was recorded. The corrected pose is that odometry in the `map` frame, by
+//! the newest correction: a transform from `map` to the odometry's frame, or a pose that was published.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
