@@ -106,9 +106,6 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             say(table.titles())?;
         }
         for question in proof.questions() {
-            if interrupt::flow().is_break() {
-                break;
-            }
             let finding = args.explore(&proof, question, found_here, stop)?;
             if !args.json {
                 say(table.line(&finding))?;

@@ -28,7 +28,7 @@ pub struct Mutant {
 /// ```
 /// let tree = bt::Tree::from_xml("recharge.xml", bt::RECHARGE)?;
 /// let mutants = bt::mutants(&tree);
-/// assert!(mutants.iter().any(|mutant| mutant.words == "BatteryLevel on line 12 is inverted"));
+/// assert!(mutants.iter().any(|mutant| mutant.words == "BatteryLevel on line 13 is inverted"));
 /// assert!(mutants.iter().all(|mutant| mutant.tree.name() == tree.name()));
 /// # Ok::<(), bt::TreeError>(())
 /// ```

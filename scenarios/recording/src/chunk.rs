@@ -1,8 +1,8 @@
 //! Several records at a time, compressed: what all recordings consist of.
 
-use std::io;
+use std::io::{self, Read, Write};
 
-use lz4_flex::block;
+use lz4_flex::frame::{FrameDecoder, FrameEncoder, FrameInfo};
 
 use crate::Record;
 
@@ -21,10 +21,15 @@ impl Chunk {
     }
 
     /// The records so far, compressed; none if there are none.
-    pub(crate) fn pack(&mut self) -> Option<Vec<u8>> {
-        let packed = (!self.0.is_empty()).then(|| block::compress_prepend_size(&self.0));
+    pub(crate) fn pack(&mut self) -> io::Result<Option<Vec<u8>>> {
+        if self.0.is_empty() {
+            return Ok(None);
+        }
+        // Damage would show in the checksum.
+        let mut packed = FrameEncoder::with_frame_info(FrameInfo::new().content_checksum(true), Vec::new());
+        packed.write_all(&self.0)?;
         self.0.clear();
-        packed
+        packed.finish().map(Some).map_err(io::Error::other)
     }
 
     /// How many bytes they take.
@@ -35,13 +40,10 @@ impl Chunk {
 
 /// The records of a compressed chunk, encoded.
 pub(crate) fn unpack(packed: &[u8]) -> Result<Vec<u8>, ChunkError> {
-    /// No byte of a compressed block stands for more bytes.
-    const MOST: usize = 255;
-    let (size, block) = block::uncompressed_size(packed).map_err(|_| ChunkError::Damaged)?;
-    if size == 0 || size > block.len().saturating_mul(MOST) || size as u64 > MAX_CHUNK_BYTES {
-        return Err(ChunkError::Damaged);
-    }
-    block::decompress(block, size).ok().filter(|records| records.len() == size).ok_or(ChunkError::Damaged)
+    let mut records = Vec::new();
+    let read = FrameDecoder::new(packed).take(MAX_CHUNK_BYTES + 1).read_to_end(&mut records);
+    let fits = read.is_ok_and(|size| (1..=MAX_CHUNK_BYTES).contains(&(size as u64)));
+    fits.then_some(records).ok_or(ChunkError::Damaged)
 }
 
 /// Why there is no next chunk.

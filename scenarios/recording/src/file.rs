@@ -42,7 +42,7 @@ impl<W: Write> Writer<W> {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let Some(packed) = self.chunk.pack() else { return Ok(()) };
+        let Some(packed) = self.chunk.pack()? else { return Ok(()) };
         let length = u32::try_from(packed.len()).map_err(io::Error::other)?;
         self.output.write_all(&length.to_le_bytes())?;
         self.output.write_all(&packed)?;

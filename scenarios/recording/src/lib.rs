@@ -29,9 +29,9 @@
 //! [`Writer`] writes the records of a run to a file and [`Recording`] reads them back, bit for bit. The format is
 //! binary. Its version ([`FORMAT`]) goes up with every change of a record, and other versions are not read. In detail:
 //! a file begins with the eight bytes `STEWREC\n` and the version in four bytes, little-endian. Then come chunks, each
-//! with its length in bytes (four bytes, little-endian) and that many bytes: the length of its content in the same
-//! form, and the content as an [LZ4 block](https://github.com/lz4/lz4/blob/dev/doc/lz4_Block_format.md). The content of
-//! a chunk is whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
+//! with its length in bytes (four bytes, little-endian) and that many bytes: an
+//! [LZ4 frame](https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md) with a checksum of its content. The content
+//! of a chunk is whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
 //! documented here: fields in order, without names.
 //!
 //! A recording in [MCAP](https://mcap.dev) has the same chunks as messages of type `steward_msgs/msg/Records` on the

@@ -61,7 +61,7 @@ impl<W: Write> McapWriter<W> {
     }
 
     fn write_chunk(&mut self, time: Duration) -> io::Result<()> {
-        let Some(records) = self.chunk.pack() else { return Ok(()) };
+        let Some(records) = self.chunk.pack()? else { return Ok(()) };
         self.output.write(&self.records, time, &ros::Records { format: FORMAT, records })
     }
 
