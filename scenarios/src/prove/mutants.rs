@@ -82,7 +82,7 @@ impl Proof {
                 Ok(Self {
                     scenario: Arc::new(scenario),
                     system,
-                    ids: self.ids.clone(),
+                    ids: self.ids,
                     monitoring: Arc::clone(&self.monitoring),
                     thresholds,
                     damaged: self.damaged.clone(),
