@@ -65,11 +65,12 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
     let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
     assert!(page.contains("Check it again") && page.contains("--map-channels"), "how to check it again");
     assert!(page.contains("What the mapping says") && page.contains("battery_state"), "the mapping");
-    for absent in ["seed", "Where the robot went", "What the tree did", "simulated"] {
+    for absent in ["seed", "Where the robot went", "What the tree", "simulated", "what the scenario expects"] {
         assert!(!page.contains(absent), "{absent}");
     }
     // Its chart has the messages that led to the violation.
     assert!(page.contains("id=\"violations\"") && page.contains("DISCHARGING"));
+    assert!([">battery<", ">controller<", ">base<"].iter().all(|lifeline| page.contains(lifeline)));
 }
 
 #[test]

@@ -21,7 +21,8 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
         order.sort_by_key(|index| report.monitors[*index].verdict != Outcome::Violated);
     }
     let content = html! {
-        (outcome(report))
+        // Nothing is expected of a recording.
+        @if view.header().origin.recorded.is_none() { (outcome(report)) }
         @if report.monitors.is_empty() {
             p.quiet { "No property was watched in this run." }
         } @else {

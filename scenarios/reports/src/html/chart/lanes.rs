@@ -92,8 +92,10 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
         .monitors()
         .iter()
         .map(|lane| bars(&lane.name, &lane.track, end, |state| (state.location.clone(), verdict_style(state.verdict))));
+    // A recording may tell nothing of a tree.
+    let activities = if timeline.leaves().is_empty() { Vec::new() } else { vec![activities(timeline)] };
     let groups = vec![
-        Group { title: "What the tree was doing", lanes: vec![activities(timeline)] },
+        Group { title: "What the tree was doing", lanes: activities },
         Group { title: "Leaves of the behavior tree", lanes: leaves.collect() },
         Group {
             title: "States of the skills",

@@ -111,8 +111,8 @@ fn lifelines(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let tree = tree_of(evidence, &ticked_by);
     let all = topology.processes().filter(|process| topology.whole(*process) == *process);
     let names = all.map(|process| topology.name(process).to_owned());
-    let ticker = |name: &String| tree.as_ref() != Some(name) && !evidence.concerned.contains(name);
-    names.filter(|name| !ticker(name) && !is_tick_source(name, topology)).collect()
+    let is_tree = |name: &String| tree.as_ref() == Some(name) && !is_tick_source(name, topology);
+    names.filter(|name| is_tree(name) || evidence.concerned.contains(name)).collect()
 }
 
 /// The process that ticks those that the property concerns: the one that most of them hear from.
