@@ -10,7 +10,7 @@ import sys
 import jsonschema
 
 root = pathlib.Path(__file__).parents[2]
-files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface"]
+files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "scenarios/bags/mapping"]
 validators = {}
 for file in files:
     schema = json.loads((root / f"{file}.schema.json").read_text())
