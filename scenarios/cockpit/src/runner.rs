@@ -110,7 +110,7 @@ pub(crate) struct Runner {
 }
 
 impl Runner {
-    /// A run that is paused at its start.
+    /// A run at its start, which goes on at the pace of the clock.
     pub(crate) fn new(session: Session, requests: Receiver<Request>, outlet: Outlet) -> Self {
         let now = clock();
         let timeline = Timeline::new(session.view());
