@@ -240,6 +240,7 @@ fn a_killed_run_leaves_what_it_had_recorded() {
         std::fs::create_dir(at("records")).unwrap();
         let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
             .args(["--scenario", "nominal", "--quiet", "--no-snapshots", "--out", &at("out")])
+            .args(["--set", "stop.after_s=36000", "--set", "execution.max_time_s=40000"])
             .args(["--record", &at(&format!("records/{name}"))])
             .spawn()
             .unwrap();

@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::pin::Pin;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError, mpsc};
 use std::task::{Context, Poll};
 
@@ -87,7 +87,8 @@ struct Shared {
     viewer: Token,
     outlet: Outlet,
     requests: mpsc::Sender<runner::Request>,
-    has_pilot: AtomicBool,
+    /// Who holds the one permit is the pilot.
+    helm: Semaphore,
     viewers: AtomicUsize,
 }
 
@@ -113,7 +114,7 @@ impl Cockpit {
             viewer: Token::new().map_err(failed)?,
             outlet: outlet.clone(),
             requests,
-            has_pilot: AtomicBool::new(false),
+            helm: Semaphore::new(1),
             viewers: AtomicUsize::new(0),
         };
         let (made, is_made) = mpsc::channel();
@@ -226,12 +227,8 @@ async fn socket(
     upgrade.on_upgrade(move |socket| async move {
         let viewers = shared.viewers.fetch_add(1, Ordering::AcqRel);
         if viewers < MOST_VIEWERS {
-            let is_pilot = may_steer && !shared.has_pilot.swap(true, Ordering::AcqRel);
             // A connection that breaks has nothing more to say.
-            let _ = attend(socket, &shared, is_pilot).await;
-            if is_pilot {
-                shared.has_pilot.store(false, Ordering::Release);
-            }
+            let _ = attend(socket, &shared, may_steer).await;
         }
         shared.viewers.fetch_sub(1, Ordering::AcqRel);
     })
@@ -250,11 +247,14 @@ impl Shared {
     }
 }
 
-/// Tells a browser everything, and takes the pilot's requests.
-async fn attend(mut socket: WebSocket, shared: &Arc<Shared>, is_pilot: bool) -> Result<(), axum::Error> {
+/// Tells a browser everything, and takes the pilot's requests. Who may steer becomes the pilot as soon as there is no
+/// other one.
+async fn attend(mut socket: WebSocket, shared: &Shared, may_steer: bool) -> Result<(), axum::Error> {
+    let pilot = |is_pilot: bool| json!({ "pilot": is_pilot }).to_string();
+    let mut helm = may_steer.then(|| shared.helm.try_acquire().ok()).flatten();
     let mut frames = shared.outlet.frames.subscribe();
     let (greeting, present) = shared.present();
-    for text in greeting.into_iter().chain([present, json!({ "pilot": is_pilot }).to_string().into()]) {
+    for text in greeting.into_iter().chain([present, pilot(helm.is_some()).into()]) {
         send(&mut socket, &text).await?;
     }
     loop {
@@ -267,9 +267,13 @@ async fn attend(mut socket: WebSocket, shared: &Arc<Shared>, is_pilot: bool) -> 
                 }
                 Err(broadcast::error::RecvError::Closed) => return Ok(()),
             },
+            free = shared.helm.acquire(), if may_steer && helm.is_none() => {
+                helm = free.ok();
+                send(&mut socket, &pilot(helm.is_some())).await?;
+            }
             request = socket.recv() => match request {
                 Some(Ok(Message::Text(text))) => {
-                    let answer = match is_pilot {
+                    let answer = match helm.is_some() {
                         true => ask(shared, &text).await,
                         false => json!({ "refused": "somebody else steers this run" }),
                     };
