@@ -20,7 +20,9 @@ export function shape(name, attributes = {}, ...children) {
 
 // What the server has drawn: its texts are escaped there, and the page's policy lets no script of it run.
 export function drawn(place, markup) {
-  place.innerHTML = markup;
+  // What is drawn again would lose the focus, and be scrolled back.
+  if (place.markup !== markup) place.innerHTML = markup;
+  place.markup = markup;
 }
 
 let hiding;

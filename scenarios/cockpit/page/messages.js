@@ -5,7 +5,7 @@ import { $, element, shape } from './dom.js';
 const SHOWN = 40;
 const KEPT = 400;
 const ROW = 22;
-const HEAD = 34;
+const HEAD = 26;
 
 export class Messages {
   constructor() {
@@ -29,16 +29,18 @@ export class Messages {
     if (!names.length) return $('chart').replaceChildren(element('p', { className: 'quiet', textContent: 'no message yet' }));
     const gap = Math.max(96, Math.min(170, ($('chart').clientWidth - 60) / names.length));
     const x = name => 56 + gap * (names.indexOf(name) + 0.5);
-    const [width, height] = [56 + gap * names.length, HEAD + ROW * messages.length + 8];
-    const svg = shape('svg', { viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': 'The latest messages' });
+    const [width, height] = [56 + gap * names.length, ROW * messages.length + 8];
+    const head = shape('svg', { class: 'head', width, height: HEAD, 'aria-hidden': true });
+    const svg = shape('svg', { width, height, role: 'img', 'aria-label': 'The latest messages' });
     for (const name of names) {
       const text = shape('text', { x: x(name), y: 16, class: 'name' }, short(name, gap));
       text.append(shape('title', {}, name));
-      svg.append(text, shape('line', { x1: x(name), x2: x(name), y1: HEAD - 10, y2: height, class: 'life' }));
+      head.append(text);
+      svg.append(shape('line', { x1: x(name), x2: x(name), y1: 0, y2: height, class: 'life' }));
     }
     let tick = null;
     messages.forEach(([, at, from, to, text], row) => {
-      const y = HEAD + ROW * (row + 0.7);
+      const y = ROW * (row + 0.7);
       if (at !== tick) svg.append(shape('text', { x: 2, y: y + 4, class: 'tick' }, `tick ${at}`));
       tick = at;
       const [a, b] = [x(from), x(to)];
@@ -47,7 +49,7 @@ export class Messages {
       const tip = b - 6 * Math.sign(b - a);
       svg.append(words, shape('path', { d: `M${a},${y}H${b}M${tip},${y - 4}L${b},${y}L${tip},${y + 4}`, class: 'arrow' }));
     });
-    $('chart').replaceChildren(svg);
+    $('chart').replaceChildren(head, svg);
     $('chart').scrollTop = $('chart').scrollHeight;
   }
 }

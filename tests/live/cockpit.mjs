@@ -1,0 +1,159 @@
+// A running `steward live`, its page in a browser, and the runs that it saves.
+
+import { spawn, execFile } from 'node:child_process';
+import { mkdtemp, readFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { createInterface } from 'node:readline';
+import { promisify } from 'node:util';
+import { chromium } from 'playwright-core';
+
+// Nothing here takes so long, even on a machine that is busy with other things.
+export const PATIENCE_MS = 120_000;
+
+export const folder = await mkdtemp(path.join(tmpdir(), 'steward-live-'));
+
+// Debian's Chromium, or the one that CHROMIUM names. For it, names that end in `.example` mean this computer, and it
+// leaves it to the server to refuse other sites.
+export function browser() {
+  return chromium.launch({
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: [
+      '--no-sandbox',
+      '--host-resolver-rules=MAP *.example 127.0.0.1',
+      '--disable-features=LocalNetworkAccessChecks',
+    ],
+    timeout: PATIENCE_MS,
+  });
+}
+
+export class Live {
+  static async start(steward, scenario, ...args) {
+    const live = new Live();
+    live.steward = steward;
+    live.process = spawn(steward, ['live', scenario, '--no-open', ...args], { stdio: ['ignore', 'pipe', 'inherit'] });
+    process.once('exit', () => live.stop());
+    const lines = [];
+    for await (const line of createInterface({ input: live.process.stdout })) {
+      if (lines.push(line) === 2) break;
+    }
+    [live.address, live.viewers] = lines.map(line => line.slice(line.indexOf('http://')));
+    if (!live.viewers) throw new Error(`steward live ${scenario} says nothing`);
+    const { host, port, searchParams } = new URL(live.address);
+    Object.assign(live, { host, port: Number(port), token: searchParams.get('token') });
+    return live;
+  }
+
+  get pid() {
+    return this.process.pid;
+  }
+
+  stop() {
+    this.process.kill();
+  }
+}
+
+// The page of a run, with the latest state that it was told.
+export class Cockpit {
+  static async open(browser, address) {
+    const context = await browser.newContext({ viewport: { width: 1400, height: 900 } });
+    const cockpit = new Cockpit();
+    cockpit.page = await context.newPage();
+    cockpit.page.setDefaultTimeout(PATIENCE_MS);
+    cockpit.problems = [];
+    cockpit.run = {};
+    cockpit.answers = 0;
+    cockpit.waiting = new Set();
+    cockpit.observe();
+    await cockpit.page.goto(address);
+    await cockpit.until(run => 'pilot' in run && 'time' in run);
+    return cockpit;
+  }
+
+  observe() {
+    const { page, problems } = this;
+    page.on('console', message => { if (message.type() === 'error') problems.push(message.text()); });
+    page.on('pageerror', error => problems.push(String(error)));
+    page.on('dialog', dialog => { problems.push(`dialog: ${dialog.message()}`); dialog.dismiss(); });
+    page.on('websocket', socket => socket.on('framereceived', ({ payload }) => {
+      const frame = JSON.parse(payload);
+      if ('answer' in frame || 'refused' in frame) this.answers += 1;
+      Object.assign(this.run, frame);
+      this.waiting.forEach(look => look());
+    }));
+  }
+
+  // Waits until this is true of the run.
+  until(holds) {
+    return new Promise((done, fail) => {
+      const timer = setTimeout(() => {
+        fail(new Error(`waited in vain for ${holds} at ${this.run.time} s; ${this.problems}`));
+      }, PATIENCE_MS);
+      const look = () => {
+        if (!holds(this.run)) return;
+        clearTimeout(timer);
+        this.waiting.delete(look);
+        done(this.run);
+      };
+      this.waiting.add(look);
+      look();
+    });
+  }
+
+  // Does something that the page asks the run for, and waits for the answer.
+  async ask(act) {
+    const { answers } = this;
+    await act();
+    await this.until(() => this.answers > answers);
+  }
+
+  button(name) {
+    return this.page.getByRole('button', { name, exact: true });
+  }
+
+  async speed(label) {
+    await this.page.locator('#speed').selectOption({ label });
+  }
+
+  async pauseAt(time) {
+    await this.until(run => run.time >= time);
+    await this.button('Pause').click();
+    await this.until(run => run.paused);
+  }
+
+  // Sets the battery by its slider.
+  async charge(pct) {
+    await this.ask(() => this.page.getByRole('slider', { name: 'Battery' }).fill(String(pct)));
+  }
+
+  // The words on the cards of the properties.
+  async verdicts() {
+    const cards = this.page.locator('#verdicts article');
+    return Object.fromEntries(await cards.evaluateAll(cards =>
+      cards.map(card => [card.dataset.name, card.querySelector('.pill').textContent.trim()])));
+  }
+
+  // Ends the run and saves it; the file and the trace hash that the page was told.
+  async save() {
+    if (!this.run.end) await this.button('End').click();
+    const { end } = await this.until(run => run.end);
+    const download = this.page.waitForEvent('download');
+    await this.button('Save as scenario').click();
+    const file = path.join(folder, `session-${Math.random().toString(36).slice(2)}.toml`);
+    await (await download).saveAs(file);
+    return { file, hash: end.trace_hash };
+  }
+
+  async close() {
+    await this.page.context().close();
+  }
+}
+
+// Runs a scenario without a page; its report.
+export async function report(steward, scenario) {
+  const out = path.join(folder, `out-${Math.random().toString(36).slice(2)}`);
+  const run = promisify(execFile)(steward, ['run', scenario, '--no-snapshots', '--out', out]);
+  const { code = 0, stdout } = await run.catch(error => error);
+  const text = await readFile(path.join(out, 'report.json'), 'utf8').catch(() => '{}');
+  return { code, stdout, ...JSON.parse(text) };
+}

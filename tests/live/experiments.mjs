@@ -1,0 +1,80 @@
+// The paper's experiments, done by hand on the page, end as on the command line.
+
+import assert from 'node:assert/strict';
+import { Cockpit, Live, report } from './cockpit.mjs';
+
+const PAPER = {
+  battery_fault: ['violated', 'satisfied', 'satisfied'],
+  skill_bug: ['satisfied', 'violated', 'violated'],
+  joypad: ['violated', 'satisfied', 'violated'],
+};
+const STATION = [-7.5, 9.0];
+
+// The battery's slider, on the way.
+async function battery_fault(cockpit) {
+  await cockpit.speed('10×');
+  await cockpit.pauseAt(15);
+  await cockpit.charge(10);
+  await cockpit.speed('as fast as it goes');
+  await cockpit.button('Go').click();
+}
+
+// A wrong threshold from the list of faults, and the slider.
+async function skill_bug(cockpit) {
+  const { page } = cockpit;
+  await cockpit.button('Pause').click();
+  await page.getByText('Faults', { exact: true }).click();
+  await page.locator('#kind').selectOption('skill_threshold');
+  await page.getByLabel('skill', { exact: true }).fill('BatteryLevel');
+  await page.getByLabel('value', { exact: true }).fill('20');
+  await cockpit.button('Do it now').click();
+  await cockpit.until(run => run.lasting.length === 1);
+  await cockpit.speed('10×');
+  await cockpit.button('Go').click();
+  await cockpit.pauseAt(15);
+  await cockpit.charge(25);
+  await cockpit.speed('as fast as it goes');
+  await cockpit.button('Go').click();
+}
+
+// Keys alone: T goes on by a tick, and the arrow drives the robot away when it comes near the station.
+async function joypad(cockpit) {
+  const { keyboard } = cockpit.page;
+  await keyboard.press(' ');
+  await cockpit.until(run => run.paused);
+  for (let held = 0; !cockpit.run.end;) {
+    const [x, y] = cockpit.run.pose;
+    const isNear = cockpit.run.battery.pct < 30 && Math.hypot(x - STATION[0], y - STATION[1]) < 3;
+    if (held === 0 && isNear) {
+      await keyboard.down('ArrowDown');
+      await cockpit.until(run => run.lasting.length === 1);
+      held = 10;
+    } else if (held > 0 && --held === 0) {
+      await keyboard.up('ArrowDown');
+      await cockpit.until(run => run.lasting.length === 0);
+    }
+    const { ticks } = cockpit.run;
+    await keyboard.press('t');
+    await cockpit.until(run => run.end || run.paused && run.ticks > ticks);
+  }
+}
+
+export async function experiments(steward, browser) {
+  for (const [scenario, experiment] of Object.entries({ battery_fault, skill_bug, joypad })) {
+    const live = await Live.start(steward, scenario, '--set', 'faults=[]');
+    const cockpit = await Cockpit.open(browser, live.address);
+    await experiment(cockpit);
+    const { end } = await cockpit.until(run => run.end);
+    await cockpit.page.getByText(end.trace_hash.slice(0, 16)).waitFor();
+    const verdicts = await cockpit.verdicts();
+    assert.deepEqual(Object.values(verdicts), PAPER[scenario], scenario);
+    const { file, hash } = await cockpit.save();
+    const replayed = await report(steward, file);
+    assert.equal(replayed.trace_hash, hash, `${scenario} replays`);
+    assert.equal(replayed.outcome, 'as_expected', replayed.stdout);
+    assert.deepEqual(cockpit.problems, []);
+    await cockpit.close();
+    live.stop();
+    console.log(`${scenario} by hand: ${Object.entries(verdicts).map(pair => pair.join(' ')).join(', ')}; replays`);
+  }
+}

@@ -1,0 +1,62 @@
+// What the page looks like, and to whom: pictures in three sizes, light and dark, and what axe-core says about it.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import { Cockpit, Live } from './cockpit.mjs';
+
+const axe = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const SIZES = [[390, 844], [768, 1024], [1400, 900]];
+const SCHEMES = ['light', 'dark'];
+
+// What axe-core calls serious or critical, with the elements.
+async function serious({ page }) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run());
+  return violations.filter(({ impact }) => ['serious', 'critical'].includes(impact))
+    .flatMap(({ id, nodes }) => nodes.map(({ target, any }) => `${id}: ${target}: ${any.map(why => why.message)}`));
+}
+
+// Somebody walks, a fault lasts, phi1 is violated: there is something of everything.
+async function busy(live, browser) {
+  const cockpit = await Cockpit.open(browser, live.address);
+  const { page } = cockpit;
+  await page.getByText('Faults', { exact: true }).click();
+  await page.locator('#kind').selectOption('laser_noise');
+  await cockpit.ask(() => cockpit.button('Do it now').click());
+  await cockpit.speed('10×');
+  await cockpit.until(run => run.time > 8);
+  await cockpit.charge(10);
+  await cockpit.until(run => run.time > 16);
+  await cockpit.speed('1×');
+  return cockpit;
+}
+
+export async function looks(steward, browser, { pictures }) {
+  const live = await Live.start(steward, 'populated');
+  const pilot = await busy(live, browser);
+  const viewer = await Cockpit.open(browser, live.viewers);
+  const found = new Set();
+  for (const state of ['running', 'ended']) {
+    for (const [who, cockpit] of Object.entries({ pilot, viewer })) {
+      const { page } = cockpit;
+      for (const colorScheme of SCHEMES) {
+        await page.emulateMedia({ colorScheme });
+        for (const [width, height] of SIZES) {
+          await page.setViewportSize({ width, height });
+          const at = `${who}-${state}-${width}-${colorScheme}`;
+          if (pictures) await page.screenshot({ path: path.join(pictures, `${at}.png`), fullPage: true });
+          const sticksOut = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+          if (sticksOut > 0) found.add(`${at}: ${sticksOut} px stick out`);
+        }
+        (await serious(cockpit)).forEach(words => found.add(`${who}, ${state}, ${colorScheme}: ${words}`));
+      }
+    }
+    if (state === 'running') await pilot.ask(() => pilot.button('End').click());
+  }
+  assert.deepEqual([...found, ...pilot.problems, ...viewer.problems], []);
+  await pilot.close();
+  await viewer.close();
+  live.stop();
+}

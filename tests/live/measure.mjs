@@ -1,0 +1,136 @@
+// Measures the live page: node tests/live/measure.mjs STEWARD [MEASUREMENT…]
+
+import { readFileSync } from 'node:fs';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { browser, Cockpit, Live } from './cockpit.mjs';
+import { frame, Line, upgrade } from './line.mjs';
+
+const ENDLESS = ['--set', 'stop.after_s=1000000', '--set', 'execution.max_time_s=1000000'];
+
+// Somebody who looks on, or steers, without a browser; what comes is thrown away, but for the time of the run.
+async function onlooker(live, token = new URL(live.viewers).searchParams.get('token')) {
+  const line = await Line.open(live.port);
+  await line.ask(`/socket?token=${token}`, [`Host: ${live.host}`, `Origin: http://${live.host}`, ...upgrade]);
+  line.socket.removeAllListeners('data');
+  line.socket.on('data', data => {
+    line.time = Number(/"time":([\d.]+)/.exec(data.toString('latin1'))?.[1] ?? line.time);
+  });
+  line.ask = request => line.socket.write(frame(0x81, Buffer.from(JSON.stringify(request))));
+  return line;
+}
+
+const quantile = (numbers, share) => numbers.toSorted((a, b) => a - b)[Math.ceil(share * numbers.length) - 1];
+const median = numbers => quantile(numbers, 0.5);
+
+// From an arrow key to the first frame in which the robot, which was at rest, has turned.
+async function latency(steward) {
+  const live = await Live.start(steward, 'already_there', ...ENDLESS);
+  const chromium = await browser();
+  const cockpit = await Cockpit.open(chromium, live.address);
+  const { page } = cockpit;
+  await page.evaluate(() => {
+    const robot = () => document.querySelector('#floor .robot .true line')?.outerHTML;
+    const then = done => requestAnimationFrame(() => {
+      const { port1, port2 } = new MessageChannel();
+      port1.onmessage = done;
+      port2.postMessage(null);
+    });
+    window.took = [];
+    addEventListener('keydown', ({ timeStamp }) => {
+      const before = robot();
+      const observer = new MutationObserver(() => {
+        if (robot() === before) return;
+        observer.disconnect();
+        then(() => window.took.push(performance.now() - timeStamp));
+      });
+      observer.observe(document.querySelector('#floor'), { childList: true, subtree: true, attributes: true });
+    }, true);
+  });
+  await cockpit.until(run => run.time > 2);
+  const rests = async () => {
+    for (let last; ; await sleep(200)) {
+      const now = JSON.stringify(cockpit.run.pose);
+      if (now === last) return;
+      last = now;
+    }
+  };
+  for (let i = 0; i < 100; i++) {
+    await rests();
+    await sleep(Math.random() * 100);
+    const key = i % 2 ? 'ArrowRight' : 'ArrowLeft';
+    await page.keyboard.down(key);
+    await page.waitForFunction(count => window.took.length > count, i);
+    await page.keyboard.up(key);
+  }
+  const took = await page.evaluate(() => window.took);
+  const [middle, most] = [0.5, 0.95].map(share => quantile(took, share).toFixed(0));
+  console.log(`key to motion: median ${middle} ms, 95 % within ${most} ms, of ${took.length}`);
+  await chromium.close();
+  live.stop();
+}
+
+// Processor time of a process, in seconds.
+function busy(pid) {
+  const [user, system] = readFileSync(`/proc/${pid}/stat`, 'latin1').split(') ')[1].split(' ').slice(11, 13);
+  return (Number(user) + Number(system)) / 100;
+}
+
+const resident = pid => Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, 'latin1'))[1]) / 1024;
+
+// The share of a core that simulation and server need at real time, with one browser.
+async function processor(steward) {
+  for (const scenario of ['nominal', 'populated', 'guide']) {
+    const live = await Live.start(steward, scenario);
+    const line = await onlooker(live);
+    await sleep(2000);
+    const [before, began, from] = [busy(live.pid), performance.now(), line.time];
+    await sleep(20_000);
+    const seconds = (performance.now() - began) / 1000;
+    console.log(`${scenario}: ${((busy(live.pid) - before) / seconds * 100).toFixed(1)} % of a core, ` +
+      `${((line.time - from) / seconds).toFixed(3)} simulated seconds per second`);
+    line.socket.destroy();
+    live.stop();
+  }
+}
+
+// How fast a run goes alone, and with twenty who look on: as fast as it goes, and at real time.
+async function viewers(steward) {
+  for (const times of [1, 10, null]) {
+    const speeds = { alone: [], watched: [] };
+    const live = await Live.start(steward, 'nominal', ...ENDLESS);
+    const pilot = await onlooker(live, live.token);
+    pilot.ask({ do: 'speed', times });
+    for (let round = 0; round < 10; round++) {
+      const crowd = await Promise.all(Array.from({ length: round % 2 ? 20 : 0 }, () => onlooker(live)));
+      await sleep(500);
+      const [began, from] = [performance.now(), pilot.time];
+      await sleep(4000);
+      speeds[round % 2 ? 'watched' : 'alone'].push((pilot.time - from) / (performance.now() - began) * 1000);
+      crowd.forEach(({ socket }) => socket.destroy());
+    }
+    console.log(`at ${times ?? 'any'} speed: ${median(speeds.alone).toFixed(2)} simulated seconds per second alone, ` +
+      `${median(speeds.watched).toFixed(2)} with 20 viewers`);
+    live.stop();
+  }
+}
+
+// How much memory an hour of a session adds.
+async function memory(steward) {
+  const live = await Live.start(steward, 'nominal', ...ENDLESS);
+  const pilot = await onlooker(live, live.token);
+  pilot.ask({ do: 'speed', times: null });
+  const at = async time => {
+    while (pilot.time < time) await sleep(50);
+    return resident(live.pid);
+  };
+  const start = await at(60);
+  for (const hours of [1, 2, 3]) {
+    const grown = await at(60 + hours * 3600) - start;
+    console.log(`after ${hours} h: ${grown.toFixed(1)} MB more than the ${start.toFixed(1)} MB after a minute`);
+  }
+  live.stop();
+}
+
+const measurements = { latency, processor, viewers, memory };
+const [steward, ...wanted] = process.argv.slice(2);
+for (const name of wanted.length ? wanted : Object.keys(measurements)) await measurements[name](steward);
