@@ -43,11 +43,11 @@ pub(crate) struct CheckArgs {
     json: bool,
 }
 
-/// What was found in a file that can be used.
+/// The findings in a usable file.
 pub(crate) struct Checked {
-    /// What it is, in a few words.
+    /// Its kind, in a few words.
     pub(crate) summary: String,
-    /// What looks wrong with it.
+    /// Its warnings.
     pub(crate) concerns: Vec<Box<dyn Diagnostic + Send + Sync>>,
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
     each(&args.files, args.json, |file| examine(file, &args.scenario))
 }
 
-/// Examines every file, and says what is wrong or looks wrong with it. Exit status 2 if anything is wrong.
+/// Examines every file, and reports errors and warnings. Exit status 2 if anything is wrong.
 pub(crate) fn each<F: AsRef<Path>>(
     files: &[F],
     json: bool,
@@ -153,7 +153,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
     }
 }
 
-/// What a TOML file is about.
+/// The subject of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Toml {
     Scenario,
@@ -163,12 +163,12 @@ pub(crate) enum Toml {
 }
 
 impl Toml {
-    /// What a file seems to be by its keys; one that cannot be read is refused as a scenario.
+    /// A file's probable kind, judged by its keys; one that cannot be read is refused as a scenario.
     pub(crate) fn of_file(path: &Path) -> Self {
         named_files::text(path).map_or(Self::Scenario, |text| Self::of(&text))
     }
 
-    /// What a text seems to be.
+    /// A text's probable kind.
     pub(crate) fn of(text: &str) -> Self {
         let table: toml::Table = text.parse().unwrap_or_default();
         let is_place = |value: &toml::Value| value.get("position_m").or(value.get("corners_m")).is_some();
@@ -184,7 +184,7 @@ impl Toml {
     }
 }
 
-/// A tree, and what is to be said of it.
+/// A tree, and the findings about it.
 pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
     let tree = named_files::tree(file)?;
     let of_nav2 = match tree.leaves_of_nav2().count() {
@@ -196,7 +196,7 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
     Ok((tree, Checked { summary, concerns }))
 }
 
-/// A machine, and what is to be said of it.
+/// A machine, and the findings about it.
 pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
     let chart = named_files::machine(file, Strictness::Strict)?;
     let [states, transitions] = [chart.states().count(), chart.transitions().count()];
@@ -272,7 +272,7 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let tree = scenario.tree.as_ref();
     concerns.extend(tree.and_then(|tree| tree.concerns()).map(|concerns| Box::new(concerns.clone()) as _));
     concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
-    // A model has told its own warnings.
+    // A model has already reported its own warnings.
     let own = scenario.model.is_none().then_some(());
     let machines: BTreeMap<&Path, &Arc<Chart>> =
         own.iter().flat_map(|_| scenario.skills.values()).map(|skill| (&*skill.path, &skill.machine)).collect();

@@ -2,7 +2,7 @@
 
 use scenarios::schema::Key;
 
-/// What a key means, what it takes, and what it is where the file does not say.
+/// A key's meaning, its type, and its default.
 pub(crate) fn meaning(key: &Key) -> String {
     let default = match key.default() {
         _ if key.required => "; required".to_owned(),
@@ -12,7 +12,7 @@ pub(crate) fn meaning(key: &Key) -> String {
     format!("{} [{}{default}]", key.about, key.accepts())
 }
 
-/// A name longer than this stands on a line of its own.
+/// A name longer than this is on a line of its own.
 const LONGEST: usize = 28;
 
 /// Where the meanings of names begin, in columns.
@@ -21,7 +21,7 @@ pub(crate) fn column<'n>(names: impl IntoIterator<Item = &'n str>) -> usize {
     widths.max().unwrap_or(0) + 4
 }
 
-/// A name with its meaning beside it, from that column on.
+/// A name with its meaning beside it, starting at that column.
 pub(crate) fn entry(column: usize, name: &str, meaning: &str) -> String {
     let width = column - 4;
     if name.chars().count() <= width {
@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meanings_begin_in_one_column() {
+    fn meanings_are_aligned_in_one_column() {
         let names = ["at_s", "laser_blocked", "a_name_that_is_longer_than_all_the_others"];
         let column = column(names);
         let list: String = names.iter().map(|name| entry(column, name, "what it means")).collect();

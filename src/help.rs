@@ -9,7 +9,7 @@ use scenarios::schema::{Key, interface, mapping};
 use crate::entry::{column, entry, meaning};
 use crate::output::{explain, print};
 
-/// What there is help on besides commands.
+/// Help topics besides commands.
 const TOPICS: [&str; 5] = ["scenario", "campaign", "faults", "scope", "mapping"];
 
 /// What to explain.

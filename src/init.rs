@@ -14,7 +14,7 @@ use crate::check::Toml;
 use crate::names::ScenarioName;
 use crate::output::say;
 
-/// What to start from, and where to write it.
+/// The template, and where to write it.
 #[derive(Debug, Args)]
 pub(crate) struct InitArgs {
     /// The folder to write to; it must be new or empty
@@ -61,7 +61,7 @@ const RECORDING: [(&str, &[u8]); 5] = [
     ),
 ];
 
-/// What a file of an application is, by how its name ends.
+/// The kind of a file in an application, by the end of its name.
 const KINDS: &[(&str, &str)] = &[
     (".schema.json", "what may stand in a scenario: editors that know `#:schema` complete and check keys with it"),
     (".yaml", "the map: its picture, resolution and origin"),
@@ -155,7 +155,7 @@ impl Application {
         let mut all = Self::of(find::find(name)?)?;
         for path in shipped_paths().filter(|path| path.starts_with(&format!("scenarios/{name}/"))) {
             let Self { start, mut files, .. } = Self::of(find::find(path)?)?;
-            // What it is based on is there already, beside it.
+            // Its base is there already, beside it.
             files.retain(|path, _| !path.starts_with("scenarios"));
             let text = files.entry(start.into()).or_default();
             *text = beside(&String::from_utf8_lossy(text), "base", name).into();

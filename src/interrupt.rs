@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::note;
 
-/// The exit status of a command that was interrupted: what a shell calls such a program.
+/// The exit status of a command that was interrupted, as shells define it.
 pub(crate) const STATUS: u8 = 130;
 
 /// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT,

@@ -34,7 +34,7 @@ pub(crate) fn list() -> Result<(), Error> {
     say(text)
 }
 
-/// What a shipped scenario shows.
+/// A shipped scenario's description.
 fn about(name: &str) -> Result<String, Error> {
     let path = format!("scenarios/{name}.toml");
     let source = Files::shipped().read_text(Path::new(&path)).unwrap_or_default();

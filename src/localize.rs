@@ -173,7 +173,7 @@ fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Cours
     Ok(staging.publish(&[TRAJECTORIES])?)
 }
 
-/// What the picture shows, in one line.
+/// The subject of the picture, in one line.
 fn caption(args: &LocalizeArgs, score: &Score) -> String {
     let odometry = match (args.odometry_drift, args.odometry_noise) {
         (0.0, 0.0) => "odometry as recorded".to_owned(),

@@ -48,7 +48,7 @@ use crate::run::RunOptions;
 /// The notices that the licences of its parts require.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
-/// What stands at the end of the help.
+/// The text at the end of the help.
 const EPILOGUE: &str = "\
 Examples:
   steward run battery_fault        run a scenario; report in out/battery_fault
@@ -145,7 +145,7 @@ fn main() -> ExitCode {
         return status;
     }
     // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the
-    // program without a word. A handler, whatever it does, keeps it from that.
+    // program without a word. A handler, whatever it does, prevents that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let matches = command().try_get_matches().unwrap_or_else(|error| hints::with_hints(error).exit());

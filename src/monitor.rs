@@ -112,7 +112,7 @@ impl Source {
     }
 }
 
-/// What properties are about: the processes and channels of a scenario, and how often it ticks.
+/// The subject of properties: the processes and channels of a scenario, and how often it ticks.
 pub(crate) struct System {
     pub(crate) topology: Arc<Topology>,
     pub(crate) tick: Duration,
@@ -133,7 +133,7 @@ impl System {
     }
 }
 
-/// What a property asks for: in the words of its file, and in those of its formula.
+/// A property's requirement: in the words of its file, and in those of its formula.
 fn explained(property: &Property) -> String {
     let formula = property.scope_monitor().map(|monitor| explain(monitor.formula(), monitor.topology()));
     match formula {

@@ -65,7 +65,7 @@ enum Pictures {
     None,
 }
 
-/// Drives all trips and prints what came of them.
+/// Drives all trips and prints their results.
 pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
     let seeds = seeds(args.seed, args.goals)?;
     let mut complaints = Complaints::default();
@@ -112,7 +112,7 @@ fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
     Ok(first..=last)
 }
 
-/// What maps are called: as their files, numbered where several have the same name.
+/// The names of maps: as their files, numbered where several have the same name.
 fn names(maps: &[PathBuf]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for path in maps {

@@ -1,4 +1,4 @@
-//! What goes to stdout and stderr.
+//! Output to stdout and stderr.
 //!
 //! Colours are for terminals: `anstream` leaves them out elsewhere, and where NO_COLOR or CLICOLOR say so. Names and
 //! texts of files may hold anything; what would steer a terminal is made [visible] before it gets here.
@@ -15,19 +15,19 @@ use terminal_size::{Width, terminal_size};
 
 use crate::render::{rendered, visible};
 
-/// What is as it should be.
+/// Success.
 pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
 /// What is not.
 pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
 /// What is undecided.
 pub(crate) const OPEN: Style = AnsiColor::Yellow.on_default().bold();
-/// What a line is about.
+/// The subject of a line.
 pub(crate) const HEAD: Style = Style::new().bold();
 
 /// The longest line of an explanation or of a diagnostic's help, however wide the terminal is.
 const LONGEST_HELP: usize = 100;
 
-/// A text for people. What is written to it is made [visible]; only [`paint`](Self::paint) adds colours.
+/// A text for people. Text written to it is made [visible]; only [`paint`](Self::paint) adds colours.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Text(String);
 
@@ -106,7 +106,7 @@ fn width_of(stream: &impl IsTerminal) -> Option<usize> {
     width.map(|width| width.max(40))
 }
 
-/// A line of a table or a text, broken between words. What follows begins where the line's last column does.
+/// A line of a table or a text, broken between words. Continuation lines begin where the line's last column does.
 fn fit(line: &str, width: usize) -> String {
     let (text, end) = line.strip_suffix('\n').map_or((line, ""), |text| (text, "\n"));
     if textwrap::core::display_width(text) <= width {
@@ -151,7 +151,7 @@ fn show<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) {
     let theme = if stderr.is_terminal() || coloured { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
     let width = width_of(&stderr).map_or(LONGEST_HELP, |width| width.min(LONGEST_HELP));
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_break_words(false);
-    // Nobody is left to be told.
+    // Nobody is left to read it.
     let _ = anstream::stderr().write_all(rendered(&handler, diagnostics).as_bytes());
 }
 
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_long_line_goes_on_below_its_last_column() {
+    fn a_long_line_continues_below_its_last_column() {
         let line = "phi1   violated  at tick 21, 21.02 s: BatteryReader → BatteryLevel [<ok>, 9.975]\n";
         let broken =
             "phi1   violated  at tick 21, 21.02 s: BatteryReader →\n                 BatteryLevel [<ok>, 9.975]\n";
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn only_paint_colours_a_text() {
+    fn only_paint_colours_text() {
         assert_eq!(Text::from("\u{1b}[31mred").0, "?[31mred");
     }
 }

@@ -1,9 +1,9 @@
 //! Diagnostics as text, each with the line that it is about.
 //!
-//! A file that a program wrote may be one very long line: only the stretch around the place is shown. Of very many
-//! problems only the first are shown, and of a very long text only its beginning.
+//! A file that a program wrote may be one very long line: only the stretch around the place is shown. Only the first of
+//! very many problems are shown, and only the beginning of a very long text.
 //!
-//! Names and texts of files may hold anything. What would steer a terminal is shown as a character that does not.
+//! Names and texts of files may hold anything. Characters that would control a terminal are shown as harmless ones.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -25,7 +25,7 @@ const MOST_PROBLEMS: usize = 100;
 /// Longer messages, labels and hints are cut, in bytes.
 const LONG_TEXT: usize = 2000;
 
-/// The diagnostics with everything that belongs to them, as a terminal shows it: each problem of a file for itself.
+/// The diagnostics with everything that belongs to them, as a terminal shows it: each problem of a file separately.
 pub(crate) fn rendered<'d>(
     handler: &GraphicalReportHandler,
     diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>,
@@ -117,7 +117,8 @@ fn shown(text: &dyn fmt::Display) -> String {
 }
 
 /// The text without characters that would steer a terminal: control characters other than line ends and tabs, and those
-/// that turn the direction of writing around. Each is replaced by one of as many bytes, so that spans stay right.
+/// that turn the direction of writing around. Each is replaced by one with the same number of bytes, so that spans stay
+/// valid.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     let steers = |c: char| {
         c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -177,7 +178,7 @@ impl Diagnostic for Cut<'_> {
         self.text.as_ref().map(|text| -> &dyn SourceCode { text })
     }
 
-    /// The labels, none longer than what is shown of a long line.
+    /// The labels, none longer than the visible part of a long line.
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let shown = |label: LabeledSpan| {
             let window = self.text.as_ref().and_then(|text| text.window(label.inner()));
@@ -203,7 +204,7 @@ impl fmt::Debug for CutText<'_> {
     }
 }
 
-/// What is shown of a long line.
+/// The visible part of a long line.
 struct Window {
     /// Where it begins and ends in the text, in bytes.
     start: usize,
@@ -257,7 +258,7 @@ impl<'d> CutText<'d> {
         Ok(contents(alone.name().map(str::to_owned), alone.data(), *alone.span(), (alone.line(), column)))
     }
 
-    /// What to show of the line on which a stretch begins, if a line around it is long.
+    /// The visible part of the line on which a span begins, if a line around it is long.
     fn window(&self, span: &SourceSpan) -> Option<Window> {
         let around = self.read(span, 1, 1).ok()?;
         let text = std::str::from_utf8(around.data()).ok()?;
@@ -300,7 +301,7 @@ impl SourceCode for CutText<'_> {
     }
 }
 
-/// What is shown of a text: a stretch of it that begins in that line and column, counted from 0.
+/// The visible part of a text: it begins in that line and column, counted from 0.
 fn contents<'a>(
     name: Option<String>,
     data: &'a [u8],
@@ -331,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn of_very_many_problems_the_first_are_shown() {
+    fn the_first_of_very_many_problems_are_shown() {
         let source = Source::new("file.toml", "x");
         let problems = |count: usize| {
             let problems = (0..count).map(|number| source.span(0..1).problem(format!("wrong {number}.")));
@@ -347,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_very_long_text_the_beginning_is_shown() {
+    fn the_beginning_of_a_very_long_text_is_shown() {
         let source = Source::new("file.toml", "x");
         let long = "é".repeat(10_000);
         let problem = source.span(0..1).problem(&long).with_label(&long).with_help(&long);
@@ -372,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_line_the_place_is_shown() {
+    fn the_relevant_part_of_a_long_line_is_shown() {
         for blanks in [3000, 65_000, 65_480, 65_536, 70_000, 200_000] {
             let said = problem_at_end(&format!("<a>\n{}é <Nope/>", " ".repeat(blanks)), "<Nope/>");
             assert!(said.contains(&format!("file.xml:2:{}", blanks + 3)), "{said}");
@@ -381,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_stretch_is_shown_at_its_beginning() {
+    fn a_long_span_is_shown_at_its_beginning() {
         let said = problem_at_end(&format!("x = {}", "y".repeat(100_000)), &"y".repeat(100_000));
         assert!(said.contains("x = yyy") && said.contains("here") && said.len() < 2000, "{said}");
     }
@@ -394,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_of_a_file_steers_the_terminal() {
+    fn nothing_in_a_file_controls_the_terminal() {
         let text = "one\r\n\u{1b}[31mtwo\u{7}\u{9b}31m \u{202e}three\n";
         let source = Source::new("a\u{1b}]0;title\u{7}.xml", text);
         let at = text.find("three").unwrap();
@@ -407,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_beside_the_place_is_left_out() {
+    fn a_long_line_next_to_the_location_is_left_out() {
         let said = problem_at_end(&format!("{}\nshort Nope", "z".repeat(100_000)), "Nope");
         assert!(said.contains("file.xml:2:7") && said.contains("short Nope") && said.len() < 2000, "{said}");
     }

@@ -1,4 +1,4 @@
-//! What a person reads at the end of a run.
+//! The summary for people at the end of a run.
 
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -14,8 +14,8 @@ use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeE
 use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
 
-/// Says how a run went, and gives the exit status that says so. A quiet program reports only a run that was not as
-/// expected or was interrupted, on stderr.
+/// Summarizes a run, and returns the matching exit status. A quiet program reports only a run that was not as expected
+/// or was interrupted, on stderr.
 pub(crate) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     let mut text = Text::default();
     // Writing to a string cannot fail.

@@ -14,7 +14,7 @@ use crate::output::{print, print_json};
 use crate::tree_script::{MOST_TICKS, TreeScript};
 use crate::{check, named_files};
 
-/// What can be done with a tree.
+/// The commands for a tree.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TreeCommand {
     /// Says everything that is wrong, or looks wrong, with trees
@@ -103,7 +103,7 @@ fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// What the signs of the table mean, those that are in it.
+/// The meaning of the signs that appear in the table.
 fn legend(moments: &[RehearsedTick]) -> String {
     let signs = [
         (Some(Outcome::Answered(Status::Success)), "S success"),
@@ -145,7 +145,7 @@ fn rehearse(
     Ok(())
 }
 
-/// What is on the blackboard: the entries of the main tree and of its subtrees.
+/// The contents of the blackboard: the entries of the main tree and of its subtrees.
 fn to_entries(tree: &Tree, board: &bt::Blackboard) -> serde_json::Value {
     let subtrees = tree.nodes().iter().filter(|node| node.kind() == bt::Kind::SubTree);
     let subtrees: Vec<usize> = subtrees.map(|node| node.id().index()).collect();

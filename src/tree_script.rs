@@ -1,4 +1,4 @@
-//! What the leaves of a tree answer at each of their ticks: the file of `steward tree run --leaves`.
+//! The answers of a tree's leaves at each of their ticks: the file of `steward tree run --leaves`.
 //!
 //! ```toml
 //! ticks = 5                     # by default as long as the longest part
@@ -42,7 +42,7 @@ pub(crate) struct TreeScript {
     pub(crate) period: Duration,
     /// The tree is halted after these ticks.
     pub(crate) halts: BTreeSet<u64>,
-    /// What is written to the blackboard before a tick, from the first on.
+    /// The values written to the blackboard before a tick, from the first on.
     pub(crate) writes: Vec<(u64, Vec<(String, Value)>)>,
 }
 
@@ -127,7 +127,7 @@ fn cues(item: &Item<'_>) -> Result<Vec<Cue>, Problem> {
     if cues.is_empty() { Err(wrong(item)) } else { Ok(cues) }
 }
 
-/// An answer with what is written to the leaf's ports.
+/// An answer with the values written to the leaf's ports.
 fn cue(table: &Table<'_>, item: &Item<'_>) -> Result<Cue, Problem> {
     let answer = table.text("answer").optional().and_then(|word| status(&word)).ok_or_else(|| wrong(item))?;
     let outputs = table.table("outputs").optional().map_or(Some(Vec::new()), |outputs| values(&outputs));

@@ -49,7 +49,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         }
         match told {
             Told::Verdicts(verified) => say(in_words(&verified))?,
-            // It is to be pasted, and so its lines are not broken.
+            // It is meant to be pasted, so its lines are not broken.
             Told::Contents(contents) => print(&bag::in_words(&contents))?,
         }
     }
@@ -61,7 +61,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(if refused { 2 } else { u8::from(violated) }))
 }
 
-/// What is told of a log.
+/// A notice about a log.
 enum Told {
     Verdicts(Verified),
     Contents(Contents),
@@ -131,7 +131,7 @@ fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
-    // What is not a file can be read only once.
+    // Standard input and pipes can be read only once.
     let recording = std::fs::metadata(log)?.is_file().then(|| Recording::open(log));
     match recording {
         None | Some(Err(RecordingError::Foreign(_))) => {
@@ -145,7 +145,7 @@ fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
     }
 }
 
-/// What the first line of a log says of the run.
+/// The first line of a log, which describes the run.
 #[derive(Debug, PartialEq, Eq)]
 struct Description {
     scenario: Option<String>,
@@ -156,7 +156,7 @@ struct Description {
 }
 
 impl Description {
-    /// What a log's first line says; nothing if it is not JSON.
+    /// The contents of a log's first line; nothing if it is not JSON.
     fn of(line: &[u8]) -> Self {
         let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
         let text = |key: &str| match &described[key] {
@@ -195,7 +195,7 @@ impl Description {
     }
 }
 
-/// The numbers of a version, so that versions compare; what is none is above all of them.
+/// The numbers of a version, so that versions can be compared; an invalid one is greater than all of them.
 fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
@@ -277,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_is_held_against_the_shipped_properties() {
+    fn a_log_is_checked_against_the_shipped_properties() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
         let lines = [
             r#"{"scenario":"battery_fault","seed":1}"#,
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn the_log_says_which_scenario_it_is_of_and_how_often_it_ticks() {
+    fn the_log_names_its_scenario_and_its_tick_period() {
         let described = |line: &str| {
             let Description { scenario, tick, .. } = Description::of(line.as_bytes());
             (scenario, tick.map(|tick| tick.as_millis()))

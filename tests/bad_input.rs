@@ -15,8 +15,8 @@ pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
     copy.join("battery_fault.toml")
 }
 
-/// What the binary says in that folder when it refuses its input, as `refusal` does. The messages name files as they
-/// are given, so they are the same in every folder.
+/// The message of the binary in that folder when it refuses its input, as `refusal` returns it. The messages name files
+/// as they are given, so they are the same in every folder.
 fn refusal_in(folder: &Path, arguments: &[&str]) -> String {
     let output =
         Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().expect("it starts");
@@ -26,15 +26,15 @@ fn refusal_in(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-/// What is said of each of these calls, under it.
+/// The messages printed for each of these calls, under it.
 fn refusals_of(calls: &[&[&str]]) -> String {
     let folder = tempdir().unwrap();
     let said = |call: &&[&str]| format!("$ steward {}\n{}", call.join(" "), refusal_in(folder.path(), call));
     calls.iter().map(said).collect::<Vec<_>>().join("\n")
 }
 
-/// What is said of a copy of `battery_fault` with each of these mistakes, one at a time: in `file`, the first `old` is
-/// `new`.
+/// The messages about a copy of `battery_fault` with each of these mistakes, one at a time: in `file`, the first `old`
+/// is `new`.
 fn refusals(mistakes: &[(&str, &str, &str)]) -> String {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
@@ -198,7 +198,7 @@ fn a_mistake_in_a_property_has_one_message() {
     insta::assert_snapshot!(said);
 }
 
-/// What is made of one line each is checked as a file of its own.
+/// Files made of one line each are checked on their own.
 #[test]
 fn a_mistake_in_another_file_has_one_message() {
     let folder = tempdir().unwrap();
@@ -272,9 +272,9 @@ fn a_machine_may_have_a_name_other_than_its_leaf() {
     assert!(matches!(output.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Several mistakes in the tree and in four skills, none of which is one of a file alone.
+/// Several mistakes in the tree and in four skills, none of which lies in a single file.
 #[test]
-fn mismatches_of_tree_skills_and_components_are_reported_once_at_their_places() {
+fn mismatches_of_tree_skills_and_components_are_reported_once_with_their_locations() {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
     let spoil = |file: &str, old: &str, new: &str| {
@@ -366,7 +366,7 @@ fn endless_files_are_not_read() {
 
 /// Each shown problem costs a look through its file: of very many, the first are shown.
 #[test]
-fn a_hundred_of_five_thousand_bad_properties_are_shown() {
+fn the_first_hundred_of_five_thousand_bad_properties_are_shown() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("bad.scope");
     let text: String =

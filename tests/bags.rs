@@ -74,7 +74,7 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
 }
 
 #[test]
-fn a_bag_is_held_against_the_channels_of_a_scenario() {
+fn a_bag_is_checked_against_the_channels_of_a_scenario() {
     let recorded = Recorded::new();
     let mapping = "[[messages]]\ntopic = \"/battery_state\"\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\n\
                    [messages.fields]\nstatus = { symbol = \"ok\" }\nlevel = { path = \"percentage\", scale = 100 }\n";
@@ -89,7 +89,7 @@ fn a_bag_is_held_against_the_channels_of_a_scenario() {
 }
 
 #[test]
-fn what_is_before_the_damage_is_judged() {
+fn messages_before_the_damage_are_judged() {
     let recorded = Recorded::new();
     let whole = fs::read(recorded.root.join("nav2.mcap")).unwrap();
     let copies = recorded.root.join("several");
@@ -108,7 +108,7 @@ fn what_is_before_the_damage_is_judged() {
 }
 
 #[test]
-fn what_cannot_be_checked_is_refused() {
+fn a_bag_that_cannot_be_checked_is_refused() {
     let recorded = Recorded::new();
     let (bag, scope, mapping) =
         (recorded.path("nav2.mcap"), recorded.path("nav2.scope"), recorded.path("mapping.toml"));
@@ -131,7 +131,7 @@ fn what_cannot_be_checked_is_refused() {
 }
 
 #[test]
-fn the_list_is_a_mapping() {
+fn the_list_is_a_valid_mapping() {
     let recorded = Recorded::new();
     let bag = recorded.path("nav2.mcap");
     let listed = steward(&["verify", "--list", &bag]);

@@ -55,7 +55,7 @@ fn repeated(file: &Path, k: &str, arguments: &[&str]) -> PathBuf {
     out.join(format!("run-{k}"))
 }
 
-/// What the binary says when it refuses its input, in one line: the graphical report breaks lines between words.
+/// The message of the binary when it refuses its input, in one line: the graphical report breaks lines between words.
 fn refused(arguments: &[&str]) -> String {
     refusal(arguments).split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
 }
@@ -65,7 +65,7 @@ pub(crate) fn bytes(folder: &Path) -> [Vec<u8>; 4] {
     ["dataset.parquet", "summary.json", "journal.jsonl", "report.html"].map(|name| fs::read(folder.join(name)).unwrap())
 }
 
-/// Runs a campaign on so many threads; the folder of its results.
+/// Runs a campaign on this many threads; returns the folder of its results.
 pub(crate) fn results_on(threads: u32, file: &Path) -> PathBuf {
     let out = file.with_file_name(format!("on{threads}"));
     let output = Command::new(env!("CARGO_BIN_EXE_steward"))
@@ -114,8 +114,8 @@ fn begun(file: &Path, name: &str) -> Child {
         .unwrap()
 }
 
-/// Fifty times, at random moments of a campaign's life: while it is loaded, while it goes through what is there
-/// already, while it runs, while results are written. Whenever one comes to its end, another is begun.
+/// Fifty times, at random moments of a campaign's life: while it is loaded, while it reads earlier results, while it
+/// runs, while results are written. Whenever one finishes, another is started.
 #[test]
 fn a_killed_campaign_resumes_without_losing_repeating_or_changing_a_run() {
     let (_folder, file) = campaign(SOME);
@@ -275,7 +275,7 @@ fn the_command_that_the_summary_gives_repeats_the_run() {
     assert_ne!(hash(&[]), fifth["facts"]["trace_hash"], "with the file's number of runs it is another");
 }
 
-/// A run that talks without end, if never for long, is given up, by count and not by the clock.
+/// A run that never stops communicating, even though each burst is short, is stopped by count and not by the clock.
 #[test]
 fn a_run_beyond_its_budget_is_a_result() {
     let (_folder, file) = campaign(&SOME.replace("step_budget", "run_budget").replace("runs = 24", "runs = 2"));
@@ -332,7 +332,7 @@ fn a_campaign_can_start_over_in_the_folder_of_another() {
     assert_eq!(bytes(&out), bytes(&other));
     assert_eq!(timed_runs(&out), [0, 1, 2]);
     assert_eq!(fs::read_to_string(out.join("notes.txt")).unwrap(), "mine");
-    // What no campaign wrote is not removed.
+    // Files that no campaign wrote are not removed.
     fs::write(out.join("journal.jsonl"), "{\"mine\": 1}\n").unwrap();
     assert!(refused(&[&again[..], &["--fresh"]].concat()).contains("is not the journal of a campaign"));
     assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), "{\"mine\": 1}\n");

@@ -1,4 +1,4 @@
-//! What comes of campaigns: those that come with the program, the report's page, and comparisons.
+//! The results of campaigns: those that come with the program, the report's page, and comparisons.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -128,7 +128,7 @@ fn each_run_has_its_number_of_people() {
 fn the_bug_hunt_names_each_mistake_and_the_properties_that_detect_it() {
     let out = run("bug_hunt", &["--runs", "2"]);
     says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` starts with 15"]);
-    // With 15 in place of 30 nobody starts for the station in time.
+    // With 15 instead of 30 nobody starts for the station in time.
     let first = &records(&out)[0];
     assert_eq!(first["outcome"], "not_as_expected", "{first}");
     assert_eq!(first["facts"]["monitors"][1]["verdict"], "violated", "{first}");
@@ -170,7 +170,7 @@ fn a_model_of_one_parameter_is_on_the_page_too() {
 
 #[test]
 fn a_campaign_is_compared_with_its_later_version() {
-    // In the second, no run comes to an end.
+    // In the second, no run finishes.
     let broken = SOME.replace("\"expect={}\"", "\"expect={}\", \"execution.step_budget=2\"");
     let unexpected = SOME.replace("\"expect={}\"", "\"expect={reached=[\\\"Destination\\\"]}\"");
     let (_folder, outs) = campaigns(&[("old", SOME, 0), ("broken", &broken, 1), ("unexpected", &unexpected, 0)]);

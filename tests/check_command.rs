@@ -9,7 +9,7 @@ use tempfile::{TempDir, tempdir};
 use crate::programs::has_python;
 use crate::steward::{refusal, steward};
 
-/// What the command says as JSON, with its exit status.
+/// The output of the command as JSON, with its exit status.
 fn checked(files: &[&str]) -> (Option<i32>, Value) {
     let output = steward(&[&["check", "--json"], files].concat());
     let report = serde_json::from_slice(&output.stdout);
@@ -88,13 +88,13 @@ const START: &str = "[start]\nposition_m = [0.6, 1.0]\nheading_deg = 0\n";
 const STATION: &str = "[RechargingStation]\nposition_m = [2.4, 1.0]\nheading_deg = 0\n";
 const DESTINATION: &str = "[Destination]\nposition_m = [1.2, 1.4]\nheading_deg = 0\n";
 
-/// What is said of places with which the scenario cannot be run.
+/// The messages about places with which the scenario cannot be run.
 fn refused(places: &str) -> String {
     let (_folder, scenario) = two_rooms(places);
     refused_by_all(&scenario)
 }
 
-/// What both `check` and a run say of a scenario.
+/// The messages that both `check` and a run print about a scenario.
 fn refused_by_all(scenario: &Path) -> String {
     let out = scenario.with_file_name("out");
     let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--out", out.to_str().unwrap()]);
@@ -134,7 +134,7 @@ fn unreachable_places_are_refused_before_a_run() {
 }
 
 #[test]
-fn places_that_a_skill_always_drives_to_are_needed() {
+fn places_to_which_a_skill_always_drives_are_required() {
     let vault = "[Vault]\nposition_m = [4.0, 1.0]\nheading_deg = 0\n";
     let (_folder, scenario) = two_rooms(&format!("{START}{STATION}{DESTINATION}{vault}"));
     let text = fs::read_to_string(&scenario).unwrap();
@@ -168,7 +168,7 @@ fn a_place_cannot_be_expected_to_be_reached_and_not_to_be() {
 
 /// A scenario in which nothing is charged and nobody is sent anywhere says neither where.
 #[test]
-fn station_and_destination_are_needed_only_where_they_are_used() {
+fn station_and_destination_are_required_only_where_they_are_used() {
     let folder = tempdir().unwrap();
     let scenario = folder.path().join("short.toml");
     let text = "map = \"maps/house.yaml\"\nplaces = \"maps/house.places.toml\"\ntree = \"trees/recharge.xml\"\n\

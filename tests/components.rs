@@ -80,7 +80,7 @@ fn a_speaker_runs_by_adding_files_under_every_policy() {
 }
 
 #[test]
-fn faults_of_components_channels_and_skills_hit_a_speaker() {
+fn faults_of_components_channels_and_skills_affect_a_speaker() {
     let arrives = "when = \"(GoToDestination, BT, m[1] = <success>)\"";
     let speaks = "when = \"(AnnounceArrival, Speaker, m[1] = <say>)\"";
     let outcome = |fault: &str, expected: &str| {
@@ -117,7 +117,7 @@ fn each_mistake_has_one_message() {
         assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
         assert!(said.contains(message), "{more}: {said}");
     }
-    // What others ask must be in the interface, and so must what it publishes.
+    // The requests that others send must be in the interface, and so must the topics that it publishes.
     let folder = folder("");
     let speaker = folder.path().join("Speaker.scxml");
     let said = "<send type=\"channel\" targetexpr=\"listener\" event=\"ok\"/>";

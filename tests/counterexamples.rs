@@ -23,7 +23,7 @@ fn proved(out: &Path, arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn what_was_found_is_a_scenario_with_a_schedule_and_a_chart() {
+fn a_counterexample_has_a_scenario_a_schedule_and_a_chart() {
     let folder = tempdir().expect("a folder");
     let proof = proved(folder.path(), &["nominal", "--property", "phi2", "--set", "execution.tree=nodes"]);
     let found = folder.path().join("phi2");
@@ -45,9 +45,9 @@ fn what_was_found_is_a_scenario_with_a_schedule_and_a_chart() {
 }
 
 #[test]
-fn every_run_against_a_shipped_property_can_be_followed() {
+fn every_run_that_violates_a_shipped_property_can_be_followed() {
     let folder = tempdir().expect("a folder");
-    // Where the files do not come to the same verdict, the command fails.
+    // Where the files do not lead to the same verdict, the command fails.
     let long = ["nominal", "--set", "prove.expect.phi1='violated'", "--set", "prove.trips.ticks=10"];
     let mut count = 0;
     for arguments in [&["nominal", "nav2/*"][..], &long] {
@@ -65,7 +65,7 @@ fn every_run_against_a_shipped_property_can_be_followed() {
 }
 
 #[test]
-fn a_schedule_that_does_not_fit_is_refused_at_the_step() {
+fn a_schedule_that_does_not_fit_is_refused_at_the_first_such_step() {
     let folder = tempdir().expect("a folder");
     proved(folder.path(), &["nominal", "--property", "phi2"]);
     let found = folder.path().join("phi2");
@@ -91,7 +91,7 @@ fn a_schedule_that_does_not_fit_is_refused_at_the_step() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_one_message() {
+fn a_folder_that_cannot_be_written_gives_one_message() {
     let folder = tempdir().expect("a folder");
     let file = folder.path().join("a file");
     fs::write(&file, "").expect("room for a file");
@@ -105,7 +105,7 @@ fn a_folder_that_cannot_be_written_is_one_message() {
 const SLOW: &str = "property slow := not (time_until (BatteryReader, BatteryLevel, m[2] <= 30) < 5)\n";
 
 #[test]
-fn levels_that_no_battery_can_have_are_told_apart_more_finely() {
+fn impossible_levels_are_divided_more_finely() {
     let folder = tempdir().expect("a folder");
     let file = folder.path().join("slow.scope");
     fs::write(&file, SLOW).expect("room for a property");
@@ -138,7 +138,7 @@ fn levels_that_no_battery_can_have_are_told_apart_more_finely() {
 }
 
 #[test]
-fn an_interrupted_proof_says_how_far_it_came() {
+fn an_interrupted_proof_reports_its_progress() {
     let large = ["execution.tree=nodes", "prove={}", "prove.messages={lose=3, repeat=3}"];
     let large: Vec<&str> = large.iter().flat_map(|set| ["--set", set]).collect();
     let arguments = [&["prove", "nominal", "--property", "phi3", "--memory", "3000"], &large[..]].concat();
@@ -163,7 +163,7 @@ fn an_interrupted_proof_says_how_far_it_came() {
 }
 
 #[test]
-fn the_physics_show_a_violation_too_or_it_is_said_what_is_different() {
+fn the_physics_show_the_violation_too_or_the_difference_is_reported() {
     let folder = tempdir().expect("a folder");
     let long = ["nominal", "--replay", "--set", "prove.trips.ticks=10", "--set", "battery.initial_pct=50"];
     let proof = proved(folder.path(), &long);

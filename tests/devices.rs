@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::steward::{refusal, report};
 
-/// A leaf: its name, what it asks of which component, with which text, and under which condition the answer is enough.
+/// A leaf: its name, its request and the component, with which text, and the condition that the answer must meet.
 type Asks<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
 
 /// A skill that asks a device at every tick, until the condition holds.
@@ -107,7 +107,7 @@ fn a_button_a_microphone_and_a_speaker_need_no_robot() {
 }
 
 #[test]
-fn deaf_and_mute_devices_do_not_know() {
+fn deaf_and_mute_devices_do_not_notice() {
     let deaf = |component: &str| format!("[[faults]]\nkind = \"device_deaf\"\ncomponent = \"{component}\"\nat_s = 1");
     for component in ["CallButton", "Microphone"] {
         let report = run(&called(&deaf(component)), &[]);
@@ -121,7 +121,7 @@ fn deaf_and_mute_devices_do_not_know() {
 }
 
 #[test]
-fn components_faults_hit_devices() {
+fn faults_of_components_affect_devices() {
     for (fault, is_to_be_done) in [
         ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 2", false),
         ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 1\nlasts_s = 2", true),
@@ -141,7 +141,7 @@ fn components_faults_hit_devices() {
 }
 
 #[test]
-fn each_speech_is_told_once() {
+fn each_spoken_text_is_reported_once() {
     let twice: &[Asks<'_>] =
         &[("Say", "Speaker", "say", "Hello", "true"), ("Again", "Speaker", "say", "Hello", "true")];
     let world = "execution.max_time_s = 4\n[components.Speaker]\nbuiltin = \"speaker\"\nletters_per_s = 10";
@@ -155,7 +155,7 @@ fn each_speech_is_told_once() {
     assert_eq!(times(muted), sound, "an interruption makes no second speech");
 }
 
-/// A robot that stands at the start in a world with a door, a box and two people, of whom one is behind a wall.
+/// A robot that stands at the start in a world with a door, a box and two people, one of them behind a wall.
 const WORLD: &str = r#"
 base = "errand"
 execution.max_time_s = 40

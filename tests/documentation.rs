@@ -1,9 +1,9 @@
-//! README and book: commands print what is shown, links lead somewhere, and the summary has every page.
+//! README and book: commands print the output shown, links lead somewhere, and the summary has every page.
 //!
-//! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and what they
-//! print; a line that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file
-//! of that name. A page with `<!-- continues: PAGE -->` goes on in the folder of that page. Whatever is not run says
-//! so: `<!-- not run: reason -->`. A page with `<!-- needs: python3 -->` is run where there is Python.
+//! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and their output;
+//! a line that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file of that
+//! name. A page with `<!-- continues: PAGE -->` continues in the folder of that page. A command that is not run is
+//! marked: `<!-- not run: reason -->`. A page with `<!-- needs: python3 -->` is run where there is Python.
 //! `STEWARD_BLESS=1` writes into the pages what commands print.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -50,12 +50,12 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// What stands between the two texts, if the whole begins and ends with them.
+/// The text between the two others, if the whole begins and ends with them.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
     text.strip_prefix(before)?.strip_suffix(after)
 }
 
-/// A fenced block: what stands behind its fence, the last line of text above it, and its place in the page.
+/// A fenced block: the text after its fence, the last line of text above it, and its position in the page.
 struct Block<'a> {
     kind: &'a str,
     above: &'a str,
@@ -123,7 +123,7 @@ impl Page {
         }
     }
 
-    /// What a shell is given so that it does what a reader does.
+    /// The shell script that does what a reader does.
     fn script(&self) -> String {
         let typed = self.steps.iter().map(|step| match step {
             Step::File(name, text) => format!("cat > '{name}' <<'{END_OF_FILE}'\n{text}{END_OF_FILE}\n"),
@@ -134,7 +134,7 @@ impl Page {
         typed.collect()
     }
 
-    /// Compares what commands printed with what is shown. Returns the page as it should be, and what is wrong with it.
+    /// Compares the output of commands with the output shown. Returns the corrected page, and the problems.
     fn compare(&self, outcomes: &mut impl Iterator<Item = Outcome>) -> (String, Vec<String>) {
         let (mut text, mut copied, mut problems, mut failed) = (String::new(), 0, Vec::new(), false);
         for step in &self.steps {
@@ -164,7 +164,7 @@ impl Page {
     }
 }
 
-/// What a command printed, and its exit status.
+/// The output of a command, and its exit status.
 struct Outcome {
     printed: String,
     status: String,
@@ -215,8 +215,8 @@ fn is(shown: &str, line: &str) -> bool {
     (0..=line.len()).filter(|&at| line.is_char_boundary(at)).any(|at| is(rest, &line[at..]))
 }
 
-/// What to show instead: as many lines before the first and after the last elision as before, and lines with an elision
-/// where they fit.
+/// The output to show instead: as many lines before the first and after the last elision as before, and lines with an
+/// elision where they fit.
 fn corrected(shown: &[&str], lines: &[&str]) -> Vec<String> {
     let before = shown.iter().position(|&line| line == "…").unwrap_or(lines.len());
     let after = shown.iter().rev().position(|&line| line == "…").unwrap_or(0);
@@ -242,7 +242,7 @@ fn pages() -> Vec<(PathBuf, bool)> {
 }
 
 #[test]
-fn commands_print_what_is_shown() {
+fn commands_print_what_the_page_shows() {
     let bless = env::var_os("STEWARD_BLESS").is_some();
     let run = markdown(&book()).into_iter().chain([root().join("README.md")]);
     let mut pages: Vec<Page> = run.map(|path| Page::parse(&path, read(&path))).collect();
@@ -253,7 +253,7 @@ fn commands_print_what_is_shown() {
     assert!(problems.is_empty() || bless, "{}\n\nSTEWARD_BLESS=1 writes it into the pages.", problems.join("\n\n"));
 }
 
-/// Types pages and says what is wrong with them; with `bless`, corrects them.
+/// Types the commands of pages and reports differences; with `bless`, corrects them.
 fn follow(pages: &[&Page], bless: bool) -> Vec<String> {
     let mut outcomes = typed(pages).into_iter();
     let compared = pages.iter().flat_map(|page| {
@@ -266,7 +266,7 @@ fn follow(pages: &[&Page], bless: bool) -> Vec<String> {
     compared.collect()
 }
 
-/// Pages with commands, each behind the one that it continues.
+/// Pages with commands, each after the one that it continues.
 fn chains(pages: &[Page]) -> Vec<Vec<&Page>> {
     let (first, others): (Vec<&Page>, Vec<&Page>) = pages.iter().partition(|page| page.continues.is_none());
     let mut chains: Vec<Vec<&Page>> = first.into_iter().map(|page| vec![page]).collect();
@@ -282,7 +282,7 @@ fn chains(pages: &[Page]) -> Vec<Vec<&Page>> {
 }
 
 #[test]
-fn what_is_shown_is_compared() {
+fn what_a_page_shows_is_compared() {
     assert!(agree(&["a", "…", "d"], &["a", "b", "c", "d"]) && !agree(&["a", "…", "c"], &["a", "b", "c", "d"]));
     assert!(is("wrote … in …s", "wrote a.png in 3.2 s") && !is("wrote … in", "wrote a.png in 3.2 s"));
     assert_eq!(corrected(&["a", "…", "took … s"], &["b", "c", "d", "took 3 s"]), ["b", "…", "took … s"]);

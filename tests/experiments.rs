@@ -1,4 +1,4 @@
-//! The scenarios come to what they must, whoever schedules.
+//! The scenarios end as they must, whatever the schedule.
 
 use serde_json::Value;
 use tempfile::tempdir;
@@ -134,7 +134,7 @@ fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
 }
 
 #[test]
-fn the_undisturbed_run_has_the_same_course_with_the_published_protocol() {
+fn the_undisturbed_run_takes_the_same_course_with_the_published_protocol() {
     for variant in ["seed=1", "seed=2", "execution.policy=round-robin", "execution.tree=nodes"] {
         let run = changed("nominal", &["skills=skills/original", "execution.stops=any-trip", variant]);
         assert_eq!(run["outcome"], "as_expected", "{variant}: {}", run["differences"]);
@@ -143,7 +143,7 @@ fn the_undisturbed_run_has_the_same_course_with_the_published_protocol() {
 }
 
 #[test]
-fn the_halt_of_a_trip_that_has_ended_loses_the_next_if_it_ends_every_trip() {
+fn the_halt_of_a_finished_trip_loses_the_next_one_if_it_ends_every_trip() {
     for seed in 1..=5 {
         let run = changed("late_halt", &[&format!("seed={seed}")]);
         assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
@@ -154,7 +154,7 @@ fn the_halt_of_a_trip_that_has_ended_loses_the_next_if_it_ends_every_trip() {
 }
 
 #[test]
-fn navigation_that_is_given_free_before_it_is_halted_loses_the_trip_in_some_orders() {
+fn navigation_that_is_released_before_it_is_halted_loses_the_trip_in_some_orders() {
     let published = changed("early_release", &["faults=[]"]);
     assert_eq!(monitor(&published, "phi3")["verdict"], "satisfied", "the same order, without the mistake");
     assert!(reached(&published, "RechargingStation").is_some());

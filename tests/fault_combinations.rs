@@ -1,4 +1,4 @@
-//! Faults that hold at once, and faults that come again and again.
+//! Faults that are active at the same time, and faults that repeat.
 
 use serde_json::Value;
 
@@ -37,8 +37,7 @@ fn a_component_is_suspended_while_any_of_its_faults_is_active() {
     }
 }
 
-/// What BatteryLevel tells the tree in each tick, for a battery that stays at 25 %, where the skill is content with 30
-/// %.
+/// BatteryLevel's answers to the tree in each tick, for a battery that stays at 25 %, where the skill accepts 30 %.
 fn verdicts(faults: &str) -> Vec<(u64, bool)> {
     let battery =
         [("initial_pct", 25), ("charge_pct_per_s", 0), ("drain_pct_per_s", 0), ("standstill_drain_pct_per_s", 0)];

@@ -1,4 +1,4 @@
-//! The tour guide: the tour, and what may go wrong in it.
+//! The tour guide: the tour, and what can go wrong in it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,11 +47,11 @@ fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
 }
 
 #[test]
-fn the_planner_is_a_program_whose_failure_is_told() {
+fn the_failure_of_the_planner_program_is_reported() {
     if !has_python() {
         return;
     }
-    // It is told a text that is not what it expects.
+    // It receives a text that it does not expect.
     let report = run("guide", &["--set", "components.TourPlanner.data.stops=\"Dinosaurs\""]);
     let [error] = report["skill_errors"].as_array().unwrap().as_slice() else { panic!("{report}") };
     assert_eq!(error["skill"], "TourPlanner");

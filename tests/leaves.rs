@@ -7,7 +7,7 @@ use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, report, steward};
 
-/// Two kinds of leaves, told apart by name, in a file of version 3; `carrier` is a port that no model declares.
+/// Two kinds of leaves, distinguished by name, in a file of version 3; `carrier` is a port that no model declares.
 const TOLD_APART_BY_NAME: &str = r#"<root main_tree_to_execute="Errand">
   <BehaviorTree ID="Errand">
     <ReactiveSequence>
@@ -144,7 +144,7 @@ fn ports_are_read_with_the_tick_and_written_with_the_answer() {
 }
 
 #[test]
-fn a_tree_that_asks_where_the_robot_is_is_told_before_each_tick() {
+fn a_tree_that_asks_for_the_pose_of_the_robot_gets_it_before_each_tick() {
     let tree = r#"<root BTCPP_format="4"> <BehaviorTree ID="T"> <PipelineSequence>
         <DistanceController distance="3.0"> <Condition ID="BatteryLevel"/> </DistanceController>
         <GoTo place="lounge"/>
@@ -260,7 +260,7 @@ fn a_scenario_without_properties_drops_the_expectations_of_its_base() {
     let report = self::report("errand", &folder.path().join("out"), &quiet);
     assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
 
-    // What the scenario itself says of a property that is not there is still a mistake.
+    // A mistake remains a mistake if the scenario itself mentions a property that does not exist.
     std::fs::write(&scenario, format!("{text}expect.phi9 = \"satisfied\"\n")).unwrap();
     let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots"]);
     assert!(said.contains("unknown property `phi9`"), "{said}");

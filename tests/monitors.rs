@@ -1,4 +1,4 @@
-//! The monitors that are made from text: against those built by hand, on recorded runs, and against themselves as
+//! The monitors that are made from text: compared with those built by hand, on recorded runs, and with themselves as
 //! SCXML.
 
 use std::fs::File;
@@ -70,7 +70,7 @@ const OF_ALL_KINDS: &str = "
             implies time_until (BatteryReader, BatteryLevel, true) <= 2)
     property sense := always not (BatteryReader, BatteryLevel, m[1] = <error> and m[2] = \"no \\\"sensor\\\"\")";
 
-/// A run of ticks and of messages, one of each kind that the monitor tells apart, in an order that looks random.
+/// A run of ticks and of messages, one of each kind that the monitor distinguishes, in an order that looks random.
 fn made_up_run(monitor: &ScopeMonitor, mut seed: u64) -> Vec<Event> {
     let samples: Vec<EventKind> = monitor.samples().collect();
     let mut ticks = 0_u64;
@@ -149,7 +149,7 @@ const LOG: &str = r#"{"scenario":"nominal","version":"0.1.0","tick_s":1.0}
 {"step":2,"tick":1,"time_s":1.0,"generated":"tick"}
 "#;
 
-/// What `steward verify` says of a log that it gets on standard input.
+/// The output of `steward verify` for a log on standard input.
 fn verified(log: &str, property: &str) -> (Option<i32>, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
         .args(["verify", "-", "--property", property])

@@ -48,7 +48,7 @@ fn a_kidnapped_robot_relocalizes_and_finishes_its_errand() {
     }
 }
 
-/// What the benchmark says of a few trips through the house.
+/// The benchmark's output for a few trips through the house.
 fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {
     let out = tempdir().unwrap();
     let mut all = vec!["navigate", "--json", "--pictures", "none", "--out", out.path().to_str().unwrap()];

@@ -1,4 +1,4 @@
-//! What others want to be named for.
+//! Notices that licences require.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use crate::workspace::{Package, metadata};
 
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
-/// The licences of an expression that LICENSE-APACHE does not stand for: of those that may be chosen, MIT or the first.
+/// The licences of an expression that LICENSE-APACHE does not cover: MIT or the first of those that may be chosen.
 fn to_be_named(expression: &str) -> BTreeSet<String> {
     let chosen = expression.split(" AND ").filter_map(|part| {
         let choices: Vec<&str> =
@@ -62,7 +62,7 @@ fn everyone_who_requires_a_notice_is_named() {
 }
 
 #[test]
-fn a_licence_is_named_unless_another_may_be_chosen() {
+fn a_licence_is_named_unless_a_different_one_may_be_chosen() {
     let named = |expression| to_be_named(expression).into_iter().collect::<Vec<_>>().join(" ");
     assert_eq!(named("MIT OR Apache-2.0"), "");
     assert_eq!(named("Unlicense/MIT"), "MIT");
@@ -71,7 +71,7 @@ fn a_licence_is_named_unless_another_may_be_chosen() {
 }
 
 #[test]
-fn the_program_prints_them() {
+fn the_program_prints_the_notices() {
     let output = steward(&["licenses"]);
     assert!(output.status.success());
     assert_eq!(String::from_utf8(output.stdout).unwrap(), NOTICES);

@@ -1,4 +1,4 @@
-//! What is written is whole or not there, and under a name of its own.
+//! An output file is complete or not there at all, and has a name of its own.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-/// The binary in `folder`, which can write no file of more than that many half kilobytes.
+/// The binary in `folder`, which cannot write a file of more than that many half kilobytes.
 #[cfg(target_os = "linux")]
 fn on_a_small_disk(folder: &Path, limit: u32, arguments: &[&str]) -> Output {
     let script = format!("ulimit -f {limit}; exec \"$@\"");
@@ -151,7 +151,7 @@ fn a_map_is_not_overwritten_silently() {
     }
 }
 
-/// Runs a scenario of that file name, with this property in place of its own; the files that it writes to `out`.
+/// Runs a scenario of that file name, with this property instead of its own; returns the files that it writes to `out`.
 fn outputs_of(file: &str, property: &str) -> Vec<String> {
     let folder = tempdir().unwrap();
     let shipped = ["phi1", "phi2", "phi3"].map(|name| format!("\"properties/{name}.scope\"")).join(", ");

@@ -1,4 +1,4 @@
-//! Components that are programs: what they are told, what they may do, and that nothing of them is left running.
+//! Components that are programs: what they receive, what they may do, and that none of their processes is left running.
 
 mod conversation;
 mod hostile;

@@ -1,6 +1,6 @@
-//! The shipped protocol between tree, skills and components stands any single fault of any channel: whichever message
-//! is lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and in the end all is as if
-//! nothing had been.
+//! The shipped protocol between tree, skills and components tolerates any single fault of any channel: whichever
+//! message is lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and the final state is
+//! the same as without the fault.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ const LOW_AFTER: u32 = 4;
 /// Answers each request at once, from a table.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Reader {
-    /// For each client, where it asks and where it is answered, and what it has asked.
+    /// For each client, where it sends its requests and receives its answers, and what it has asked.
     clients: Vec<(ChannelId, ChannelId, Option<Envelope>)>,
     answers: BTreeMap<&'static str, Value>,
 }
@@ -108,8 +108,8 @@ impl Model {
         Self { tree, system, bt, generator, reader }
     }
 
-    /// This happens to the `nth` message that anybody outside of the tree sends or is sent; the count goes on in what
-    /// is returned.
+    /// This happens to the `nth` message that any process outside the tree sends or receives; the count continues in
+    /// the returned value.
     fn disturb_nth(&mut self, nth: u64, effect: &Effect) -> Arc<AtomicU64> {
         let sent = Arc::new(AtomicU64::new(0));
         let topology = Arc::clone(self.system.topology());
@@ -121,7 +121,7 @@ impl Model {
         sent
     }
 
-    /// Runs all ticks, a second apart: which of them were taken, and how the tree stands in the end.
+    /// Runs all ticks, a second apart: which of them were taken, and the final state of the tree.
     fn run(&mut self, scheduler: &mut dyn Scheduler) -> Result<(Vec<bool>, Vec<NodeState>), String> {
         let mut taken = Vec::new();
         for step in 0..10 * TICKS {
@@ -164,7 +164,7 @@ fn schedulers() -> Vec<Box<dyn Scheduler>> {
     vec![Box::new(RoundRobin::default()), Box::new(Random::new(ChaCha8Rng::seed_from_u64(7)))]
 }
 
-/// Every message of a run suffers that, one a run.
+/// Every message of a run is disturbed in this way, one per run.
 fn every_message(effect: &Effect) {
     for as_nodes in [false, true] {
         for turn in 0..schedulers().len() {
@@ -175,7 +175,7 @@ fn every_message(effect: &Effect) {
             assert_eq!(taken, vec![true; TICKS as usize]);
             let messages = sent.load(Ordering::Relaxed);
             assert!(messages > 150, "{messages} messages");
-            // What happens in the last ticks cannot be over by the end.
+            // Events in the last ticks cannot be completed by the end.
             for nth in 0..messages * 6 / 10 {
                 let mut faulty = Model::new(as_nodes);
                 faulty.disturb_nth(nth, effect);

@@ -19,7 +19,7 @@ fn results(proof: &Value) -> Vec<(&str, &str)> {
 }
 
 #[test]
-fn the_papers_system_is_as_its_scenario_says() {
+fn the_papers_system_behaves_as_its_scenario_says() {
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &["nominal", "--set", tree]);
         assert_eq!(
@@ -113,7 +113,7 @@ fn junit_has_a_case_per_property() {
     assert!(xml.contains("phi1 was expected to be violated, and is proved"), "{xml}");
 }
 
-/// What is said of `nominal` with these settings, which are refused.
+/// The messages about `nominal` with these settings, which are refused.
 fn refused(set: &[&str]) -> String {
     let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
     refusal(&[&["prove", "nominal"], &set[..]].concat())
@@ -157,7 +157,7 @@ fn assumptions_that_contradict_each_other_are_refused() {
 }
 
 #[test]
-fn what_cannot_be_proved_is_said_with_a_way_out() {
+fn what_cannot_be_proved_is_reported_with_a_remedy() {
     let pick = refusal(&["prove", "pick"]);
     assert!(pick.contains("the property delivered demands something without a bound"), "{pick}");
     let guide = refusal(&["prove", "guide", "--set", "prove.components={}"]);
@@ -238,7 +238,7 @@ fn planted() -> (TempDir, String) {
 }
 
 #[test]
-fn without_a_property_what_is_never_reached_is_listed_with_its_place() {
+fn without_a_property_whatever_is_never_reached_is_listed_with_its_location() {
     let (_folder, scenario) = planted();
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &[&scenario, "--set", tree]);
@@ -281,7 +281,7 @@ fn without_a_property_what_is_never_reached_is_listed_with_its_place() {
 }
 
 #[test]
-fn what_is_never_reached_does_not_depend_on_the_form_of_the_tree() {
+fn whatever_is_never_reached_does_not_depend_on_the_form_of_the_tree() {
     let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
     assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
 }
@@ -368,7 +368,7 @@ fn faults_of_the_catalogue_may_occur_in_a_proof() {
     assert_eq!(run["replayed"], true);
     let steps = run["steps"].as_array().expect("steps");
     assert!(steps.iter().any(|it| it["environment"] == mistake), "{run:#}");
-    // A server that hangs or begins anew does no harm.
+    // A server that hangs or restarts does no harm.
     for fault in ["component_frozen", "component_crash"] {
         let faults = format!("prove.faults={{{fault}='ControllerServer'}}");
         self::proof(0, &["nav2/halted_early_fixed", "--property", "stands_still", "--set", &faults]);
@@ -376,7 +376,7 @@ fn faults_of_the_catalogue_may_occur_in_a_proof() {
 }
 
 #[test]
-fn mutants_that_survive_are_what_a_proof_of_them_does_not_notice() {
+fn mutants_that_survive_are_mistakes_that_no_property_notices() {
     let scenario = "nav2/halted_early_fixed";
     let all = proof(0, &[scenario, "--mutants"]);
     let mutants = all["mutants"].as_array().expect("mutants");

@@ -28,7 +28,7 @@ events = [
 ]
 "#;
 
-/// A folder with the machines and a scenario that has these lines beside those of its base.
+/// A folder with the machines and a scenario that has these lines in addition to those of its base.
 fn folder(base: &str, lines: &str) -> (TempDir, PathBuf) {
     let folder = tempdir().unwrap();
     let published = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/published");
@@ -111,7 +111,7 @@ fn errors_in_a_monitor_machine_are_reported_and_change_nothing() {
 }
 
 #[test]
-fn errors_in_a_ready_made_monitor_are_reported_at_their_places() {
+fn errors_in_a_ready_made_monitor_are_reported_with_their_locations() {
     let said = |from: &str, to: &str| {
         let (_folder, scenario) = folder("battery_fault", &MACHINES.replace(from, to));
         refusal(&["--scenario", scenario.to_str().unwrap()])

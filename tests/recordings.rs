@@ -56,7 +56,7 @@ fn property_files(scenario: &str, folder: &Path) -> Vec<String> {
     loaded.properties.iter().enumerate().map(write).collect()
 }
 
-/// `verify` says of a recording what the run said: verdict, tick, witness.
+/// `verify` gives the same results for a recording as the run did: verdict, tick, witness.
 fn check_verdicts(scenario: &str, recording: &str, report: &Value, folder: &Path) {
     let files = property_files(scenario, folder);
     if files.is_empty() {
@@ -74,7 +74,7 @@ fn check_verdicts(scenario: &str, recording: &str, report: &Value, folder: &Path
     };
     let (expected, found) = (named(report), named(&verified));
     for (name, found) in found {
-        // A run without monitors has no verdicts, and one with others not those of these.
+        // A run without monitors has no verdicts, and one with other monitors has other verdicts.
         let Some(expected) = expected.get(&name) else { continue };
         for key in ["verdict", "state"] {
             assert_eq!(found[key], expected[key], "{scenario}: {name}: {key}");
@@ -196,7 +196,7 @@ fn an_incomplete_recording_is_refused_with_one_message() {
     damaged[middle] ^= 0x40;
     has(said_of(&damaged), "is damaged");
     has(refusal(&["report", &at("none.rec"), "--out", &at("report")]), "cannot read");
-    // In MCAP: cut anywhere, damaged, and by somebody else.
+    // In MCAP: truncated anywhere, damaged, and written by another program.
     steward(&[&run[..], &["--out", &at("out"), "--record", &at("run.mcap")]].concat());
     let whole = std::fs::read(at("run.mcap")).unwrap();
     has(said_of(&whole[..whole.len() / 2]), "ends before its run does, at ");
@@ -207,14 +207,14 @@ fn an_incomplete_recording_is_refused_with_one_message() {
     damaged[20_000] ^= 0x40;
     has(said_of(&damaged), "is damaged");
     has(said_of(&of_another_program()), "is not a recording of a run");
-    // What there is of a run can be judged.
+    // An incomplete run can be judged up to its end.
     std::fs::write(at("part.mcap"), &whole[..whole.len() / 2]).unwrap();
     let verified = steward(&["verify", &at("part.mcap"), "--property", "phi1"]);
     has(String::from_utf8_lossy(&verified.stderr).into_owned(), "ends before its run does, at ");
     has(String::from_utf8_lossy(&verified.stdout).into_owned(), "phi1");
 }
 
-/// A file in MCAP that is no recording.
+/// An MCAP file that is not a recording.
 fn of_another_program() -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     let mut writer = mcap::Writer::new(&mut file).unwrap();

@@ -195,7 +195,7 @@ fn examples_of_operators_are_properties() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// What is written above an item.
+/// The comment above an item.
 fn docs(attributes: &[syn::Attribute]) -> String {
     let line = |attribute: &syn::Attribute| {
         let syn::Meta::NameValue(meta) = &attribute.meta else { return None };
@@ -285,7 +285,7 @@ impl Written {
         written
     }
 
-    /// What a type is in JSON, and the struct in it, if there is one, with the path from the field to it.
+    /// A type's name in JSON, and the struct in it, if there is one, with the path from the field to it.
     fn type_in_words(&self, of: &syn::Type) -> (String, Option<(String, &'static str)>) {
         let syn::Type::Path(path) = of else {
             return match of {
@@ -321,7 +321,7 @@ impl Written {
         }
     }
 
-    /// The fields of a struct and of those in it, a section each; and which fields there are where.
+    /// The fields of a struct and of those in it, one section each; and where each field is.
     fn sections(&self, root: &str, fields: &mut BTreeMap<String, BTreeSet<String>>) -> String {
         let mut text = String::new();
         let mut next = vec![(String::new(), root.to_owned())];

@@ -1,6 +1,6 @@
 //! The report as a page: in a browser, at the widths of a phone, a tablet and a desk.
 //!
-//! Chromium does the looking; where there is none, the tests say so and pass (CI installs it). Screenshots of every
+//! The tests use Chromium to check pages; without it, the tests say so and pass (CI installs it). Screenshots of every
 //! page stay in `target/tmp/report_page/`.
 
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use tempfile::tempdir;
 use crate::steward::{picture_size, report, steward};
 
 const WIDTHS_PX: [u32; 3] = [390, 768, 1400];
-/// A page is to be one that a phone opens at once.
+/// A phone should open a page at once.
 const MOST_BYTES: usize = 800_000;
 
-/// Finds out, in the browser, what is wrong with the page, and tells the page around it.
+/// Checks the page in the browser, and reports its problems to the page around it.
 const PROBE: &str = r#"<script>
 addEventListener('load', () => {
   const width = document.documentElement.clientWidth, problems = [];
@@ -57,8 +57,7 @@ addEventListener('load', () => {
 });
 </script>"#;
 
-/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Writes down what it is
-/// told.
+/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Records the report.
 fn frame(width: u32) -> String {
     format!(
         "<!DOCTYPE html><pre id=\"probe\"></pre><script>addEventListener('message', event => \
@@ -97,7 +96,7 @@ fn open(browser: &Path, page: &Path, (width, height): (u32, u32), arguments: &[&
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// What the probe found at that width.
+/// The probe's findings at that width.
 fn probe(browser: &Path, folder: &Path, width: u32) -> Value {
     let page = folder.join("frame.html");
     std::fs::write(&page, frame(width)).unwrap();
@@ -190,8 +189,8 @@ fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     look_at("joypad", &out.path().join("report.html"), 4);
 }
 
-/// The page of that scenario's run, after it has been looked at: it has so many charts and says all of `words`, in
-/// their order.
+/// The page of that scenario's run, after it has been checked: it has this many charts and contains all of `words`, in
+/// order.
 fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
     let out = tempdir().unwrap();
     report(scenario, out.path(), &["--no-snapshots"]);

@@ -1,4 +1,4 @@
-//! RoAML models: scenarios as they are, or in a scenario's file.
+//! RoAML models: used directly as scenarios, or named in a scenario's file.
 
 mod as2fm;
 mod lift;
@@ -137,7 +137,7 @@ const PROPERTY: &str = r#"{"properties": [{"name": "three", "expression": {"op":
   {"op": "=", "left": "topic_count_msg__ros_fields__data", "right": 3}}}}}]}"#;
 
 #[test]
-fn what_a_model_has_itself_is_refused_beside_it() {
+fn keys_that_a_model_determines_itself_are_refused_beside_it() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("own.toml");
     for (lines, key) in [("tree = \"tree.xml\"", "tree"), ("[components.Door]\nmachine = \"Door.scxml\"", "components")]

@@ -18,7 +18,7 @@ fn drive(set: &[&str]) -> Value {
     report("battery_fault", out.path(), &[&arguments[..], &["--set", "faults=[]", "--set", "expect={}"]].concat())
 }
 
-/// What was said, without line breaks.
+/// The output, without line breaks.
 fn words(said: &[u8]) -> String {
     let said = String::from_utf8_lossy(said);
     said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
@@ -31,7 +31,7 @@ fn arrival_s(report: &Value) -> f64 {
 }
 
 #[test]
-fn what_a_scenario_says_of_the_default_robot_changes_nothing() {
+fn repeating_the_defaults_of_the_robot_changes_nothing() {
     let limits =
         "max_linear_mps=0.45,max_angular_radps=1,max_linear_acceleration_mps2=0.5,max_angular_acceleration_radps2=2";
     let docking = "docking={distance_m=0.5,angle_deg=10,rest_s=1}";
@@ -77,7 +77,7 @@ fn a_wide_robot_does_not_fit_through_the_doors() {
 }
 
 #[test]
-fn one_laser_that_sees_what_is_ahead_is_enough() {
+fn one_laser_that_looks_ahead_is_enough() {
     let laser = "robot.lasers=[{name=\"nose\",at=[0.2,0,0],field_of_view_deg=180,beams=181,range_m=8,rate_hz=5}]";
     let run = drive(&[laser, "noise.laser_sigma_m=0.02", "noise.odometry.angle_per_sqrt_m=0.02"]);
     assert!(arrival_s(&run) > 0.0);
@@ -90,7 +90,7 @@ fn one_laser_that_sees_what_is_ahead_is_enough() {
 }
 
 #[test]
-fn a_robot_without_room_for_error_in_docking_is_warned_of() {
+fn a_robot_without_room_for_error_in_docking_causes_a_warning() {
     let set = ["--set", "robot.docking={distance_m=0.1,angle_deg=2}", "--set", "execution.max_time_s=1"];
     let output = steward(&[&["run", "errand", "--no-snapshots"][..], &set].concat());
     let said = words(&output.stderr);
@@ -108,7 +108,7 @@ fn a_record_of_a_run_says_which_robot_drove() {
 }
 
 #[test]
-fn wrong_values_are_refused_each_with_one_message() {
+fn invalid_values_are_refused_each_with_one_message() {
     let laser = |rest: &str| format!("robot.lasers=[{{name=\"a\",{rest}}}]");
     let wrong = [
         ("robot.radius_m=0".to_owned(), "`radius_m` must lie between 0.05 and 2"),

@@ -29,7 +29,7 @@ fn after_the_halt(model: &Model) -> (States, States) {
     split(&model.second(1, &under_way, 29.0), |end| model.is_on_trip_to(end, STATION))
 }
 
-/// Those of which something is so, and the others.
+/// Those for which it is true, and the others.
 fn split(states: &States, is_so: impl Fn(&ChannelSystem) -> bool) -> (States, States) {
     let (so, not): (Vec<_>, Vec<_>) = states.iter().partition(|state| is_so(state));
     [so, not].map(|states| states.into_iter().map(ChannelSystem::fork).collect()).into()
@@ -116,14 +116,14 @@ fn no_schedule_loses_the_trip_if_a_stop_ends_only_its_own_trip() {
     assert_eq!(depends_on_the_schedule(Protocol::OwnTrips, Trips::Ending), [(true, false); 2]);
 }
 
-/// That the enumeration would have found a loss on the way: it finds the one that comes of a single wrong order.
+/// The enumeration would have found a loss on the way: it finds the one that a single wrong order causes.
 #[test]
 fn some_schedules_lose_the_trip_if_the_resource_is_given_back_before_navigation_is_halted() {
     assert_eq!(depends_on_the_schedule(Protocol::EarlyRelease, Trips::Endless), [(true, true); 2]);
 }
 
 #[test]
-fn nobody_can_tell_the_shipped_system_from_its_normal_form() {
+fn the_shipped_system_and_its_normal_form_are_indistinguishable() {
     for (form, protocol) in
         FORMS.into_iter().flat_map(|form| [Protocol::Shipped, Protocol::Original].map(|p| (form, p)))
     {

@@ -67,7 +67,7 @@ fn mappings() -> Kind {
     Kind { schema: mapping::schema(), keys: mapping::keys(), read }
 }
 
-/// What was read without the places where it stands: `range: 3..7`.
+/// The values read, without their positions: `range: 3..7`.
 fn without_places(read: &str) -> String {
     let parts = read.split("range: ").map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.'));
     parts.collect()
@@ -79,7 +79,7 @@ fn as_json(text: &str) -> Value {
 }
 
 impl Kind {
-    /// What schema and reader say of a file. What the schema refuses, the reader refuses.
+    /// The verdicts of schema and reader on a file. Anything that the schema refuses, the reader refuses, too.
     fn judged(&self, file: &Value) -> Judged {
         let text = toml::to_string(file).unwrap();
         let read = (self.read)(&text);
@@ -284,8 +284,8 @@ fn probes(key: &Key) -> Vec<Value> {
     probes
 }
 
-/// What only a reader knows: a file that is not there, what another file has, a rule that binds two keys, a language
-/// inside of a text.
+/// Mistakes that only a reader can detect: a file that is missing, the contents of another file, a rule that binds two
+/// keys, a language inside a string.
 const ONLY_THE_READER: [&str; 30] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
@@ -359,7 +359,7 @@ fn in_fault(key: Key) -> Key {
 }
 
 #[test]
-fn a_scenario_with_a_base_may_change_a_part_of_a_component() {
+fn a_scenario_with_a_base_may_change_part_of_a_component() {
     let changed = as_json("base = \"parcel\"\n[components.CallButton]\npressed_s = [9]");
     assert_eq!(problem(&scenarios().schema, &changed), None);
     let [_, _, whole, ..] = &examples()[0].1[..] else { panic!("there are examples") };
@@ -369,7 +369,7 @@ fn a_scenario_with_a_base_may_change_a_part_of_a_component() {
 }
 
 #[test]
-fn a_default_is_what_the_reader_takes() {
+fn the_defaults_are_those_of_the_reader() {
     let check = |kind: &Kind, file: &Value, key: &Key| {
         let Some(default) = key.takes.get("default") else { return false };
         let mut without = file.clone();
@@ -411,7 +411,7 @@ fn known(kind: &Kind, file: &Value, table: &str) -> Option<BTreeSet<String>> {
 }
 
 #[test]
-fn the_keys_are_those_for_which_the_reader_asks() {
+fn the_keys_are_those_that_the_reader_knows() {
     for (kind, files) in examples() {
         let mut tables: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for key in &kind.keys {
@@ -449,7 +449,7 @@ fn the_keys_are_those_for_which_the_reader_asks() {
 }
 
 #[test]
-fn every_file_that_comes_with_the_program_is_valid() {
+fn every_shipped_file_is_valid() {
     let kind = scenarios();
     let paths: Vec<&str> = shipped_paths().filter(|path| path.starts_with("scenarios/")).collect();
     assert!(paths.len() > 60);
@@ -475,7 +475,7 @@ fn interface_files_of_the_examples_are_valid() {
     }
 }
 
-/// What is refused elsewhere among these tests, as far as a schema can know.
+/// Files that are refused elsewhere in these tests, as far as a schema can know.
 #[test]
 fn broken_files_are_refused_by_both() {
     let refused = |kind: &Kind, file: &str| matches!(kind.judged(&as_json(file)), Judged::RefusedByBoth);

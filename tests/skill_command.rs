@@ -8,7 +8,7 @@ use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, steward};
 
-/// Opens after three knocks, and shuts by itself.
+/// Opens after three knocks, and shuts again on its own.
 const DOOR: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Door">
   <datamodel> <data id="knocks" expr="0"/> </datamodel>
   <state id="shut">
@@ -57,7 +57,7 @@ fn run(files: &Files, further: &[&str]) -> Output {
     steward(&arguments)
 }
 
-/// What a call prints, if it ends with that status.
+/// The output of a call, if it ends with that status.
 fn said(output: Output, status: i32) -> String {
     assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -85,7 +85,7 @@ fn a_correct_machine_is_accepted() {
 }
 
 #[test]
-fn an_incorrect_machine_is_refused_with_all_errors_at_their_places() {
+fn an_incorrect_machine_is_refused_with_the_locations_of_all_errors() {
     let wrong = DOOR
         .replace("target=\"wide\"", "target=\"wid\"")
         .replace("<assign location=\"knocks\" expr=\"3\"/>", "<asign/>");

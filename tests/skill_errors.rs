@@ -1,4 +1,4 @@
-//! What goes wrong in the machines of running skills is in the report, on its page and in the summary.
+//! Errors in the machines of running skills are in the report, on its page and in the summary.
 
 use std::path::{Path, PathBuf};
 
@@ -97,7 +97,7 @@ fn is_the_same_on_two_threads(campaign: &Path) -> bool {
 const BOMBS: &str = include_str!("../skills/tests/main/bombs.js");
 
 /// Data, and a state that runs them one after another, each with a timer of its own, so that it begins with as many
-/// steps as a machine may take; in the end it throws a sum of what they have left.
+/// steps as a machine may take; finally it throws a sum of what is left.
 #[cfg(feature = "ecmascript")]
 fn machine_of(bombs: &[&str]) -> (&'static str, String) {
     let data = "<datamodel><data id=\"x\"/><data id=\"sum\" expr=\"0\"/><data id=\"turn\" expr=\"0\"/>";
@@ -139,7 +139,7 @@ fn bombs_end_alike_everywhere(step: usize) {
     assert!(said.contains("they leave "), "{said}");
     assert_eq!(said, alone());
 
-    // A scenario refuses what is no ECMAScript before it runs.
+    // A scenario refuses invalid ECMAScript before it runs.
     let readable: Vec<&str> =
         bombs.into_iter().filter(|bomb| Chart::load("Bomb.scxml", &machine(&[*bomb])).is_ok()).collect();
     let scenario = copy_of_battery_fault(folder.path());

@@ -19,7 +19,7 @@ pub(crate) fn report(scenario: &str, out: &Path, arguments: &[&str]) -> serde_js
     serde_json::from_slice(&output.stdout).expect("the report is JSON")
 }
 
-/// What the binary says on stderr when it refuses its input with exit status 2.
+/// The message of the binary on stderr when it refuses its input with exit status 2.
 pub(crate) fn refusal(arguments: &[&str]) -> String {
     let output = steward(arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

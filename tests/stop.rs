@@ -35,7 +35,7 @@ fn a_run_ends_at_the_first_violation_on_which_it_should_stop() {
     assert_eq!((&limited["ended"], time_s(&limited)), (&"time_limit".into(), 10.0));
 }
 
-/// The errand passes the charging station before it comes to its destination.
+/// The errand passes the charging station before it reaches its destination.
 #[test]
 fn a_run_ends_at_the_first_of_several_places() {
     let out = tempdir().unwrap();
@@ -44,13 +44,13 @@ fn a_run_ends_at_the_first_of_several_places() {
 }
 
 #[test]
-fn a_run_ends_when_every_property_is_settled() {
+fn a_run_ends_when_every_property_has_a_final_verdict() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("soon.scope");
     let starts = "property starts := eventually (GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
     let stays = "property stays := not eventually (GotoRechargingStation, Navigation, m[1] = <stop_navigation>)";
     std::fs::write(&file, format!("{starts}\n{stays}\n")).unwrap();
-    // Written anew: the errand expects something of properties that are not watched here.
+    // Written from scratch: the errand expects something of properties that are not watched here.
     let scenario = folder.path().join("settled.toml");
     let files = ["map = \"maps/house.yaml\"", "places = \"maps/house.places.toml\"", "tree = \"trees/recharge.xml\""];
     let rest = "skills = \"skills\"\nproperties = [\"soon.scope\"]\nbattery.initial_pct = 30.8\nstop.when_settled = true\n\

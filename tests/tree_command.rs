@@ -110,7 +110,7 @@ fn other_leaves_may_have_a_common_answer_and_entries_may_be_written_later() {
 }
 
 #[test]
-fn check_tells_which_leaves_only_nav2_s_model_declares_and_warns_of_releases_that_differ() {
+fn check_names_the_leaves_that_only_nav2_s_model_declares_and_warns_about_differences_between_releases() {
     let tree = r#"<root BTCPP_format="4">
         <BehaviorTree ID="Recover"><RoundRobin> <Spin/> <Push strength="1"/> </RoundRobin></BehaviorTree>
         <TreeNodesModel> <Action ID="Push"> <input_port name="strength"/> </Action> </TreeNodesModel> </root>"#;

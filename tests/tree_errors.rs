@@ -1,4 +1,4 @@
-//! What goes wrong in nodes of a running tree is in the report, on its page and in the summary.
+//! Errors in nodes of a running tree are in the report, on its page and in the summary.
 
 use serde_json::{Value, json};
 use tempfile::tempdir;

@@ -33,7 +33,7 @@ fn the_tree_tries_again_until_the_skill_succeeds() {
 }
 
 #[test]
-fn what_nobody_could_know_is_left_out_of_every_output() {
+fn facts_that_nobody_could_know_are_left_out_of_every_output() {
     let out = tempdir().unwrap();
     let gif = out.path().join("run.gif");
     let arguments = ["run", "pick", "--out", out.path().to_str().unwrap(), "--gif", gif.to_str().unwrap()];
@@ -56,7 +56,7 @@ fn what_nobody_could_know_is_left_out_of_every_output() {
 }
 
 #[test]
-fn a_map_is_missed_wherever_something_needs_it() {
+fn a_missing_map_is_reported_wherever_something_needs_it() {
     let folder = tempdir().unwrap();
     let needs = [
         ("places = \"maps/house.places.toml\"", "`places`"),
@@ -92,7 +92,7 @@ fn a_map_is_missed_wherever_something_needs_it() {
 }
 
 #[test]
-fn the_components_of_a_robot_are_there_only_with_a_map() {
+fn the_robots_components_exist_only_with_a_map() {
     let folder = tempdir().unwrap();
     let lines = "tree = \"trees/recharge.xml\"\nskills = \"skills\"\nproperties = []\nleaves = {}";
     let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
@@ -116,7 +116,7 @@ fn a_map_alone_gives_a_robot_without_places() {
 }
 
 #[test]
-fn a_campaign_has_no_measures_of_a_robot_without_one() {
+fn a_campaign_without_a_robot_has_no_measures_of_one() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("some.toml");
     let text = "scenario = \"pick\"\nruns = 5\nsampling = \"sobol\"\n[[parameters]]\n\
@@ -135,7 +135,7 @@ fn a_campaign_has_no_measures_of_a_robot_without_one() {
 }
 
 #[test]
-fn a_state_that_a_timer_alone_changes_is_recorded_when_it_changes() {
+fn a_state_that_only_a_timer_changes_is_recorded_when_it_changes() {
     let folder = tempdir().unwrap();
     let machine = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Rest">
       <state id="idle">

@@ -74,13 +74,13 @@ struct DependencyKind {
     kind: Option<String>,
 }
 
-/// What `cargo metadata` prints with these arguments.
+/// The output of `cargo metadata` with these arguments.
 pub(crate) fn metadata(arguments: &[&str]) -> Metadata {
     let arguments = [&["metadata", "--format-version=1", "--offline"], arguments].concat();
     serde_json::from_slice(&cargo(&arguments)).expect("the description is JSON")
 }
 
-/// What cargo prints in the folder of the workspace.
+/// The output of cargo in the folder of the workspace.
 pub(crate) fn cargo(arguments: &[&str]) -> Vec<u8> {
     let command = Command::new(env!("CARGO")).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output();
     let output = command.expect("cargo runs");

@@ -54,7 +54,7 @@ pub struct Blackboard {
     entries: Vec<Entry>,
     /// Entries with keys that were created while the tree ran; they come after those that the file names.
     extra: Vec<(ScopeId, Arc<str>)>,
-    /// What nodes remember of what they have read, by number: the remaining items of a loop whose queue is not on the
+    /// Nodes' memory of what they have read, by number: the remaining items of a loop whose queue is not on the
     /// blackboard, and the last goal, path or position that one of Nav2's nodes has seen.
     memos: Vec<Option<VecDeque<Value>>>,
     /// For each node that watches an entry, by number: the entry, and how often it had been written when the node last

@@ -134,7 +134,8 @@ impl Execution {
         Some(self.state.run(&mut context, next))
     }
 
-    /// Brings the state into [normal form](NormalForm): what is only told is forgotten, and times are relative.
+    /// Brings the state into [normal form](NormalForm): state that is only reported is forgotten, and times are
+    /// relative.
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
         self.state.normalize(&self.tree.program, form);
     }

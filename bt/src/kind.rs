@@ -81,7 +81,7 @@ pub enum Kind {
     /// halted before that.
     TryCatch,
     /// Nav2's sequence for work in stages, such as planning and following: ticks its children in order *from the first
-    /// at every tick*, and goes on past a running child that comes before the last one reached. Answers running at the
+    /// at every tick*, and moves past a running child that comes before the last one reached. Answers running at the
     /// first running child that is not before that one. Fails when a child fails, and succeeds when the last has
     /// succeeded or was skipped; then all are reset.
     PipelineSequence,
@@ -137,7 +137,7 @@ pub enum Kind {
     RunOnce,
     /// Takes the first item from a `queue`, writes it to `value` and ticks its child; answers running unless the child
     /// fails, so each tick takes one item. Answers `if_empty` (default `SUCCESS`) when nothing is left. A queue is a
-    /// text `1;2;3`, of which a copy is used, or a list on the blackboard, which gets shorter.
+    /// string `1;2;3`, of which a copy is used, or a list on the blackboard, which gets shorter.
     Loop(Item),
     /// Ticks its child if the script `if` holds, and then until the child is done; otherwise answers `else` (default
     /// `FAILURE`).
@@ -480,7 +480,7 @@ impl Kind {
         }
     }
 
-    /// Whether it is a control node or decorator of Nav2, which BehaviorTree.CPP does not have by itself.
+    /// Whether it is a control node or decorator of Nav2, which BehaviorTree.CPP itself does not have.
     #[must_use]
     pub fn is_of_nav2(self) -> bool {
         matches!(

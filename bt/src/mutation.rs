@@ -42,16 +42,16 @@ pub fn mutants(tree: &Tree) -> Vec<Mutant> {
     let changes = document.descendants().filter(is_node).flat_map(|element| changes(source.text(), element));
     let mutant = |(words, edits): (String, Vec<Edit>)| {
         let tree = Tree::from_xml(source.name(), &edited(source.text(), edits)).ok()?;
-        // What is in no tree that is used changes nothing.
+        // A leaf that is in no used tree changes nothing.
         (shape(&tree) != sound).then_some(Mutant { words, tree })
     };
     changes.filter_map(mutant).collect()
 }
 
-/// A range of the text, and what stands there instead.
+/// A range of the text, and its replacement.
 type Edit = (Range<usize>, String);
 
-/// What tells trees with the same leaves apart: the nodes with their places.
+/// Distinguishes trees with the same leaves: the nodes with their places.
 fn shape(tree: &Tree) -> Vec<(Kind, &str, Option<usize>)> {
     tree.nodes().iter().map(|node| (node.kind(), node.label(), node.parent().map(crate::NodeId::index))).collect()
 }

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Request, Status, Tree, Value, one_line};
 
-/// What a leaf does at one of its ticks.
+/// A leaf's behavior at one of its ticks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cue {
     /// Its answer.
     pub status: Status,
-    /// What it writes to its ports before.
+    /// The ports that it writes before.
     pub outputs: Vec<(String, Value)>,
 }
 
@@ -21,7 +21,7 @@ impl From<Status> for Cue {
     }
 }
 
-/// What a leaf does, tick by tick. After the last cue, it repeats that cue, or all cues from the first on.
+/// A leaf's behavior, tick by tick. After the last cue, it repeats that cue, or all cues from the first on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     cues: Vec<Cue>,

@@ -1,5 +1,5 @@
-//! What a node does when it is ticked, when a child has answered, and when it is halted: the semantics of all kinds,
-//! node by node.
+//! The semantics of all kinds of nodes: what a node does when it is ticked, when a child has answered, and when it is
+//! halted.
 //!
 //! Both the engine and the node processes use these functions. [`Kind`] describes the same in words. The values that a
 //! node reads from the blackboard are passed as a [`Reading`].
@@ -18,8 +18,8 @@ use channels::NormalForm;
 
 use crate::{Category, Kind, Status};
 
-/// What a node remembers between ticks, besides the child with which it continues. The meaning of the fields depends on
-/// the kind.
+/// State that a node keeps between ticks, besides the child with which it continues. The meaning of the fields depends
+/// on the kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Memory {
     /// The number of children. It never changes.
@@ -65,7 +65,7 @@ pub(crate) struct Answer {
     pub(crate) was_idle: bool,
     /// It is the last child.
     pub(crate) is_last: bool,
-    /// What the parent has read since then, if it [needs to](needs_reading_after).
+    /// The values that the parent has read since then, if it [needs to](needs_reading_after).
     pub(crate) reading: Reading,
     /// The time of the answer.
     pub(crate) now: Duration,
@@ -74,7 +74,7 @@ pub(crate) struct Answer {
 /// The values that a node has read from its ports and the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Reading {
-    /// Nothing is to be read.
+    /// There is nothing to read.
     Nothing,
     /// Its parameters, or whether the entries that it watches have been written, 1 or 0.
     Numbers([i64; 2]),
@@ -174,7 +174,7 @@ impl Memory {
         Self { children, ..Self::default() }
     }
 
-    /// What a node forgets when it is halted.
+    /// State that a node forgets when it is halted.
     pub(crate) fn forget(&mut self, kind: Kind) {
         match kind {
             // A RunOnce has run; a satisfied Precondition stays so until its child is done; a loop checks whether it
@@ -194,7 +194,7 @@ impl Memory {
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>, kind: Kind, reading: Option<Reading>) {
         if let Some(until) = &mut self.until {
             form.time(until);
-            // What is due is due, however long it has been.
+            // A tick that is due is due, no matter for how long.
             *until = NormalForm::NOW.max(*until);
         }
         let is_endless = matches!(reading, Some(Reading::Numbers([-1, _])));

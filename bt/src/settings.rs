@@ -15,7 +15,7 @@ use crate::script::Script;
 use crate::semantics::Reading;
 use crate::{Item, Kind, Status};
 
-/// What a node must read, depending on its kind.
+/// Values that a node must read, depending on its kind.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Setting {
     Nothing,

@@ -51,7 +51,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// What last happened to a node in a tick of the tree.
+/// The last status of a node in a tick of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
     /// It was ticked and gave this answer.
@@ -77,7 +77,7 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// What has happened to a node in a tick of the tree.
+/// The status of a node in a tick of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Outcomes {
     pub(crate) last: Option<Outcome>,

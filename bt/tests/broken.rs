@@ -184,7 +184,7 @@ fn an_unknown_script_attribute_is_a_warning() {
 
 /// As in BehaviorTree.CPP, which says "a port with name [foo] is found in the XML but not in the providedPorts()".
 #[test]
-fn built_in_nodes_have_only_their_own_ports() {
+fn built_in_nodes_accept_only_their_own_ports() {
     for kind in Kind::BUILTIN {
         let element = kind.category().element();
         let node = format!(r#"<{element} ID="{kind}" zzz="1"/>"#);
@@ -324,7 +324,7 @@ fn mistakes_in_files() {
 }
 
 #[test]
-fn a_problem_of_the_environment_is_shown_at_its_place() {
+fn a_problem_of_the_environment_is_shown_with_its_location() {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     let leaf = tree.leaves().find(|leaf| leaf.type_id() == "WaitForUser").unwrap();
     let problem =

@@ -119,7 +119,7 @@ pub(crate) fn spec() -> impl Strategy<Value = Spec> {
     })
 }
 
-/// With numbers in its ports, and sometimes a guard.
+/// Has numbers in its ports, and sometimes a guard.
 fn furnished(spec: BoxedStrategy<Spec>) -> BoxedStrategy<Spec> {
     let guards = vec![Guard::FailureIf, Guard::SuccessIf, Guard::SkipIf, Guard::While];
     let guard = prop::option::weighted(0.1, (prop::sample::select(guards), 0..3_i64));

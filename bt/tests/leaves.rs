@@ -24,7 +24,7 @@ fn succeeding(ids: &[&str]) -> Script {
 }
 
 #[test]
-fn every_leaf_is_a_process_named_by_its_name_or_else_its_id() {
+fn every_leaf_is_a_process_named_after_its_name_or_else_its_id() {
     let tree = tree(
         r#"<BehaviorTree ID="T"> <Sequence>
             <Action ID="GoTo"/> <Action ID="GoTo" name="ToDock"/> <Action ID="GoTo"/> <Action ID="GoTo" name=""/>

@@ -67,7 +67,7 @@ fn the_papers_tree_in_version_3_is_the_same_tree() {
 }
 
 #[test]
-fn every_node_knows_its_place_in_the_file() {
+fn every_node_knows_its_location_in_the_file() {
     let tree = Tree::from_xml("trees/recharge.xml", RECHARGE).unwrap();
     for node in tree.nodes() {
         let tag = &RECHARGE[node.span().offset()..][..node.span().len()];
@@ -158,7 +158,7 @@ fn included_files_are_read_relative_to_the_file_that_includes_them() {
 }
 
 #[test]
-fn of_two_trees_with_one_id_that_of_the_including_file_counts() {
+fn of_two_trees_with_one_id_the_one_in_the_including_file_wins() {
     let main = r#"<root main_tree_to_execute="Main" BTCPP_format="4"><include path="a.xml"/>
         <BehaviorTree ID="Main"><SubTree ID="S"/></BehaviorTree><BehaviorTree ID="S"><AlwaysFailure/></BehaviorTree></root>"#;
     let files = [("a.xml", r#"<root BTCPP_format="4"><BehaviorTree ID="S"><AlwaysSuccess/></BehaviorTree></root>"#)];
@@ -318,7 +318,7 @@ fn messages_use_the_port_names_of_the_file() {
 }
 
 #[test]
-fn a_blank_line_before_the_xml_declaration_is_reported_as_that() {
+fn a_blank_line_before_the_xml_declaration_is_reported_as_such() {
     let text = "\n<?xml version=\"1.0\"?><root><BehaviorTree ID=\"T\"><AlwaysSuccess/></BehaviorTree></root>";
     let error = Tree::from_xml("t.xml", text).unwrap_err();
     assert!(

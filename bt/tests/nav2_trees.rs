@@ -73,7 +73,7 @@ fn a_tree_of_version_3_reads_where_the_robot_is() {
 }
 
 #[test]
-fn what_a_file_declares_counts_more_than_nav2_s_model() {
+fn what_a_file_declares_takes_precedence_over_nav2_s_model() {
     let with = |model: &str| {
         format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\"><Wait seconds=\"5\"/></BehaviorTree>{model}</root>")
     };

@@ -87,7 +87,7 @@ proptest! {
                     }
                 };
                 prop_assert_eq!(split.resume(NOW, wrong), None);
-                // A copy taken here goes on alone, and as the original does.
+                // A copy taken here continues alone, and behaves like the original.
                 let mut copy = split.clone();
                 prop_assert_eq!(&copy, &split);
                 step = split.resume(NOW, reply);

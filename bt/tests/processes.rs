@@ -245,7 +245,7 @@ proptest! {
             let now = Duration::from_millis(100 * tick);
             let made = cast.calls().len();
             execution.tick(now, &mut cast);
-            // A tree that wants to be ticked again without end is slow, and so is what it does.
+            // A tree that keeps asking to be ticked again is slow, and so is everything that it does.
             prop_assume!(cast.calls().len() < made + 2000 && !execution.faults().iter().any(|fault| fault.message.contains("end")));
             whole.system.advance(now);
             nodes.system.advance(now);
@@ -283,7 +283,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn nobody_can_tell_a_tree_from_its_normal_form(
+    fn a_tree_and_its_normal_form_are_indistinguishable(
         spec in spec(), wild in wild_tree(), script in script(), echoes in 0..4_u64, seed in any::<u64>(),
     ) {
         for tree in [spec.tree(), wild] {

@@ -34,13 +34,13 @@ fn warned(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn an_id_of_a_tree_with_a_space_is_refused() {
+fn a_tree_id_with_a_space_is_refused() {
     let text = file(&[("Clean Up", "<AlwaysSuccess/>")], "");
     assert_eq!(refused(&text), ["`Clean Up` cannot be an ID: it contains a space"]);
 }
 
 #[test]
-fn an_id_of_a_tree_with_a_dot_is_refused() {
+fn a_tree_id_with_a_dot_is_refused() {
     assert_eq!(
         refused(&file(&[("Clean.Up", "<AlwaysSuccess/>")], "")),
         ["`Clean.Up` cannot be an ID: it contains `.`"]
@@ -56,7 +56,7 @@ fn a_tree_named_root_is_refused() {
 }
 
 #[test]
-fn an_id_of_a_subtree_with_a_space_is_refused() {
+fn a_subtree_id_with_a_space_is_refused() {
     let text = file(&[("Main", "<SubTree ID=\"Clean Up\"/>"), ("Clean Up", "<AlwaysSuccess/>")], "");
     assert_eq!(
         refused(&text),
@@ -178,7 +178,7 @@ fn an_integer_cannot_be_used_as_a_real_number() {
 #[test]
 fn a_text_can_be_used_as_anything_and_so_can_an_untyped_entry() {
     accepted(&in_order(&["<Say out=\"{x}\"/>", "<Measure in=\"{x}\"/>", "<Count out=\"{x}\"/>"]));
-    // The first port to name an entry says of which type it is.
+    // The first port to name an entry determines its type.
     accepted(&in_order(&["<Any both=\"{x}\"/>", "<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"]));
     let given = "<SubTree ID=\"Arm\" x=\"2\"/>";
     let inside = "<Sequence><Measure in=\"{x}\"/><Say in=\"{x}\"/></Sequence>";

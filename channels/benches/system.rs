@@ -1,4 +1,4 @@
-//! What a communication costs: a request and its reply between two program graphs, and a monitor's event.
+//! The cost of a communication: a request and its reply between two program graphs, and a monitor's event.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +13,7 @@ fn main() {
     divan::main();
 }
 
-/// A process that asks without end, and one that answers.
+/// A process that keeps asking, and one that answers.
 fn conversation() -> ChannelSystem {
     let mut topology = Topology::default();
     let [skill, reader] = ["BatteryLevel", "BatteryReader"].map(|name| topology.process(name).expect("a new name"));

@@ -60,7 +60,7 @@ impl Evaluation {
         &self.0[variable.0]
     }
 
-    /// What all variables hold, in the order of the graph's variables.
+    /// The values of all variables, in the order of the graph's variables.
     #[must_use]
     pub fn contents(&self) -> &[Content] {
         &self.0
@@ -106,7 +106,7 @@ impl Term {
         }
     }
 
-    /// The condition that this term stands in the given relation to the other.
+    /// The condition that this term is in the given relation to the other.
     #[must_use]
     pub fn compare(self, relation: Relation, other: impl Into<Self>) -> Condition {
         Condition::Compare(self, relation, other.into())
@@ -235,7 +235,7 @@ pub enum Condition {
     And(Vec<Condition>),
     /// Holds if at least one of them holds.
     Or(Vec<Condition>),
-    /// Holds if the terms' values stand in the relation. A term without a value makes every relation but `!=` false.
+    /// Holds if the terms' values are in the relation. A term without a value makes every relation but `!=` false.
     Compare(Term, Relation, Term),
 }
 
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_field_makes_every_relation_false_but_not_equal() {
+    fn a_missing_field_makes_every_relation_but_inequality_false() {
         let message = Content::Message(Message::symbols(["ok"]));
         for relation in [Relation::Equal, Relation::Less, Relation::LessOrEqual, Relation::Greater] {
             assert!(!holds(&M.field(2).compare(relation, 20), message.clone()), "{relation}");

@@ -1,4 +1,4 @@
-//! Faults on channels: what may happen to a message in transit.
+//! Faults on channels: disturbances of messages in transit.
 
 use std::fmt;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub struct Disturbance {
     pub channel: ChannelId,
     /// Which of its messages the disturbance applies to.
     pub concerns: Concern,
-    /// The chance that it hits such a message; without one, it hits all of them.
+    /// The probability that it hits such a message; without one, it hits all of them.
     pub probability: Option<Chance>,
     /// What happens to them.
     pub effect: Effect,
@@ -72,7 +72,7 @@ pub struct Chance {
     pub stream: ChaCha8Rng,
 }
 
-/// What happens to a message in a channel.
+/// The effect on a message in a channel.
 #[derive(Clone)]
 pub enum Effect {
     /// It is taken out; nobody receives it.

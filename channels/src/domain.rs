@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Message, Symbol, Value};
 
-/// What a field of a message may hold.
+/// The possible values of a field of a message.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FieldKind {
     /// One of these symbols.
@@ -190,7 +190,7 @@ impl Domain {
         self.shapes.iter().find(|shape| shape.contains(message))
     }
 
-    /// Whether `newer` takes the place of `waiting` in a channel: both are messages of the same topic.
+    /// Whether `newer` replaces `waiting` in a channel: both are messages of the same topic.
     #[must_use]
     pub fn gives_way(&self, waiting: &Message, newer: &Message) -> bool {
         let is_topic = || self.shape_of(newer).is_some_and(|shape| shape.role == Role::Topic);

@@ -79,7 +79,7 @@ pub enum WiringError {
     Graph {
         /// The graph's name.
         graph: String,
-        /// What is wrong with it.
+        /// Its problem.
         problem: String,
     },
 }

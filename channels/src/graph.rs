@@ -43,7 +43,7 @@ impl From<Message> for Slot {
     }
 }
 
-/// What a transition of a graph does: an element of Act ∪ Comm.
+/// The action of a graph's transition: an element of Act ∪ Comm.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Label {
     /// An internal action with its effect: the assignments, made one after the other.
@@ -138,7 +138,7 @@ impl ProgramGraph {
         &self.variables
     }
 
-    /// What the variables hold at the start, in the same order.
+    /// The initial values of the variables, in the same order.
     #[must_use]
     pub fn initial_contents(&self) -> &[Content] {
         self.initial_evaluation.contents()

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_count_from_one() {
+    fn fields_are_counted_from_one() {
         let message = Message::symbols(["ok", "running"]);
         assert_eq!(message.field(0), None);
         assert_eq!(message.field(2), Some(&Value::symbol("running")));

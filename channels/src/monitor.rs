@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::graph::{GraphProcess, LocationId, ProgramGraph};
 use crate::{Event, EventKind, Message, NoNormalForm, TransitionId, Value};
 
-/// What a monitor can tell while the run continues. True and false are final.
+/// A monitor's verdict while the run continues. True and false are final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Verdict {
     /// The property holds however the run continues.
@@ -106,7 +106,7 @@ pub struct GraphMonitor {
     visits: Vec<u64>,
 }
 
-/// More internal transitions than this in one step count as endless.
+/// More internal transitions than this in one step are considered endless.
 const MAX_INTERNAL_MOVES: usize = 10_000;
 
 impl GraphMonitor {
@@ -201,7 +201,7 @@ impl Monitor for GraphMonitor {
         &self.failures
     }
 
-    /// The graph's variables stay as they are: a graph that keeps the numbers of ticks has no end of states.
+    /// The graph's variables stay as they are: a graph that keeps the numbers of ticks has infinitely many states.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         self.visits.fill(0);
         Ok(())

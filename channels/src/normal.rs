@@ -10,8 +10,8 @@ use crate::{ChannelId, Envelope, RequestNumber, Role, Topology};
 /// - A request number says only which open request is meant. In a normal form, the requests on a channel that still
 ///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0: nobody waits for it.
 /// - A point in time says only how far away it is. In a normal form it is always [`NOW`](Self::NOW).
-/// - What is only told, and has no effect on the future (the number of a tick, faults of a tree, notes of a machine),
-///   is forgotten.
+/// - State that is only reported, and has no effect on the future (the number of a tick, faults of a tree, notes of a
+///   machine), is forgotten.
 ///
 /// A process changes its own state by [`Process::normalize`](crate::Process::normalize), and
 /// [`ChannelSystem::normalize`](crate::ChannelSystem::normalize) that of all.
@@ -74,7 +74,7 @@ pub enum NoNormalForm {
     Unsupported {
         /// Why, as a sentence without a full stop that begins with a small letter: `it draws random numbers`.
         reason: String,
-        /// What to do about it.
+        /// How to fix it.
         help: Option<String>,
     },
     /// Messages pile up in it without end.

@@ -1,4 +1,4 @@
-//! What a process is: it offers transitions and takes one of them.
+//! The definition of a process: it offers transitions and takes one of them.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -35,7 +35,7 @@ impl Pattern {
     }
 }
 
-/// What a transition does besides changing the state of the process.
+/// The effect of a transition besides the change of the process's state.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// An internal action.

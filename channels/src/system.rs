@@ -58,7 +58,7 @@ impl Attached {
     }
 }
 
-/// What events are stamped with.
+/// The stamp of events.
 #[derive(Clone, Debug, Default)]
 struct Clock {
     step: u64,

@@ -70,7 +70,7 @@ impl Process for TickGenerator {
         vec![Use::Sends(self.output, None)]
     }
 
-    /// The number of a tick is only told: every tick has the number 0.
+    /// The number of a tick is only reported: every tick has the number 0.
     fn normalize(&mut self, _form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.pending = self.pending.map(|_| 0);
         Ok(())

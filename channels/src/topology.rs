@@ -78,7 +78,7 @@ struct Declaration {
 pub struct Topology {
     processes: Vec<Declaration>,
     channels: Vec<Channel>,
-    /// What processes publish, whether or not anybody has subscribed to it.
+    /// The topics that processes publish, whether or not any process has subscribed.
     topics: Vec<(ProcessId, Shape)>,
 }
 

@@ -133,7 +133,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// The number with at most so many decimals.
+/// The number with at most this many decimals.
 fn rounded(number: f64, decimals: usize) -> String {
     let text = format!("{number:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };

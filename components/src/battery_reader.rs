@@ -34,7 +34,7 @@ impl BatteryReader {
         Ok(Self { service: Service::new(topology, process)?, latest: None })
     }
 
-    /// Returns it to its initial state: it has crashed, and begins anew.
+    /// Returns it to its initial state: it has crashed, and restarts.
     pub fn restart(&mut self) {
         self.service.forget();
         self.latest = None;

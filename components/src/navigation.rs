@@ -49,7 +49,7 @@ struct Trip {
     status: TripStatus,
 }
 
-/// What the driver must do.
+/// The driver's next action.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
     /// Drive to this place and abandon any other trip.
@@ -94,7 +94,7 @@ impl Navigation {
         Self { stops, ..self }
     }
 
-    /// Returns it to its initial state: it has crashed, and begins anew.
+    /// Returns it to its initial state: it has crashed, and restarts.
     pub fn restart(&mut self) {
         self.service.forget();
         self.trip = None;

@@ -106,7 +106,7 @@ fn a_stop_ends_only_the_trip_to_its_place() {
 }
 
 #[test]
-fn no_running_of_an_old_trip_arrives_after_a_new_one_has_started() {
+fn no_running_status_of_an_old_trip_arrives_after_a_new_one_has_started() {
     let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap();
     ask(&mut navigation, &topology, "GoToDestination", go("start_navigation", "Destination"), 0);

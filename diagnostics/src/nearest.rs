@@ -1,7 +1,7 @@
 //! Suggestions for misspelt names.
 
 /// Names longer than this, in bytes, are not compared, and at most ten times as many names: comparing very many takes
-/// long.
+/// too long.
 const LONGEST: usize = 100;
 const COMPARED: usize = 1000;
 
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn near_names_are_suggested_and_far_ones_are_not() {
+    fn near_names_are_suggested_and_distant_ones_are_not() {
         let known = ["BatteryReader", "Navigation"];
         assert_eq!(nearest("BateryReader", known), Some("BatteryReader"));
         assert_eq!(nearest("navigation", known), Some("Navigation"));

@@ -29,7 +29,7 @@ impl Span {
 }
 
 impl Problem {
-    /// What is wrong, in one sentence without a full stop.
+    /// The problem, in one sentence without a full stop.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
         Self { message: message.into(), source: None, labels: Vec::new(), help: None, severity: Severity::Error }
@@ -97,7 +97,7 @@ impl Problem {
         self
     }
 
-    /// What is wrong, in one sentence without a full stop.
+    /// The problem, in one sentence without a full stop.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.message
@@ -109,7 +109,7 @@ impl Problem {
         self.labels.first().and_then(LabeledSpan::label)
     }
 
-    /// What would be accepted, or what to do.
+    /// The accepted values, or what to do.
     #[must_use]
     pub fn help_text(&self) -> Option<&str> {
         self.help.as_deref()
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn problems_are_ordered_by_text_and_place() {
+    fn problems_are_ordered_by_text_and_position() {
         let (file, argument) = (Source::new("z.toml", "one two"), Source::new("--set", "three"));
         let problems = [file.span(4..7), argument.span(0..5), file.span(0..3)].map(|span| span.problem("no"));
         let problems = FileProblems::none_of(problems.to_vec()).unwrap_err();

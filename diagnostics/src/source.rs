@@ -121,14 +121,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_counted_in_lines_and_characters() {
+    fn positions_are_counted_in_lines_and_characters() {
         let source = Source::new("a.toml", "grün = 1\nblau = ü2\n");
         let span = source.span(19..21);
         assert_eq!((span.line(), span.column(), span.text()), (2, 9, "2\n"));
     }
 
     #[test]
-    fn a_span_never_leaves_its_text_or_cuts_a_character() {
+    fn a_span_never_leaves_its_text_or_splits_a_character() {
         let source = Source::new("a.toml", "aü");
         assert_eq!(source.span(2..900).range(), 1..3);
         assert_eq!(source.span(700..900).range(), 3..3);

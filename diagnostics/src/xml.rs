@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn text_that_is_not_xml_is_refused_with_its_place() {
+    fn text_that_is_not_xml_is_refused_with_its_location() {
         let meant = "<stat> ends as </state>: did you mean <state>?";
         assert_eq!(
             said("<stat>\n</state>"),

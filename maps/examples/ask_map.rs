@@ -6,7 +6,7 @@ use std::path::Path;
 use diagnostics::from_disk;
 use maps::{Cell, PlacesFile, load_map};
 
-/// The radius of the robot that is to fit there.
+/// The radius of the robot that has to fit there.
 const RADIUS_M: f64 = 0.30;
 
 #[expect(clippy::print_stdout, reason = "a program that is run by hand")]

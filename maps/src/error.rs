@@ -1,4 +1,4 @@
-//! What can go wrong at the crate's boundary.
+//! Errors at the crate's boundary.
 
 /// Why a map could not be saved.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

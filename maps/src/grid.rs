@@ -2,7 +2,7 @@
 
 use crate::{Point, Pose};
 
-/// What is known about a cell.
+/// The knowledge about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Cell {
     /// Seen to be empty.

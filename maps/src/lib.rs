@@ -9,7 +9,7 @@
 //! [unknown](Cell::Unknown). [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM or PNG, and [`save_map`]
 //! writes it.
 //!
-//! **What places are called.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), listed in a
+//! **Names of places.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), listed in a
 //! [`PlacesFile`] beside the map.
 //!
 //! ```
@@ -23,7 +23,7 @@
 //! ```
 //!
 //! People write these files by hand, so a reader never stops at the first mistake: it collects
-//! [`diagnostics::FileProblems`], each with its place and with what is accepted there.
+//! [`diagnostics::FileProblems`], each with its location and with what is accepted there.
 //!
 //! [`house`] and [`museum`] are the project's own maps. Read [`load_map`] for what pixels mean.
 //!

@@ -12,10 +12,10 @@ const WALL_M: f64 = 0.15;
 /// A point: x, y.
 pub(crate) type Position = (f64, f64);
 
-/// A floor. What comes later is drawn over what comes before.
+/// A floor. Later shapes are drawn over earlier ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
-    /// What the map covers: the floor and a metre of unknown space around it.
+    /// The area that the map covers: the floor and a metre of unknown space around it.
     pub(crate) sheet: Rect,
     pub(crate) rooms: &'static [Rect],
     pub(crate) doorways: &'static [Rect],

@@ -120,7 +120,7 @@ impl Distances {
     }
 }
 
-/// What a step into each cell costs relative to its length; `None` where the robot does not fit.
+/// The cost of a step into each cell relative to its length; `None` where the robot does not fit.
 fn weights(map: &OccupancyGrid, shyness: u64) -> Vec<Option<u64>> {
     let indices = (0..map.height()).flat_map(|row| (0..map.width()).map(move |column| CellIndex { column, row }));
     let weight = |index: CellIndex| {

@@ -56,7 +56,7 @@ impl Vocabulary {
         names
     }
 
-    /// What is remembered in a state in which a part is checked.
+    /// The memory in a state in which a part is checked.
     pub(crate) fn remembered(&self, part: &Part) -> Vec<Remembered> {
         let events = part.iter().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(self.get(*event)),
@@ -234,7 +234,7 @@ impl Literal {
         }
     }
 
-    /// A literal about what has happened, as if it were not negated, and whether it holds.
+    /// A literal about the past, as if it were not negated, and whether it holds.
     pub(crate) fn past(&self) -> Option<(Self, bool)> {
         let mut positive = self.clone();
         match &mut positive {

@@ -7,7 +7,7 @@ use channels::{ChannelId, Message, Relation, Value};
 
 use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
-/// The values that names stand for. A name without a value is not in it.
+/// The values of names. A name without a value is not in it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Values(Option<Arc<[Entry]>>);
 
@@ -131,7 +131,8 @@ impl Term {
 }
 
 impl Arithmetic {
-    /// The result for two numbers. Integers stay integers, except in a division; what is not finite is no number.
+    /// The result for two numbers. Integers stay integers, except in a division; a value that is not finite is not a
+    /// number.
     pub(crate) fn of(self, a: &Value, b: &Value) -> Option<Value> {
         if let (Value::Int(a), Value::Int(b)) = (a, b) {
             let whole = match self {

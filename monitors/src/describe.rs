@@ -55,7 +55,7 @@ pub(crate) fn denied(clause: &Part) -> Vec<&Literal> {
     split(clause, true).0
 }
 
-/// What would answer the clause.
+/// The event that would answer the clause.
 pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) -> Vec<String> {
     let answers = split(clause, true).1.into_iter().filter_map(|wanted| match wanted {
         Literal::Event { event: id, holds: true } | Literal::Time { event: id, holds: true, .. } => {
@@ -67,7 +67,7 @@ pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) ->
 }
 
 /// The literals of a clause that are denied, and the others. `historically` and `at most` deny something too, but are
-/// better said as they are, unless there is nothing else that they could demand something of.
+/// better expressed as they are, unless there is nothing else from which they could demand something.
 fn split(clause: &Part, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
     let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = clause.iter().partition(|literal| match literal {
         Literal::Event { holds: said, .. } | Literal::Previous { holds: said, .. } => *said != holds,

@@ -1,7 +1,7 @@
 //! Monitors on letters: what remains of a formula after each state, and the machines that track it.
 //!
 //! - [`Alphabet`] turns messages into letters: the events of the formula that a message satisfies.
-//! - [`Past`] says in each state what the operators that look back say of it; [`Memory`] is what it needs for that.
+//! - [`Past`] gives the values of the operators that look back in each state; [`Memory`] is what it needs for that.
 //! - [`Obligations`] are what the rest of a run must do; [`Operators`] carry them from one state to the next.
 //! - [`Anticipation`] determines what endless words can still do with obligations.
 //! - [`Progression`] keeps the obligations themselves. An [`Automaton`] has computed all their possible states before

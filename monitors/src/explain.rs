@@ -7,7 +7,7 @@ use channels::{ChannelId, Relation, Topology, Value};
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
 use crate::wording::duration;
 
-/// What a formula requires, as a sentence; one sentence for each part of an outermost `and`.
+/// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
 pub fn explain(formula: &Formula, topology: &Topology) -> String {
     match formula {

@@ -79,7 +79,7 @@ pub enum FormulaError {
     /// Two values of one name are remembered at once.
     #[error("two values called `{0}` are remembered at once")]
     RememberedTwice(Arc<str>),
-    /// What looks back at values would have to remember all messages.
+    /// A formula that looks back at values would have to remember all messages.
     #[error("what looks back at remembered values needs an upper bound, as in `once[<= 10 min]`")]
     Endless,
 }
@@ -105,7 +105,7 @@ impl Bound {
 pub struct EventAtom {
     /// The channel.
     pub channel: ChannelId,
-    /// What a message must satisfy.
+    /// The condition that a message must satisfy.
     pub condition: MessageCondition,
 }
 
@@ -147,7 +147,7 @@ pub enum MessageCondition {
     Remember {
         /// The field, counted from 1.
         field: usize,
-        /// What the value is called.
+        /// The name of the value.
         name: Arc<str>,
     },
 }
@@ -234,7 +234,7 @@ impl Formula {
     }
 
     /// Whether its form shows that it is a safety property: every run that violates it has a beginning that does, too.
-    /// A formula that demands something without a bound in time is none.
+    /// A formula that demands something without a bound in time is not one.
     #[must_use]
     pub fn is_safety(&self) -> bool {
         self.is_bounded(true)
@@ -299,7 +299,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_demands_something_without_a_bound_is_no_safety_property() {
+    fn a_demand_without_a_bound_is_not_a_safety_property() {
         let mut topology = Topology::default();
         let [from, to] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
         let channel = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");

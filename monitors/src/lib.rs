@@ -66,10 +66,11 @@
 //! | `eventually α` | some product of α is checked and holds at some j ≥ i |
 //! | `α until β` | a product of β is checked and holds at a j ≥ i; each clause of α, where it is checked at i ≤ k < j |
 //!
-//! For an α without own atoms, `next` looks at the first state after i at which such a part is checked: the next tick,
-//! if α does not look back.
+//! For an α without atoms of its own, `next` looks at the first state after i at which such a part is checked: the next
+//! tick, if α does not look back.
 //!
-//! *What looks back* is defined by the same clauses and products, and says at state i what has happened up to it:
+//! *Operators that look back* are defined by the same clauses and products, and describe at state i what has happened
+//! up to it:
 //!
 //! | formula | holds at i if |
 //! |---|---|
@@ -89,7 +90,7 @@
 //!
 //! *Timed properties.* In a `timed property`, τi is the time of state i instead, and θ a duration, exact to the
 //! nanosecond. Ticks and messages are the states as before; time passes between any of them. A deadline that passes in
-//! silence is noticed at the first event after it, at the next tick at the latest; the witness tells the moment itself.
+//! silence is noticed at the first event after it, at the next tick at the latest; the witness names the moment itself.
 //! Nothing else changes, but there are no automata: time has no letters.
 //!
 //! *Remembered values.* `m[k] as x` in an event holds if the message has the field, and x is then the value of that
@@ -100,8 +101,8 @@
 //! that of a constant.
 //!
 //! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a
-//! missing field, something else than a number, a division by zero or a result that is no finite number has no value,
-//! and compares as a missing field does: only `!=` holds.
+//! missing field, a value that is not a number, a division by zero or an infinite result has no value,
+//! and compares like a missing field: only `!=` holds.
 //!
 //! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the
 //! rest rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's
@@ -141,19 +142,19 @@
 //! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
 //! when several obligations contradict each other.
 //!
-//! An operator that looks back keeps how long ago its operand held, and only what its bound can tell apart: the last
-//! time for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last four
-//! messages for `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are as
-//! early with them as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a
+//! An operator that looks back keeps how long ago its operand held, and only as precisely as its bound can distinguish:
+//! the last time for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last
+//! four messages for `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are
+//! as early with them as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a
 //! violation comes as early, but that nothing can violate the formula any more (`once` has held, say) is noticed only
 //! at the end.
 //!
 //! Time and remembered values have no letters. Rules with times are as exact as rules with ticks. A formula that
 //! remembers values is monitored by progression, with the values in its obligations: one for each value that is waited
-//! for. What looks back at values keeps the messages within its bound, and must have one (`previous` needs none). Both
-//! are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible. Conditions
-//! on several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each other is
-//! unknown.
+//! for. An operator that looks back at values keeps the messages within its bound, and must have one (`previous` needs
+//! none). Both are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible.
+//! Conditions on several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each
+//! other is unknown.
 //!
 //! A monitor's normal form, for proofs, has the ages and values that matter. A timed formula and one that looks back at
 //! values have none, and say so.
@@ -170,7 +171,7 @@
 //!
 //! A [`Witness`] names the clause, the messages that made its antecedent hold or that were forbidden, the deadline, and
 //! what was missing. If a verdict comes early because clauses contradict each other, it names a minimal set of such
-//! clauses. If clauses cannot be told apart (`until`, `next`, nested operators), it names the whole formula, the
+//! clauses. If clauses cannot be distinguished (`until`, `next`, nested operators), it names the whole formula, the
 //! messages from which an obligation began, the last messages, and a deadline if one has passed. One message is
 //! remembered per channel and clause, so memory does not grow with the run. For overlapping obligations with windows
 //! that do not begin now, only the antecedent of the first is known.

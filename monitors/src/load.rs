@@ -20,7 +20,7 @@ pub struct Property {
     pub name: String,
     /// The formula, in the SCOPE language.
     pub formula: String,
-    /// What it requires, in a few words: the first sentence of the comment directly above it, or else its formula in
+    /// Its requirement in a few words: the first sentence of the comment directly above it, or else its formula in
     /// English.
     pub summary: String,
     /// The monitor.

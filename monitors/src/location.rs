@@ -1,7 +1,7 @@
-//! What the locations of monitors mean.
+//! The meaning of the locations of monitors.
 
-/// What a location of a monitor means, by its name in the monitor's graph; none if the name says it, or is not one of
-/// ours.
+/// The meaning of a monitor's location, by its name in the monitor's graph; none if the name is self-explanatory, or is
+/// not one of ours.
 ///
 /// ```
 /// assert_eq!(monitors::location_meaning("C2"), Some("awaits the answer"));

@@ -30,7 +30,7 @@ pub enum LogError {
         line: u64,
         /// The number of the byte in the line, counted from 1.
         column: usize,
-        /// What is wrong with it.
+        /// Its problem.
         problem: String,
     },
     /// A message between processes that are not connected by a channel.
@@ -355,7 +355,7 @@ impl<R: BufRead> Iterator for EventLog<R> {
 /// Feeds recorded events to monitors, one by one, to their end.
 ///
 /// # Errors
-/// What the events themselves give, such as [`LogError`] if a log cannot be read.
+/// Those of the events themselves, such as [`LogError`] if a log cannot be read.
 pub fn verify<'a, E>(
     events: impl IntoIterator<Item = Result<Event, E>>,
     monitors: impl IntoIterator<Item = &'a mut dyn Monitor>,

@@ -308,7 +308,8 @@ impl ScopeMonitor {
         Picture::of_any_size(&self.name, &self.synthesis, &self.topology)
     }
 
-    /// What determines how it continues: the verdict if it is final, else that of the machine, and whether τ has begun.
+    /// The state that determines how it continues: the verdict if it is final, else that of the machine, and whether τ
+    /// has begun.
     fn situation(&self) -> (Verdict, Option<(bool, Situation<'_>)>) {
         let open = (self.verdict == Verdict::Inconclusive).then(|| (self.start.is_some(), self.run.situation()));
         (self.verdict, open)

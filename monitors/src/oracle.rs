@@ -45,8 +45,8 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
         turn.collect::<Vec<_>>()
     };
     let form = clauses(formula, &words)?;
-    // From some turn on, the cycle is always the same. From its second turn on, the last messages are its own; what an
-    // operator says about the past stays the same when its operands have, and its bound has passed.
+    // From some cycle on, all cycles are the same. From the second cycle on, the last messages are its own; the value
+    // of an operator about the past stays the same once its operands do and its bound has passed.
     for _ in 0..=form.iter().flatten().map(|literal| settling(literal, unit)).max().unwrap_or(0) {
         states.extend(turn());
     }
@@ -208,7 +208,7 @@ impl Oracle<'_> {
         }
     }
 
-    /// Whether, in one of its turns after state i, state j is as many ticks away as the bound demands.
+    /// Whether, in one of the cycles after state i, state j is as many ticks away as the bound demands.
     fn in_time(&self, bound: Bound, i: usize, j: usize) -> bool {
         let Some(here) = self.states.get(i) else { return false };
         let Lap { start, ticks } = self.lap;

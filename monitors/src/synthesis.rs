@@ -1,4 +1,4 @@
-//! From a formula to its monitor.
+//! Turns a formula into its monitor.
 
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ pub enum Method {
         /// The number of its states.
         states: usize,
     },
-    /// Rules over what has happened, over time or over several values, which have no graph: a violation comes as early
-    /// as possible. That nothing can violate the formula any more is noticed only at the end of the run.
+    /// Rules over the past, time or several values, which have no graph: a violation comes as early as possible. That
+    /// nothing can violate the formula any more is noticed only at the end of the run.
     Rules,
     /// Progression of the formula: never wrong, but late when two obligations contradict each other.
     Progression,
@@ -197,7 +197,7 @@ impl RunningMonitor {
         }
     }
 
-    /// What determines how it continues.
+    /// The state that determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
         match self {
             Self::Compact(run) => run.situation(),

@@ -149,7 +149,7 @@ fn timed_monitors_agree_with_the_oracle() {
 
 /// A monitor that is brought into normal form after each event says the same at the same event.
 #[test]
-fn nobody_can_tell_a_monitor_from_its_normal_form() {
+fn a_monitor_and_its_normal_form_are_indistinguishable() {
     let topology = topology();
     let mut settled = 0;
     for seed in 0..cases(10_000) {

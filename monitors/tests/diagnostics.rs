@@ -22,7 +22,7 @@ fn said_of(text: &str) -> (usize, String) {
 }
 
 #[test]
-fn ten_mistakes_give_ten_diagnostics_each_at_its_place() {
+fn ten_mistakes_give_ten_diagnostics_each_with_its_location() {
     let text = r#"// Ten mistakes.
 const limit := 20
 propery p1 := always (BatteryReader, BatteryLevel, m[2] >= limit)
@@ -89,7 +89,7 @@ fn operators_of_other_logics_are_refused_with_a_suggestion() {
 }
 
 #[test]
-fn what_looks_back_is_checked_too() {
+fn operators_that_look_back_are_checked_too() {
     let text = r#"const few := 2.5
 property a := once (BatteryReader, BatteryLevel, true)
 property b := always once eventually (BatteryReader, BatteryLevel, true)
@@ -158,7 +158,7 @@ property j := always (GoToDestination, Navigation, always = <start>)
 }
 
 #[test]
-fn properties_that_can_never_fail_or_never_hold_are_warned_of() {
+fn properties_that_can_never_fail_or_never_hold_cause_a_warning() {
     let text = r#"property valid := always ((BatteryReader, BatteryLevel, m[2] < 20) or not (BatteryReader, BatteryLevel, m[2] < 20))
 property never := eventually false
 property always_false := always false

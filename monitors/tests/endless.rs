@@ -53,7 +53,7 @@ fn a_recurrence_is_open_while_the_run_continues() {
         assert_eq!(said, vec![Verdict::Inconclusive; 7], "{formula}");
         let (denied, _) = verdicts(&format!("not ({formula})"), "tqtqtq");
         assert_eq!(denied, vec![Verdict::Inconclusive; 7], "not {formula}");
-        // At the end of the run, what is open counts as false.
+        // At the end of the run, whatever is open counts as false.
         if !formula.contains("eventually") {
             assert_eq!(monitor.outcome(), Outcome::Inconclusive, "{formula}");
             assert!(!monitor.open_obligations().is_empty(), "{formula}");

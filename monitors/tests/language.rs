@@ -260,7 +260,7 @@ fn signs_and_words_are_equivalent() {
 }
 
 #[test]
-fn a_symbol_needs_no_blanks_around_it() {
+fn a_symbol_needs_no_spaces_around_it() {
     same("always (Navigation, GoToDestination, m[1]=<ok>)", &format!("always {E}"));
     same("always (Navigation,GoToDestination,m[1]=< ok >)", &format!("always {E}"));
     let level = "always (BatteryReader, BatteryLevel, m[2]<5 and m[2]>3)";
@@ -321,7 +321,7 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
 }
 
 #[test]
-fn a_field_whose_messages_no_symbol_tells_from_others_is_refused() {
+fn a_field_whose_messages_no_symbol_distinguishes_is_refused() {
     let error = spoken("m.left = true").unwrap_err();
     assert_eq!(error.problems()[0].message(), "no symbol tells the messages with this field from others");
     let error = spoken("m.levle > 5").unwrap_err();

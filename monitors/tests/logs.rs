@@ -63,7 +63,7 @@ fn unknown_channels_are_errors_or_skipped() {
 }
 
 #[test]
-fn an_invalid_line_is_reported_with_its_place() {
+fn an_invalid_line_is_reported_with_its_location() {
     let read = |line: &str| {
         let mut log = EventLog::new(line.as_bytes(), &topology(), Channels::All);
         match log.next_event() {

@@ -304,7 +304,7 @@ const RECENTLY_LOW: &str = "always ((GotoRechargingStation, Navigation, m[1] = <
 const NEVER_MORE: &str = "always at most 2 (GotoRechargingStation, Navigation, m[1] = <start_navigation>) in 10 s";
 
 #[test]
-fn what_did_not_happen_before_is_named() {
+fn what_did_not_happen_earlier_is_named() {
     let mut watch = Watch::new(RECENTLY_LOW);
     assert!(matches!(watch.monitor().method(), Method::Automaton { .. }), "{:?}", watch.monitor().method());
     watch.tick();
@@ -324,7 +324,7 @@ fn what_did_not_happen_before_is_named() {
 }
 
 #[test]
-fn a_past_that_never_was_is_reported() {
+fn a_past_event_that_never_happened_is_reported() {
     let low = "(BatteryReader, BatteryLevel, level < 30)";
     let mut watch = Watch::new(&format!("always (once {low} implies (Navigation, GoToDestination, m[2] = <running>))"));
     watch.tick();
@@ -336,7 +336,7 @@ fn a_past_that_never_was_is_reported() {
 }
 
 #[test]
-fn a_past_with_a_long_memory_is_monitored_without_an_automaton() {
+fn a_property_with_a_long_memory_of_the_past_is_monitored_without_an_automaton() {
     let long = RECENTLY_LOW.replace("3 s", "10 h");
     let mut watch = Watch::new(&long);
     assert_eq!(watch.monitor().method(), Method::Rules);
@@ -367,7 +367,7 @@ impl Watch {
 }
 
 #[test]
-fn each_remembered_value_is_awaited_by_itself() {
+fn each_remembered_value_is_awaited_separately() {
     let mut watch = Watch::new(SAME_PLACE);
     assert!(watch.monitor().method() == Method::Rules && watch.monitor().export(Format::Dot).is_none());
     watch.tick();
@@ -431,7 +431,7 @@ fn a_timed_deadline_is_exact_between_ticks() {
 }
 
 #[test]
-fn what_looks_back_reads_as_english() {
+fn properties_that_look_back_read_as_english() {
     let [a, b] = ["(BatteryReader, BatteryLevel, level < 20)", "(Navigation, GoToDestination, m[2] = <idle>)"];
     let formulas = [
         RECENTLY_LOW.to_owned(),

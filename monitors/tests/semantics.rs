@@ -112,7 +112,7 @@ fn a_clause_of_two_channels_is_checked_at_messages_on_either() {
 }
 
 #[test]
-fn a_part_without_own_atoms_is_checked_at_ticks() {
+fn a_part_without_atoms_of_its_own_is_checked_at_ticks() {
     says(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
     says(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);
     says(&eventually(is("a").always()), &["t", "a- t a+", "t a- t"], &["a+", "", "t a-"]);
@@ -148,7 +148,7 @@ fn once_is_about_now_and_before() {
     says(&recent, &["tick b+ tick a+", "tick b+ a+"], &["tick b+ tick tick a+"]);
     let exactly = is("a").implies(once(within(Relation::Equal, 1), is("b"))).always();
     says(&exactly, &["tick b+ tick a+"], &["tick b+ a+", "tick b+ tick tick a+"]);
-    // It is checked when something is said that it speaks of, and at ticks.
+    // It is checked whenever a message that it mentions passes, and at ticks.
     says(&once(within(Relation::Less, 1), is("b")).always(), &["b+ c- b+", "b+ tick"], &["b-", "b+ tick tick"]);
 }
 
@@ -179,12 +179,12 @@ fn messages_are_counted_in_a_window_that_ends_now() {
     says(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
     let enough = is("b").implies(count(false, 2)).always();
     says(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
-    // At ticks, too: messages may stay away.
+    // At ticks, too: there may be no messages.
     says(&count(false, 1).always(), &["a+ tick tick"], &["tick", "a+ tick tick tick"]);
 }
 
 #[test]
-fn what_looks_ahead_has_no_place_in_what_looks_back() {
+fn operators_that_look_ahead_are_not_allowed_inside_those_that_look_back() {
     let formula = once(Bound::NONE, eventually(is("a"))).always();
     assert_eq!(holds(&formula, &[]), Err(monitors::FormulaError::LooksAhead));
 }
@@ -227,7 +227,7 @@ fn a_bound_that_nothing_can_meet_is_not_special() {
     says(&next(never), &["t a+", "t a-"], &["t", "t t"]);
     says(&soon("a", Relation::Less, 0).negated().always(), &["", "t", "t a+"], &[]);
     says(&eventually(or(soon("a", Relation::Greater, u64::MAX), is("b"))), &["b+"], &["a+ t", "b-"]);
-    // `!=` is one atom: what it stands beside is asked when it speaks.
+    // `!=` is one atom: it is checked at messages on its own channel.
     let other = and(soon("a", Relation::Less, 3), or(soon("a", Relation::NotEqual, 3), is("b")));
     says(&other.always(), &["", "t a+", "t a+ b- a+", "t b+ a+"], &["t a+ b-"]);
 }
@@ -255,7 +255,7 @@ fn endless_runs_are_judged_by_everything_that_follows() {
 }
 
 #[test]
-fn in_endless_runs_each_turn_advances_time() {
+fn in_endless_runs_each_cycle_advances_time() {
     let later = |relation, ticks| soon("a", relation, ticks);
     says_endlessly(
         &later(Relation::GreaterOrEqual, 7),
@@ -267,7 +267,7 @@ fn in_endless_runs_each_turn_advances_time() {
         &[["t", "t a+"], ["t", "t t t a+ t"]],
         &[["t", "t t a+"], ["t", "t t a+ t t"]],
     );
-    // `a` comes at each third tick: after one, two or three, whoever asks.
+    // `a` comes at every third tick: after one, two or three ticks, depending on the state that asks.
     let asked = |relation, ticks| is("b").implies(later(relation, ticks)).always();
     let third = ["t", "t b+ t b+ t b+ a+"];
     says_endlessly(&asked(Relation::LessOrEqual, 2), &[third], &[]);

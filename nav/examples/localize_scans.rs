@@ -1,7 +1,7 @@
 //! Localizes your own scans: `cargo run --example localize_scans`.
 //!
-//! A robot starts somewhere in a room of which it has a map, and drives. [`Robot`] takes the place of yours: it
-//! delivers drifting odometry and scans. Everything below `main` could come from a driver or from a file instead.
+//! A robot starts somewhere in a room of which it has a map, and drives. [`Robot`] stands in for yours: it delivers
+//! drifting odometry and scans. Everything below `main` could come from a driver or from a file instead.
 
 use std::time::Duration;
 

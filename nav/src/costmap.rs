@@ -1,4 +1,4 @@
-//! The costmap: how near each cell is to an obstacle, on the map or seen by the lasers.
+//! The costmap: how near each cell is to an obstacle that is on the map or seen by the lasers.
 //!
 //! It stores clearances instead of costs, which follow from clearances by a table: the planner reads costs, the path
 //! follower reads distances. Obstacles seen by lasers are a list of marked cells. A mark changes only its surroundings,

@@ -6,7 +6,7 @@
 //!   weighted by how well the scans fit the map from there (adaptive Monte Carlo localization).
 //! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, maintains a [`Costmap`] of the
 //!   obstacles on the map and those seen by lasers, [plans](plan()) a path, follows it, stops for obstacles, tries
-//!   other paths, and gives up with a reason. [`NavigationStatus`] tells what it is doing.
+//!   other paths, and gives up with a reason. [`NavigationStatus`] says what it is doing.
 //!
 //! The robot may be real or simulated. No clock is read: times come with the readings, as
 //! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to

@@ -89,7 +89,7 @@ pub struct Hypothesis {
     pub weight: f64,
 }
 
-/// What is known about the pose before the first scan.
+/// The knowledge about the pose before the first scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InitialPose {
     /// Near a pose in the `map` frame.

@@ -150,7 +150,7 @@ impl Navigator {
         }
     }
 
-    /// What the navigator is doing.
+    /// The navigator's status.
     #[must_use]
     pub fn status(&self) -> NavigationStatus {
         self.status

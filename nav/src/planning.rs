@@ -60,7 +60,7 @@ pub enum PlanError {
 /// The path begins at `start`. It ends at `goal` if the robot fits there, otherwise at the nearest place where it does,
 /// at most `tolerance_m` away. From a start that is too near to an obstacle, it takes the shortest way out. The path
 /// never enters unknown cells (but may start in them), nor cells where the robot would touch an obstacle, as far as
-/// [clearances](Costmap::clearance_m) tell.
+/// [clearances](Costmap::clearance_m) show.
 ///
 /// # Errors
 /// The reason why there is no path.

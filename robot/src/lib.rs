@@ -17,7 +17,7 @@ pub use laser::{LaserScan, LaserSpec};
 pub use motion::{Odometry, RobotModel, VelocityCommand};
 pub use random::{Streams, normal};
 
-/// What the battery's electronics report.
+/// The reading of the battery's electronics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryState {
     /// When it was measured.
@@ -81,7 +81,7 @@ impl Reading {
 /// assert!(matches!(readings[0], Reading::Odometry(odometry) if odometry.linear_mps == 0.4));
 /// ```
 pub trait Robot {
-    /// What the robot's software knows about the hardware.
+    /// The software's knowledge of the robot's hardware.
     fn model(&self) -> &RobotModel;
 
     /// Appends the readings received since the last call, oldest first.

@@ -17,7 +17,7 @@
 //! Beams go from −90° counter-clockwise over 180°: with an odd number there is one at either end, with an even number
 //! there is none at +90°.
 //!
-//! The [`Complaint`]s about a log tell what is wrong with it and what was done about it.
+//! The [`Complaint`]s about a log say what is wrong with it and what was done about it.
 
 mod clock;
 mod complaint;
@@ -105,25 +105,25 @@ impl Recording {
         Ok(Self { model, records, complaints: complaints.into_sorted() })
     }
 
-    /// What was recorded in another way than in a log, in order. The lines of the records increase.
+    /// Data recorded in another format than a log, in order. The lines of the records increase.
     #[must_use]
     pub fn of(model: RobotModel, records: Vec<Record>) -> Self {
         Self { model, records, complaints: Vec::new() }
     }
 
-    /// What is known about the robot: its lasers. The rest is as in the default robot.
+    /// The knowledge about the robot: its lasers. The rest is as in the default robot.
     #[must_use]
     pub fn model(&self) -> &RobotModel {
         &self.model
     }
 
-    /// What was recorded, in order.
+    /// The recorded data, in order.
     #[must_use]
     pub fn records(&self) -> &[Record] {
         &self.records
     }
 
-    /// What is wrong with the log and what was done about it, by line.
+    /// Problems of the log and what was done about them, by line.
     #[must_use]
     pub fn complaints(&self) -> &[Complaint] {
         &self.complaints
@@ -183,7 +183,7 @@ pub struct RecordedRobot {
 }
 
 impl RecordedRobot {
-    /// A robot that senses what was recorded, with these errors added to its odometry.
+    /// A robot that senses the recorded data, with these errors added to its odometry.
     #[must_use]
     pub fn new(recording: Arc<Recording>, errors: OdometryErrors) -> Self {
         Self { recording, errors, next: 0, unread: Vec::new() }

@@ -31,7 +31,7 @@ pub enum StepError {
     /// There have been more communications than the scenario allows.
     #[error("there have been more than {0} communications")]
     Budget(u64),
-    /// The schedule that it follows demands what is not possible.
+    /// The schedule that it follows demands something impossible.
     #[error("{0}")]
     Schedule(Problem),
 }
@@ -43,7 +43,7 @@ impl Error {
         Self::BadInput(vec![Box::new(diagnostic)])
     }
 
-    /// Bad input that has no place in a file, with advice on what is accepted.
+    /// Bad input without a location in a file, with advice on what is accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::bad_input(Problem::new(message).with_help(help))

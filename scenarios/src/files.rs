@@ -192,11 +192,11 @@ fn shipped(path: &Path) -> Option<&'static [u8]> {
     files.find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| bytes)
 }
 
-/// What the path of an assignment begins with.
+/// The prefix of an assignment's path.
 const HERE: &str = ".";
 
-/// The path that stands at `span`. That of an assignment is meant from where it is given, even if the scenario that it
-/// changes is a shipped one.
+/// The path at `span`. The path of an assignment is relative to where it is given, even if the scenario that it changes
+/// is a shipped one.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
     if span.is_assignment() { Path::new(HERE).join(path) } else { path.as_ref().to_owned() }
 }

@@ -27,11 +27,11 @@ pub(crate) struct Watched {
     pub(crate) name: String,
     /// Its formula, as written.
     formula: String,
-    /// What it requires, in a few words.
+    /// Its requirement, in a few words.
     summary: String,
 }
 
-/// What a scenario says about its monitors.
+/// A scenario's settings of its monitors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Described<'a> {
     pub(crate) file: &'a ScenarioFile,

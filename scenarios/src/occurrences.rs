@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_in_an_event_points_to_its_place_in_the_scenario() {
+    fn an_error_in_an_event_points_to_its_position_in_the_scenario() {
         assert_eq!(places("# What for.\nwhen = \"(BatteryReader, BatteryLevl, true)\"", ""), ["BatteryLevl"]);
         assert_eq!(places("when = '(BatteryReeder, BatteryLevel, true)'", ""), ["BatteryReeder"]);
         let condition = "when = \"m[7] < 3)\"";
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_without_a_place_points_to_the_whole_text() {
+    fn an_error_without_a_position_points_to_the_whole_text() {
         let escaped = r#"when = "(BatteryReader, \u0042atteryLevl, true)""#;
         assert_eq!(places(escaped, ""), [r#""(BatteryReader, \u0042atteryLevl, true)""#]);
         assert_eq!(places("when = \"true)\"", "(BatteryReader, BatteryLevl, "), ["\"true)\""]);

@@ -73,7 +73,7 @@ pub struct Scenario {
     pub tree: Option<Arc<Tree>>,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
-    /// The components from files, by the name of their process; of a model, all that is no leaf.
+    /// The components from files, by the name of their process; for a model, everything that is not a leaf.
     pub components: BTreeMap<String, Component>,
     /// The machines that skills and components run while faults change them, by the name of the process.
     pub machines: BTreeMap<String, FaultyMachines>,
@@ -106,7 +106,7 @@ impl Scenario {
         Ok(made)
     }
 
-    /// What runs SCXML machines: the skills, and then the components from files, by the name of the process.
+    /// The runners of SCXML machines: the skills, and then the components from files, by the name of the process.
     pub fn machine_processes(&self) -> impl Iterator<Item = (&str, &Skill)> {
         let components =
             self.components.iter().filter_map(|(name, component)| Some((name.as_str(), component.machine()?)));

@@ -1,7 +1,7 @@
-//! What the keys of a file mean and take.
+//! The meaning and the types of a file's keys.
 //!
-//! From this one description come the file's JSON schema, which editors use, its chapter of the reference, and what
-//! `steward help` says of it. Tests check it against the reader: keys, types, ranges and defaults.
+//! This description gives the file's JSON schema, which editors use, its chapter of the reference, and the text of
+//! `steward help`. Tests check it against the reader: keys, types, ranges and defaults.
 
 pub mod interface;
 pub mod mapping;
@@ -14,9 +14,9 @@ pub struct Key {
     /// Where it stands: `battery.initial_pct`. `[]` follows an array of tables; a part in capitals is a name that the
     /// file chooses.
     pub path: String,
-    /// What it means, in a sentence or two.
+    /// Its meaning, in a sentence or two.
     pub about: String,
-    /// What it takes, as JSON Schema. Of a table, what its keys have to be together.
+    /// Its type, as JSON Schema. The rules that bind several keys of a table.
     pub takes: Value,
     /// Whether its table needs it.
     pub required: bool,
@@ -47,13 +47,13 @@ impl Key {
         self.takes["type"] == "object"
     }
 
-    /// What it takes, in words: `a number from 0 to 100`.
+    /// Its type, in words: `a number from 0 to 100`.
     #[must_use]
     pub fn accepts(&self) -> String {
         accepts(&self.takes)
     }
 
-    /// What it is where the file does not say, as TOML.
+    /// Its value where the file does not set it, as TOML.
     #[must_use]
     pub fn default(&self) -> Option<String> {
         self.takes.get("default").map(Value::to_string)
@@ -170,7 +170,7 @@ pub fn table(rules: Value) -> Value {
     with(json!({ "type": "object", "additionalProperties": false }), rules)
 }
 
-/// What takes all this, and is that where the file does not say.
+/// A key that accepts all of this, with that default.
 #[must_use]
 pub fn or(takes: Value, default: impl Into<Value>) -> Value {
     with(takes, json!({ "default": default.into() }))
@@ -201,7 +201,7 @@ pub fn plain(number: f64) -> Value {
     if number.fract() == 0.0 && number.abs() < 1e15 { json!(number as i64) } else { json!(number) }
 }
 
-/// The JSON schema, draft 2020-12, of a file with these keys. Tables stand before what is in them.
+/// The JSON schema, draft 2020-12, of a file with these keys. Tables come before their contents.
 #[must_use]
 pub fn json_schema(title: &str, rules: Value, keys: &[Key]) -> Value {
     let head = json!({ "$schema": "https://json-schema.org/draft/2020-12/schema", "title": title });

@@ -1,4 +1,4 @@
-//! From a scenario to a channel system: its processes and channels.
+//! Turns a scenario into a channel system: its processes and channels.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -156,7 +156,7 @@ pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
     Ok(Arc::clone(wired.system.topology()))
 }
 
-/// A system that cannot be wired, as bad input: the message tells the files by the processes' names.
+/// A system that cannot be wired, as bad input: the message names the files by the processes.
 fn refused(error: WiringError) -> Error {
     Error::bad_input(misfit(error))
 }
@@ -166,7 +166,7 @@ fn misfit(error: WiringError) -> Problem {
         .with_help("the tree, the skills and the components must agree on their channels and messages")
 }
 
-/// What is wired: the tree, the skills of its leaves, and the components from files.
+/// The parts to be wired: the tree, the skills of its leaves, and the components from files.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts<'a> {
     pub(crate) tree: &'a Tree,
@@ -534,13 +534,13 @@ mod tests {
     }
 
     #[test]
-    fn nobody_can_tell_devices_from_their_normal_forms() {
+    fn devices_and_their_normal_forms_are_indistinguishable() {
         let steps = walk_beside_normal_form(wired("parcel"));
         assert!(steps > 100, "{steps} steps");
     }
 
     #[test]
-    fn nobody_can_tell_a_model_without_chance_from_its_normal_form() {
+    fn a_model_without_chance_and_its_normal_form_are_indistinguishable() {
         let lift = Path::new(env!("CARGO_MANIFEST_DIR")).join("roaml/tests/models/lift");
         let folder = tempfile::tempdir().expect("a folder");
         for entry in std::fs::read_dir(&lift).expect("its files") {

@@ -32,7 +32,7 @@ pub(crate) struct World {
 /// A device of the world.
 struct Device {
     process: ProcessId,
-    /// What it is heard saying.
+    /// Its spoken text.
     speech: Option<String>,
     /// When the last speech began that was heard.
     last: Option<Duration>,
@@ -69,7 +69,7 @@ impl World {
         }
     }
 
-    /// What speakers have begun to say since the last call, with their processes.
+    /// The texts that speakers have begun to say since the last call, with their processes.
     pub(crate) fn new_speeches(&mut self, system: &ChannelSystem) -> Vec<(ProcessId, String)> {
         let mut new = Vec::new();
         for Device { process, speech, last } in &mut self.devices {
@@ -84,7 +84,7 @@ impl World {
         new
     }
 
-    /// What is visible and heard now.
+    /// The visible and audible scene.
     pub(crate) fn scene(&self) -> Option<Scene> {
         let scene = self.robot.as_ref().map(SimulatedRobot::scene)?;
         Some(Scene { speeches: self.devices.iter().filter_map(|device| device.speech.clone()).collect(), ..scene })
@@ -103,7 +103,7 @@ impl World {
         self.robot.as_mut()
     }
 
-    /// What is known of the robot.
+    /// The state of the robot.
     pub(crate) fn robot_state(&self) -> RobotState {
         self.robot.as_ref().map_or_else(RobotState::default, SimulatedRobot::state)
     }
@@ -191,7 +191,7 @@ impl SimulatedRobot {
         }
     }
 
-    /// What navigation is doing, if that differs from what was told.
+    /// The status of navigation, if it differs from the last report.
     pub(crate) fn new_navigation(&self, told: &Navigation) -> Option<Navigation> {
         let software = &self.software;
         let (status, reason, recovery) =
@@ -230,7 +230,7 @@ impl SimulatedRobot {
     }
 }
 
-/// The robot and what is around it, for devices.
+/// The robot and its surroundings, for devices.
 struct Around<'a> {
     sim: &'a mut Simulation,
     bodies: &'a [ObstacleConfig],

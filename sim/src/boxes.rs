@@ -39,7 +39,7 @@ pub(crate) fn put_down(world: &mut World, robot: Entity, name: &str, to: Pose) -
     Ok(())
 }
 
-/// What a box at a pose would overlap.
+/// The body that a box at a pose would overlap.
 fn obstruction(world: &mut World, robot: Entity, lifted: Entity, to: &Pose) -> Option<Obstruction> {
     let mut obstacles = world.query::<(&Obstacle, &ObstaclePose)>();
     let (building, carried) = (world.resource::<Building>(), world.get::<Obstacle>(lifted)?);

@@ -216,12 +216,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_defaults_are_good() {
+    fn the_defaults_are_valid() {
         assert_eq!(SimConfig::default().bad_settings(), []);
     }
 
     #[test]
-    fn every_bad_setting_is_named_with_its_value() {
+    fn every_invalid_setting_is_named_with_its_value() {
         let mut config = SimConfig { dt: Duration::ZERO, ..SimConfig::default() };
         config.model.lasers[1].range_max_m = 0.05;
         config.battery.initial_pct = 120.0;

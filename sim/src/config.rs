@@ -274,7 +274,7 @@ pub enum ObstacleMotion {
         waypoints: Vec<Point>,
         /// Speed, in m/s.
         speed_mps: f64,
-        /// What happens at the last waypoint.
+        /// The behavior at the last waypoint.
         end: RouteEnd,
     },
     /// A walking person.

@@ -116,7 +116,7 @@ impl Drive {
     fn within_model(&self, command: VelocityCommand, speed_limit_mps: Option<f64>) -> VelocityCommand {
         let limited = |value: f64, limit: f64| if value.is_nan() { 0.0 } else { value.clamp(-limit, limit) };
         let fastest_mps = speed_limit_mps.map_or(self.model.max_linear_mps, |limit_mps| {
-            // In this order, NaN is no limit.
+            // In this order, NaN is not a limit.
             self.model.max_linear_mps.min(limit_mps).max(0.0)
         });
         VelocityCommand {

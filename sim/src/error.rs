@@ -12,7 +12,7 @@ pub enum SimError {
     /// The robot or the charging station would be outside the map.
     #[error("{what} ({x_m}, {y_m}) is outside the map, which is {width_m:.2} m × {height_m:.2} m")]
     OutsideMap {
-        /// What was to be placed there.
+        /// The thing that was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,
@@ -29,7 +29,7 @@ pub enum SimError {
          but the robot's radius is {radius_m} m"
     )]
     InWall {
-        /// What was to be placed there.
+        /// The thing that was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,
@@ -50,7 +50,7 @@ pub enum SimError {
          but the robot's radius is {radius_m} m"
     )]
     InObstacle {
-        /// What was to be placed there.
+        /// The thing that was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,

@@ -36,13 +36,13 @@
 //!
 //! # Faults
 //! Every fault of the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
-//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), whose documentation tells
+//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), whose documentation says
 //! where in a step each acts. Instantaneous faults are methods ([`Simulation::kidnap`],
 //! [`Simulation::set_battery_charge`]).
 //!
 //! # Devices
 //! What a device does to the world is a method as well: [`Simulation::command_door`], [`Simulation::pick_up`],
-//! [`Simulation::put_down`]. What it measures is a question to [`Truth`]: [`Truth::door_opening`], [`Truth::sees`].
+//! [`Simulation::put_down`]. Its measurements come from [`Truth`]: [`Truth::door_opening`], [`Truth::sees`].
 //!
 //! # Determinism
 //! The same configuration, map, poses, root seed, commands and faults give the same bits in every build and on every

@@ -83,8 +83,8 @@ impl Route {
     }
 }
 
-/// The pose of a walker at `from` after this distance straight to a point, facing it, and what is left of the distance
-/// when they have reached it; `None` if they have not.
+/// The pose of a walker at `from` after this distance straight to a point, facing it, and the rest of the distance when
+/// they have reached it; `None` if they have not.
 pub(crate) fn walk_to(from: &Pose, to: &Point, way_m: f64) -> (Pose, Option<f64>) {
     let mut at = *from;
     let way = to.coords - from.translation.vector;

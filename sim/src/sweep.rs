@@ -29,7 +29,7 @@
 //! corner (`edges`). Only this check determines the result; the estimate, the fixed-point columns and their margin only
 //! select the beams to check.
 //!
-//! **Outcomes.** The beams that end on a run form one group. The same comparison tells whether a beam hit the run's
+//! **Outcomes.** The beams that end on a run form one group. The same comparison decides whether a beam hit the run's
 //! front or its side; then its distance is a single division (`outcome`).
 //!
 //! # Why it is exact

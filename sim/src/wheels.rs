@@ -18,7 +18,7 @@ pub(crate) fn turned(faults: &BaseFaults, (forward_m, turn_rad): Roll, wheel_sep
 
 /// The part of it that slips.
 pub(crate) fn slipped(faults: &BaseFaults, (forward_m, turn_rad): Roll) -> Roll {
-    // NaN is no slip either.
+    // NaN is not slip either.
     if faults.slip > 0.0 {
         let slip = faults.slip.min(1.0);
         (slip * forward_m, slip * turn_rad)

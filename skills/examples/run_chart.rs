@@ -8,7 +8,7 @@ use skills::{Chart, Datum, Event, Host, Machine, Note, Outgoing, Undelivered};
 
 const LOCK: &str = include_str!("DoorLock.scxml");
 
-/// Who types what, and when, in seconds: the times and the digits.
+/// The typed digits, and when, in seconds.
 const TYPED: [(u64, f64); 6] = [(1, 4711.0), (10, 1.0), (11, 2.0), (12, 3.0), (13, 4711.0), (80, 4711.0)];
 
 /// The world around the chart: takes what it sends and follows its state.

@@ -57,12 +57,12 @@
 //! - Each message has a [role](channels::Role). A *request* has a number, which its *reply* repeats. A machine answers
 //!   one request once: an answer without a request is `error.communication`. Only the answer to the last request on a
 //!   channel counts: other answers, and repeated ones, are received and dropped.
-//! - What other machines ask becomes an event of its own name: the request `[<say>, "hello"]` is the event `say`,
-//!   whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's next
-//!   request is received when the last one has been answered. Requests of the tree are always received, and are the
-//!   events `BT.tick` and `BT.halt`.
+//! - A request from another machine becomes an event with its own name: the request `[<say>, "hello"]` is the event
+//!   `say`, whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's
+//!   next request is received when the last one has been answered. Requests of the tree are always received, and are
+//!   the events `BT.tick` and `BT.halt`.
 //! - An *action* takes time. The client sends the goal `pick.goal`, and may send `pick.cancel` while it is pursued. The
-//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and in the end
+//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and finally
 //!   `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
 //!   the sender: `Arm.pick.feedback`. All messages of a goal carry its number. A cancel is answered by the end of its
 //!   goal, whatever it is; one that arrives after the end is dropped.

@@ -1,4 +1,4 @@
-//! From an SCXML file to a [`Chart`], with all problems of the file.
+//! Turns an SCXML file into a [`Chart`], with all problems of the file.
 
 mod check;
 mod compile;
@@ -70,7 +70,7 @@ impl Chart {
         Self::load_from(file, text, strictness, None, false)
     }
 
-    /// Compiles a machine that was translated from another language. `text` is what its author wrote, and `plain` its
+    /// Compiles a machine that was translated from another language. `text` is the original text, and `plain` its
     /// translation to SCXML, in which a transition may also have the attribute `chance` of the namespace
     /// `urn:steward:chance`: the probability that it counts as enabled when its event and its condition allow it, drawn
     /// from the sequence of [`Machine::set_seed`](crate::Machine::set_seed). `place` maps ranges of `plain` to `text`,

@@ -224,8 +224,8 @@ impl Machine {
         }
     }
 
-    /// The machine before its start, with the caller's values in place of the initial values of these data. Only data
-    /// of the whole machine can be given ([`Chart::parameters`]).
+    /// The machine before its start, with values from the caller as the initial values of these data. Only data of the
+    /// whole machine can be given ([`Chart::parameters`]).
     ///
     /// # Errors
     /// [`SkillError::UnknownParameter`] if the machine has no such datum.

@@ -44,7 +44,7 @@ pub struct SkillProcess {
     journal: Unobserved<Journal>,
 }
 
-/// What a machine has noted. It is not part of the process's state.
+/// A note of a machine. It is not part of the process's state.
 #[derive(Clone, Debug)]
 struct Journal {
     notes: VecDeque<Note>,
@@ -52,7 +52,7 @@ struct Journal {
     chart: Arc<Chart>,
 }
 
-/// What a machine sends to and notes while it runs.
+/// The recipient of a machine's events and notes while it runs.
 struct Outside<'a> {
     adapter: &'a mut dyn Adapter,
     journal: &'a mut Journal,
@@ -92,7 +92,7 @@ impl SkillProcess {
     }
 
     /// The process `name`, which runs a machine from its initial state and has this adapter between the machine and its
-    /// channels. What does not fit the channels is an error of the run.
+    /// channels. A message that does not fit the channels is an error of the run.
     #[must_use]
     pub fn connected(name: &str, mut machine: Machine, adapter: impl Adapter) -> Self {
         machine.set_session(name);

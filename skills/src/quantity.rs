@@ -1,4 +1,4 @@
-//! What a machine does with a quantity that it is told: with which constants it compares it.
+//! A machine's use of a quantity that it receives: the constants with which it compares it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::chart::{ActionKind, Content, DataId, Place, Send, visit_actions};
 use crate::expression::{BinaryOp, EventField, Expr, Statement, UnaryOp};
 use crate::{Chart, Datum};
 
-/// What to do about a machine that computes with a quantity.
+/// How to fix a machine that computes with a quantity.
 const WAY_OUT: &str =
     "compare it with constants and go on with the result; a proof distinguishes levels only by such comparisons";
 
@@ -121,8 +121,8 @@ impl<'a> Following<'a> {
         }
     }
 
-    /// Whether the value of the expression may be the quantity, or computed from it, and not only what a comparison
-    /// tells of it.
+    /// Whether the value of the expression may be the quantity, or computed from it, and not only the result of a
+    /// comparison.
     fn carries(&self, expr: &Expr) -> bool {
         match expr {
             Expr::Binary(op, _) if compares(*op) => false,
@@ -138,7 +138,7 @@ impl<'a> Following<'a> {
         self.problems.push(problem.of(self.chart.file()).at(place, label).with_help(WAY_OUT));
     }
 
-    /// Checks an expression of which the value may be the quantity itself, or what comparisons tell of it.
+    /// Checks an expression whose value may be the quantity itself, or the result of comparisons with it.
     fn follow(&mut self, expr: &Expr, place: SourceSpan) {
         if self.is_quantity(expr) || !self.mentions(expr) {
             return;
@@ -252,7 +252,7 @@ impl<'a> Following<'a> {
                 }),
                 ActionKind::Foreign(code) => self.keep_out(&Expr::Foreign(Arc::clone(code)), action.span),
                 ActionKind::Send(send) => self.check_send(send),
-                // What is logged is only told.
+                // Logged values are only reported.
                 ActionKind::Log { .. } | ActionKind::Raise { .. } | ActionKind::Cancel(_) | ActionKind::Fail(_) => {}
             }
         }
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_more_than_a_comparison_is_refused_at_its_place() {
+    fn anything_more_than_a_comparison_is_refused_with_its_location() {
         let refused = |data: &str, body: &str| thresholds(data, body).expect_err(body).join("; ");
         let sum = refused("", r#"<transition event="a" cond="_event.data.level + 1 &gt; 30"/>"#);
         assert_eq!(sum, "the machine computes with a level, which a proof cannot follow");

@@ -1,4 +1,4 @@
-//! Recorded robots: logs and bags, with what is wrong with them.
+//! Recorded robots: logs and bags, with their problems.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What was found: in words, as a test case, and as JSON.
+//! The findings: in words, as a test case, and as JSON.
 
 use explorer::Outcome;
 use reports::junit::{Case, CaseResult, Suite};
@@ -15,11 +15,11 @@ pub(crate) struct Finding {
     pub(crate) seconds: f64,
     /// A run in which something goes wrong.
     pub(crate) violation: Option<Violation>,
-    /// What the physics show of it, if that was asked for.
+    /// The result with the physics, if that was requested.
     pub(crate) physical: Option<Physical>,
 }
 
-/// What was found of a scenario.
+/// The findings for a scenario.
 pub(crate) struct Findings {
     pub(crate) proof: Proof,
     pub(crate) findings: Vec<Finding>,
@@ -31,7 +31,7 @@ impl Finding {
         self.answer.outcome() == Some(self.question.expected) && is_replayed
     }
 
-    /// What was found, in a word or two.
+    /// The finding, in a word or two.
     pub(crate) fn word(&self) -> &'static str {
         match self.answer.exploration.outcome {
             _ if self.answer.is_spurious => "spurious",
@@ -47,7 +47,7 @@ impl Finding {
         }
     }
 
-    /// What was expected of it instead, if anything was.
+    /// The expected finding, if there was one.
     pub(crate) fn difference(&self) -> Option<String> {
         let Question { property, expected, .. } = &self.question;
         if self.is_as_expected() {
@@ -64,7 +64,7 @@ impl Finding {
     }
 }
 
-/// What never happens, line by line, with its places.
+/// Everything that never happens, line by line, with its location.
 pub(super) fn unreached(answer: &Answer) -> String {
     let line =
         |Unreached { words, place, .. }: &Unreached| format!("  {}:{}: {words}\n", place.source().name(), place.line());

@@ -1,4 +1,4 @@
-//! The table of what was proved.
+//! The table of results.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 /// The widest column of names that leaves room for the others in 80 columns.
 const WIDEST: usize = 24;
 
-/// What is proved under which assumptions.
+/// The results, and their assumptions.
 pub(super) fn head(proof: &Proof) -> Text {
     let mut text = Text::default();
     text.paint(HEAD, &proof.scenario().name, 0);
@@ -23,7 +23,7 @@ pub(super) fn head(proof: &Proof) -> Text {
     text
 }
 
-/// What never happens: a list with places, or how much there is.
+/// Everything that never happens: a list with locations, or how many there are.
 pub(super) fn unreached(findings: &[Finding], list: bool) -> Text {
     let mut text = Text::default();
     let Some((finding, unreached)) = findings.iter().find_map(|it| Some((it, it.answer.unreached.as_ref()?))) else {

@@ -12,22 +12,22 @@ use serde_json::json;
 
 /// A run in which something goes wrong, replayed in the channel system with the ordinary monitor.
 pub(crate) struct Violation {
-    /// What goes wrong, to follow the name of the property.
+    /// The violation, to follow the name of the property.
     what: &'static str,
     lines: Vec<Line>,
     ticks: usize,
-    /// Whether the replay came to what the search has found.
+    /// Whether the replay confirmed the search.
     pub(crate) is_replayed: bool,
 }
 
-/// What happens, and after which tick.
+/// Each event, and after which tick.
 struct Line {
     tick: Option<u64>,
     what: What,
 }
 
 enum What {
-    /// What follows happens over and over.
+    /// The following events repeat forever.
     Repeats,
     Environment(String),
     Tick {
@@ -141,7 +141,7 @@ impl Violation {
     }
 }
 
-/// What happens in a run, in order.
+/// The events of a run, in order.
 fn lines(
     path: &Path,
     events: &[(usize, channels::Event)],

@@ -15,8 +15,8 @@ use scenarios::scenario::{Scenario, find};
 
 use super::finding::Finding;
 
-/// Writes a run that violates a property into a folder of its own, and follows it from there: what was written, in
-/// words. `None` if no such run was found.
+/// Writes a run that violates a property into a folder of its own, and follows it from there; returns a description of
+/// the files written. `None` if no such run was found.
 pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<String>, Error> {
     let Outcome::Violated(run) = &finding.answer.exploration.outcome else { return Ok(None) };
     if finding.answer.is_spurious {
@@ -45,7 +45,7 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
     Ok(Some(format!("  wrote {files}\n")))
 }
 
-/// What the physics show of a run that was found, in words; empty if nobody asked.
+/// The result of following a run with the physics, in words; empty if it was not requested.
 pub(super) fn physics(finding: &Finding) -> String {
     let Some(Physical { tick, difference, .. }) = &finding.physical else { return String::new() };
     let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));

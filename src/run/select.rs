@@ -1,4 +1,4 @@
-//! From names, folders and patterns to scenarios.
+//! Turns names, folders and patterns into scenarios.
 
 use std::path::{Path, PathBuf};
 

@@ -12,7 +12,7 @@ use reports::report::{OutcomeReport, Report};
 use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain, complain_of, say};
 
-/// What has come of the runs so far.
+/// The results of the runs so far.
 pub(super) struct Table {
     quiet: bool,
     began: Instant,
@@ -87,7 +87,7 @@ impl Table {
     }
 }
 
-/// The line of a run, and below it what was not as expected.
+/// The line of a run, and below it the differences from the expectations.
 fn line(style: Style, word: &str, name: &str, run: &Result<Report, Error>) -> Text {
     let mut text = Text::from("       ");
     text.paint(style, word, 5);

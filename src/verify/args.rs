@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use reports::html::quoted;
 
-/// Recorded runs and robots, and what is asked of them.
+/// Recorded runs and robots, and the questions about them.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
     /// Event logs and recordings, as `--record FILE` writes them, and bags of ROS 2; `-` reads a log from standard

@@ -1,4 +1,4 @@
-//! Bags of ROS 2: what they have, and what properties say of them.
+//! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -19,7 +19,7 @@ pub(super) struct Verified {
     pub(super) end: LogEnd,
     /// When a bag begins, in nanoseconds since 1970.
     pub(super) start_ns: Option<i64>,
-    /// What is missing or damaged in a bag, in words.
+    /// Missing or damaged parts of a bag, in words.
     pub(super) notes: Vec<String>,
 }
 

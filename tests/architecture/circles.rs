@@ -1,6 +1,6 @@
 //! Circles of files: none of them can be understood, tested or moved without the others.
 //!
-//! A file uses another if it names an item that the other defines, through whatever re-exports. `mod` and `pub use` by
+//! A file uses another if it names an item that the other defines, through any re-exports. `mod` and `pub use` by
 //! themselves use nothing: a facade is not a user. Nor is a unit test. Method calls are not seen.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,7 +42,7 @@ fn no_files_use_each_other_in_a_circle_except_known_ones() {
 }
 
 #[test]
-fn circles_stay_for_a_reason_and_are_few_and_small() {
+fn there_are_few_circles_and_each_has_a_reason() {
     let page = fs::read_to_string("ARCHITECTURE.md").expect("the page is there");
     let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
     for (files, reason) in CIRCLES {
@@ -105,7 +105,7 @@ impl Crate {
         under_way.push(query);
         let mut places = BTreeSet::from([Place::Module(module)]);
         for name in path {
-            // Where a module and a function share a name, what goes on with `::` is the module.
+            // Where a module and a function share a name, a path that continues with `::` means the module.
             let in_modules = places.iter().any(|place| matches!(place, Place::Module(_)));
             let next = places.iter().flat_map(|place| match place {
                 Place::Module(module) => self.look_up(*module, name, under_way),

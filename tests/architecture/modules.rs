@@ -10,14 +10,14 @@ use syn::{Attribute, Ident, Item, ItemMod, ItemUse, Macro, MetaList, UseTree, Vi
 /// A path as it is written, without generic arguments.
 pub(super) type Names = Vec<String>;
 
-/// What a name stands for in a module.
+/// The meaning of a name in a module.
 pub(super) enum Meaning {
     Item,
     Module(usize),
     Import(Names),
 }
 
-/// A module and what is written in it.
+/// A module and its contents.
 pub(super) struct Module {
     pub(super) file: usize,
     pub(super) parent: usize,

@@ -8,7 +8,7 @@ use tempfile::tempdir;
 
 use crate::steward::steward;
 
-/// What the binary says with that many columns and these variables, stdout and stderr.
+/// The output of the binary with that many columns and these variables, stdout and stderr.
 fn said(columns: &str, variables: &[(&str, &str)], arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_steward"))
         .args(arguments)
@@ -25,7 +25,7 @@ fn fits(text: &str, columns: usize) {
     }
 }
 
-/// The commands below one, with what the help says of each.
+/// The subcommands of a command, with their help.
 fn helps(command: &[&str], all: &mut Vec<(String, String)>) {
     let help = said("80", &[], &[command, &["--help"]].concat());
     let listed = help.split_once("\nCommands:\n").map_or("", |(_, list)| list.split("\n\n").next().unwrap());
@@ -77,7 +77,7 @@ fn tables_and_messages_fit_80_columns_without_broken_words() {
     for (place, command) in commands.iter().enumerate() {
         let command = if (2..6).contains(&place) { [command, &out[..]].concat() } else { command.to_vec() };
         let (narrow, wide) = (said("80", &[], &command), said("9999", &[], &command));
-        // What cannot be broken stands out: the name of a folder, for example.
+        // Text that cannot be broken stands out: the name of a folder, for example.
         let unbroken = |line: &&str| line.split_whitespace().count() > 2;
         fits(&narrow.lines().filter(unbroken).collect::<Vec<_>>().join("\n"), 80);
         let words =
@@ -99,7 +99,7 @@ fn colours_are_for_terminals_and_for_those_who_force_them() {
     assert!(said("80", &[("CLICOLOR_FORCE", "1")], &refused).contains('\u{1b}'));
 }
 
-/// What a shell answers when `steward ru` and `steward run nomin` are to be completed; none where it is not installed.
+/// A shell's completions of `steward ru` and `steward run nomin`; none where it is not installed.
 fn completed(shell: &str, script: &Path) -> Option<String> {
     let script = script.to_str().unwrap();
     let text = match shell {
@@ -159,9 +159,9 @@ fn every_command_has_a_man_page() {
     assert!(page("steward-tree-check.1").contains("BehaviorTree.CPP"));
 }
 
-/// What the commands print that only read; the book shows what the others do.
+/// The output of the commands that only read; the book shows that of the others.
 #[test]
-fn commands_print_what_they_printed() {
+fn commands_print_the_same_as_before() {
     let calls: [&[&str]; 12] = [
         &["list"],
         &["faults"],

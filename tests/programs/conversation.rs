@@ -134,7 +134,7 @@ fn a_program_answers_requests_and_its_timers_fire_when_they_are_due() {
 }
 
 #[test]
-fn a_successor_knows_nothing_of_what_its_predecessor_was_told() {
+fn a_successor_knows_nothing_of_what_its_predecessor_received() {
     if !has_python() {
         return;
     }
@@ -151,7 +151,7 @@ fn a_successor_knows_nothing_of_what_its_predecessor_was_told() {
 }
 
 #[test]
-fn copies_are_equal_while_they_were_told_the_same_and_only_one_can_continue() {
+fn copies_are_equal_until_they_receive_different_messages_and_only_one_can_continue() {
     if !has_python() {
         return;
     }
@@ -168,7 +168,7 @@ fn copies_are_equal_while_they_were_told_the_same_and_only_one_can_continue() {
 }
 
 #[test]
-fn programs_that_run_at_once_do_not_end_each_other() {
+fn programs_that_run_at_the_same_time_do_not_end_each_other() {
     if !has_python() {
         return;
     }

@@ -14,7 +14,7 @@ const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_b
 /// Enough for a shell to start, and to fail by its silence.
 const IMPATIENT: Limits = Limits { answer_within: Duration::from_secs(2), ..LIMITS };
 
-/// What begins a program that is well until it is asked something.
+/// The beginning of a program that works until it is asked something.
 const WELL_AT_FIRST: &str = "import os, signal, sys, time
 sys.stdin.readline()
 print('{}', flush=True)
@@ -30,7 +30,7 @@ fn failure_when_asked(doing: &str) -> Option<String> {
     has_python().then(|| failure(&stage, "python3", LIMITS))
 }
 
-/// The one message of a program that is well at first.
+/// The only message of a program that works at first.
 fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
     let mut process = stage.command(&[interpreter, "program.py"], limits);
     process.start(Duration::ZERO).unwrap();
@@ -89,13 +89,13 @@ fn a_program_that_never_answers_is_ended() {
 }
 
 #[test]
-fn half_a_line_is_no_answer() {
+fn half_a_line_is_not_an_answer() {
     fails_silently("printf '{}'; sleep 1000", "did not end its line within 2 s: \"{}\"");
     fails_silently("printf '{'", "ended with exit status 0 before it answered");
 }
 
 #[test]
-fn a_program_that_ends_says_how() {
+fn how_a_program_ended_is_reported() {
     fails("sys.exit(3)", "ended with exit status 3");
     fails("os.kill(os.getpid(), signal.SIGSEGV)", "ended with the signal SIGSEGV");
     fails("os.abort()", "ended with the signal SIGABRT");
@@ -154,7 +154,7 @@ fn a_flood_is_cut_off() {
 }
 
 #[test]
-fn a_line_that_nobody_asked_for_is_noticed_before_the_next_message() {
+fn an_unsolicited_line_is_noticed_before_the_next_message() {
     if !has_python() {
         return;
     }
@@ -172,7 +172,7 @@ fn a_line_that_nobody_asked_for_is_noticed_before_the_next_message() {
 }
 
 #[test]
-fn nonsense_is_told_with_its_place() {
+fn nonsense_is_reported_with_its_position() {
     answers_wrongly("hello", "it is not JSON: expected value at column 1: hello");
     answers_wrongly("{\"send\": NaN}", "it is not JSON: ");
     answers_wrongly("{} {}", "it is not JSON: trailing characters at column 4: {} {}");
@@ -195,7 +195,7 @@ fn nonsense_is_told_with_its_place() {
 }
 
 #[test]
-fn a_message_that_its_channel_does_not_carry_is_told_with_its_place() {
+fn a_message_that_its_channel_does_not_carry_is_reported_with_its_position() {
     let send = |sent: &str| format!("{{\"send\": [{{\"to\": \"Guide\", \"event\": \"ok\"}}, {sent}]}}");
     let second = |sent: &str, expected: &str| answers_wrongly(&send(sent), &format!("at `send[1]`: {expected}"));
     second("{\"to\": \"Gide\", \"event\": \"ok\"}", "there is no channel Speaker → Gide");
@@ -216,8 +216,8 @@ fn memory_is_limited() {
 }
 
 #[test]
-fn nothing_that_it_has_started_is_left_running() {
-    // In a session of its own, with a parent that has ended, and deaf to everything that it can be deaf to.
+fn nothing_that_a_program_started_is_left_running() {
+    // In a session of its own, with a parent that has ended, and ignoring all signals that it can ignore.
     let hide = "
 def hide():
     if os.fork(): return

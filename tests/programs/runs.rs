@@ -125,7 +125,7 @@ fn a_program_that_fails_is_in_the_report_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_program_that_crashes_by_a_fault_starts_again() {
+fn a_program_that_crashes_because_of_a_fault_starts_again() {
     if !has_python() {
         return;
     }
@@ -163,7 +163,7 @@ if os.fork() == 0:
 time.sleep(1000)
 ";
 
-/// What ends steward while a program does not answer.
+/// The way in which steward ends while a program does not answer.
 fn ends_all(end: impl Fn(&mut std::process::Child)) {
     if !has_python() {
         return;

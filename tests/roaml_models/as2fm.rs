@@ -36,7 +36,7 @@ fn checkout() -> Option<PathBuf> {
 }
 
 #[test]
-fn what_is_certain_has_its_documented_verdict_in_every_run() {
+fn certain_outcomes_have_their_documented_verdict_in_every_run() {
     let Some(folder) = checkout() else { return };
     for (main, property, expected) in CERTAIN {
         let main = folder.join(main.replace("T/", "test/jani_generator/_test_data/"));
@@ -60,7 +60,7 @@ fn navigation_by_one_id_and_name_is_two_processes() {
     assert_eq!(names.iter().filter(|name| name.starts_with("navigate")).count(), 2, "{names:?}");
 }
 
-/// Fetch and carry: 0.7 · 0.6 · 0.7 in one attempt, and five attempts of which each needs what the others left.
+/// Fetch and carry: 0.7 · 0.6 · 0.7 in one attempt, and five attempts, each of which needs whatever is left over.
 #[test]
 fn the_probabilistic_world_has_its_documented_probability() {
     let Some(folder) = checkout() else { return };

@@ -1,4 +1,4 @@
-//! Everything that a channel system can come to.
+//! All states that a channel system can reach.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher};

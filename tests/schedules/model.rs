@@ -22,13 +22,13 @@ use super::exploration::{States, reachable};
 const DRIVER: &str = "Driver";
 const PLACES: [&str; 2] = ["Destination", "RechargingStation"];
 
-/// By what rules the skills talk with the tree, and with Navigation.
+/// The rules by which the skills communicate with the tree, and with Navigation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Protocol {
     Shipped,
     /// That of the paper's published system.
     Original,
-    /// The same, with a Navigation that ends a trip only when told to by whoever began it.
+    /// The same, with a Navigation that ends a trip only on request of the skill that started it.
     OwnTrips,
     /// The published one with a mistake: a skill that is stopped on the way gives the resource back before it halts
     /// navigation.
@@ -41,7 +41,7 @@ impl Protocol {
         match self {
             Self::Shipped => shipped.to_owned(),
             Self::Original | Self::OwnTrips => original().to_owned(),
-            // After starting a trip, asking about it and waiting; the states of a trip that is over come behind.
+            // After starting a trip, asking about it and waiting; the states of a finished trip come later.
             Self::EarlyRelease => original().replacen("target=\"halted\"", "target=\"internal_lockKey\"", 3),
         }
     }
@@ -54,7 +54,7 @@ impl Protocol {
     }
 }
 
-/// What the driver may say of a trip.
+/// The driver's possible reports on a trip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trips {
     /// Nothing: the robot is on its way.
@@ -240,7 +240,7 @@ fn serve(topology: &mut Topology, client: ProcessId, component: ProcessId, opera
     topology.channel(component, client, Capacity::One, Domain::new(answers)).unwrap();
 }
 
-/// Navigation with the handshakes of its driver: it hands over what it was asked, and then takes reports again.
+/// Navigation with the handshakes of its driver: it passes requests on, and then takes reports again.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Driven {
     navigation: Navigation,
@@ -261,7 +261,7 @@ fn order_message(order: &Order) -> Message {
 impl Process for Driven {
     fn offers(&self, offers: &mut Vec<Offer>) {
         self.navigation.offers(offers);
-        // As between two steps: a report is about what the driver was told last.
+        // As between two steps: a report is about the driver's last command.
         offers.push(match self.navigation.clone().next_order() {
             Some(order) => {
                 let envelope = Envelope { message: order_message(&order), request: RequestNumber(0) };
@@ -297,7 +297,7 @@ impl Process for Driven {
     }
 }
 
-/// The driver does what it was told last, and reports what it may.
+/// The driver follows its last command, and makes its possible reports.
 fn navigation_with_driver(navigation: Navigation, trips: Trips, topology: &mut Topology) -> [Player; 2] {
     let id = topology.find_process(NAVIGATION).unwrap();
     let driver = topology.process(DRIVER).unwrap();

@@ -1,4 +1,4 @@
-//! What JSON Schema, draft 2020-12, says of a value: the keywords that the schemas use, and no others.
+//! The verdict of JSON Schema, draft 2020-12, on a value: the keywords that the schemas use, and no others.
 //!
 //! A crate that knows all of the draft asks shared dependencies for more features than the program does, and they would
 //! be built twice. `STEWARD_SCHEMA_CASES=FILE` writes down every case with its answer; `tests/schemas/foreign.py` gives
@@ -9,7 +9,7 @@ use std::io::Write;
 
 use serde_json::{Value, json};
 
-/// What is wrong with a value, or `None`.
+/// The problem with a value, or `None`.
 pub(super) fn problem(schema: &Value, value: &Value) -> Option<String> {
     let problem = check(schema, value).err();
     if let Some(file) = std::env::var_os("STEWARD_SCHEMA_CASES") {

@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_may_hold_lists_but_not_without_end() {
+    fn lists_may_hold_lists_but_only_to_a_limited_depth() {
         let matrix = Type::List(Box::new(Type::List(Box::new(Type::Real))));
         assert_eq!(Type::named("std::vector<std::vector<double>>"), matrix);
         let endless = "vector<".repeat(100_000) + "int" + &">".repeat(100_000);

@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_is_read_up_to_where_it_is_a_number() {
+    fn a_text_is_parsed_up_to_where_it_stops_being_a_number() {
         assert_eq!(leading_int("12"), Some(12));
         assert_eq!(leading_int("-3.9"), Some(-3));
         assert_eq!(leading_int("4 apples"), Some(4));
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn an_integer_is_a_truth_value_only_if_it_is_0_or_1() {
+    fn an_integer_is_a_boolean_only_if_it_is_0_or_1() {
         assert_eq!(Value::Int(1).to_bool(), Ok(true));
         assert!(Value::Int(2).to_bool().is_err());
         assert_eq!(Value::Real(2.0).to_bool(), Ok(true));

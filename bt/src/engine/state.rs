@@ -130,7 +130,7 @@ impl State {
     }
 
     /// Brings the state into [normal form](NormalForm): what happened to nodes, the answer of the last tick and faults
-    /// are only told.
+    /// are only reported.
     pub(crate) fn normalize(&mut self, program: &Program, form: &NormalForm<'_>) {
         self.outcomes.fill(Outcomes::default());
         self.faults.clear();

@@ -127,7 +127,7 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
     members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
 }
 
-/// The same, for writing: a driver of a robot tells a tree so where the robot is.
+/// The same, for writing: a robot's driver uses it to tell a tree where the robot is.
 pub fn blackboard_in_mut(system: &mut ChannelSystem, bt: ProcessId) -> Option<&mut Blackboard> {
     if system.process::<TreeProcess>(bt).is_some() {
         return system.process_mut::<TreeProcess>(bt).map(TreeProcess::blackboard_mut);

@@ -198,7 +198,7 @@ impl Process for LeafProcess {
         }
     }
 
-    /// Faults and the number of a tick are only told.
+    /// Faults and the number of a tick are only reported.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         form.number(self.wiring.skill.line.requests, &mut self.request);
         self.patience.normalize(form);

@@ -54,7 +54,7 @@ pub(super) struct Wiring {
     pub(super) children: Vec<Child>,
 }
 
-/// Who asks a node, and what it does with its children.
+/// The client of a node, and the node's relation to its children.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// Receives ticks from this channel; the root is its only child.
@@ -68,7 +68,7 @@ pub(super) struct Node {
     pub(super) id: NodeId,
     pub(super) kind: Kind,
     pub(super) flags: Flags,
-    /// What it reads, if it need not ask the blackboard.
+    /// Values that it reads without asking the blackboard.
     pub(super) reading: Reading,
     pub(super) parent: Line,
     pub(super) board: Option<Line>,
@@ -132,7 +132,7 @@ impl NodeProcess {
         }
     }
 
-    /// What has happened to the children. The one that is being ticked counts as running.
+    /// The status of the children. The one that is being ticked counts as running.
     pub(super) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
         let children = self.wiring.children.iter();
         let told = children.zip(&self.records).filter_map(|(child, record)| Some((child.node, record.outcome?)));
@@ -230,7 +230,7 @@ impl Process for NodeProcess {
         asked.into_iter().chain(lines.flat_map(both_ways)).collect()
     }
 
-    /// What happened to the children, faults and the number of a tick are only told. Between ticks, the parent knows
+    /// The status of the children, faults and the number of a tick are only reported. Between ticks, the parent knows
     /// the status of the node.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         for record in &mut self.records {

@@ -8,7 +8,7 @@ use channels::{
 use crate::ports::Traffic;
 use crate::{Kind, Node, NodeId, Reply, Request, Status, Tree};
 
-/// What the tick generator sends to a tree: `[<tick>, n]`.
+/// The message from the tick generator to a tree: `[<tick>, n]`.
 #[must_use]
 pub fn tick_domain() -> Domain {
     Domain::new([TickGenerator::shape()])

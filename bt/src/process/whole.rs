@@ -243,7 +243,7 @@ impl Process for TreeProcess {
         requests.extend(self.pending_request().map(|(channel, envelope)| (channel, envelope.request)));
     }
 
-    /// The number of a tick is only told.
+    /// The number of a tick is only reported.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         for (skill, number) in self.wiring.skills.iter().zip(&mut self.requests) {
             form.number(skill.line.requests, number);

@@ -113,7 +113,7 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
     Ok(fitting)
 }
 
-/// The value as it is stored: an entry keeps its kind of value, and a text is parsed as that kind.
+/// The value as it is stored: an entry keeps its kind of value, and a string is parsed as that kind.
 fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated {
     let (of, old) = (board.type_of(slot), board.value(slot));
     let refused = || ScriptError::Assignment {
@@ -200,7 +200,7 @@ impl Binary {
         }
     }
 
-    /// For `+=` and similar operators: a text can be appended to a text.
+    /// For `+=` and similar operators: a string can be appended to a string.
     fn apply_in_place(self, left: &Value, right: &Value) -> Evaluated {
         match (left, right) {
             (Value::Text(left), Value::Text(right)) if self == Self::Add => joined(left, right),

@@ -98,7 +98,7 @@ fn deep_nesting_is_refused() {
 }
 
 #[test]
-fn a_text_does_not_grow_without_end() {
+fn a_text_has_a_maximum_length() {
     let doubled = |times: usize| value(&format!("x := 'a'{}; 1", "; x += x".repeat(times)));
     assert_eq!(doubled(20), "1", "a text of a megabyte");
     assert_eq!(doubled(21), "a text may have at most 1048576 bytes");

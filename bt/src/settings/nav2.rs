@@ -1,4 +1,4 @@
-//! What Nav2's nodes read: rates, and what the blackboard tells about the robot, its goals and its path.
+//! Values that Nav2's nodes read: rates, and the robot, its goals and its path from the blackboard.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::Status;
 use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
 use crate::semantics::Reading;
 
-/// What one of Nav2's nodes reads.
+/// Values that one of Nav2's nodes reads.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Nav2 {
     Index(Index),
@@ -147,7 +147,7 @@ impl Nav2 {
                 Ok(Reading::Proceed)
             }
             Self::Path { memo, .. } => {
-                // What was the new path is now the previous one.
+                // The new path becomes the previous one.
                 if let Some(kept) = board.memo(*memo)
                     && kept.len() > 1
                 {

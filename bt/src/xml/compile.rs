@@ -1,4 +1,4 @@
-//! From a node's attributes to its settings.
+//! Compiles a node's attributes into its settings.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -131,7 +131,7 @@ impl Compiler<'_> {
         })
     }
 
-    /// What one of Nav2's nodes reads, `Some(None)` if it reads nothing.
+    /// Values that one of Nav2's nodes reads, `Some(None)` if it reads nothing.
     fn nav2(&mut self) -> Option<Option<Nav2>> {
         Some(Some(match (self.kind, ports(self.kind)) {
             (Kind::PersistentSequence, [index]) => {
@@ -194,7 +194,7 @@ impl Compiler<'_> {
         Some(Goals { goals: [goal?, goals?], memo: self.names.next_memo() })
     }
 
-    /// A rate that is greater than 0, as far as the file tells.
+    /// A rate that is greater than 0, as far as the file shows.
     fn rate(&mut self, port: &Port) -> Option<Input> {
         let hz = self.input(port)?;
         if let Input::Constant(value) = &hz
@@ -333,7 +333,7 @@ impl Compiler<'_> {
                 let whole = attribute.value_span;
                 let span = if attribute.is_plain {
                     let start = whole.offset() + error.range.start;
-                    // At its end there is nothing to mark but the text before.
+                    // At the end of the file there is nothing to mark but the text before it.
                     span(start..whole.offset() + error.range.end)
                 } else {
                     whole

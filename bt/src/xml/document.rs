@@ -153,7 +153,7 @@ fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
     }
 }
 
-/// Reads the main tree of the files. If there is none, a problem tells why.
+/// Reads the main tree of the files. If there is none, a problem explains why.
 fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<Tree> {
     let sources: Vec<Source> = files.iter().map(|file| file.text.clone()).collect();
     let mut documents = Vec::new();

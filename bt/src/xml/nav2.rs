@@ -38,7 +38,7 @@ mod tests {
     use crate::{Category, Kind};
 
     #[test]
-    fn the_model_is_a_model() {
+    fn the_model_is_itself_a_valid_model() {
         let mut problems = Problems::new();
         let models = read(&mut problems);
         assert!(problems.is_empty(), "{problems:?}");
@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn the_model_has_the_kinds_of_nodes_that_are_built_in_and_their_ports() {
+    fn the_model_has_the_kinds_and_ports_of_all_built_in_nodes() {
         for kind in Kind::BUILTIN.into_iter().filter(|kind| kind.is_of_nav2()) {
             let model = nav2_model(kind.name()).unwrap_or_else(|| panic!("{kind} has no model"));
             assert_eq!(model.category, kind.category(), "{kind}");

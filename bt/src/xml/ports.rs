@@ -29,7 +29,7 @@ pub struct BuiltinPort {
     pub name: &'static str,
     /// What it takes.
     pub takes: &'static str,
-    /// What it is if the file does not say.
+    /// Its value if the file does not set it.
     pub default: Option<&'static str>,
     /// Whether the node is refused without it.
     pub required: bool,

@@ -171,7 +171,7 @@ impl Xml {
     }
 }
 
-/// By ID of a leaf: the ports that are used anywhere.
+/// By leaf ID: the ports that are used anywhere.
 fn used_ports(definitions: &[Definition]) -> BTreeMap<&str, BTreeSet<&str>> {
     let mut used: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let leaves = definitions.iter().flat_map(|definition| &definition.nodes).filter(|node| node.kind.is_leaf());

@@ -26,7 +26,7 @@ behaviours! {
     async_fallback_is_skipped_when_all_children_are: "<Sequence><AsyncFallback><a/><b/></AsyncFallback><c/></Sequence>" => [
         "a=K b=K c=S -> S",
     ];
-    // In parallel, one asks for another tick while the other makes the root succeed: the wish is kept for the next
+    // In parallel, one asks for another tick while the other makes the root succeed: the request is kept for the next
     // tick.
     a_wish_to_be_ticked_again_outlives_a_tick_in_which_the_root_is_done:
         r#"<Parallel success_count="1"><AsyncSequence><a/><b/></AsyncSequence><c/></Parallel>"# => [

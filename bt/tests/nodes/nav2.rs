@@ -144,7 +144,7 @@ fn pipeline_sequence_fails_with_any_child_and_resets_all() {
 }
 
 #[test]
-fn pipeline_sequence_ticks_earlier_children_again_and_goes_on_past_them_while_they_run() {
+fn pipeline_sequence_ticks_earlier_children_again_and_moves_past_them_while_they_run() {
     let lines = ["a=R -> R", "a=S b=R -> R", "a=R b=S c=R -> R", "a=R b=S c=S a=halt -> S"];
     held(&with_abc("PipelineSequence"), &lines);
 }
@@ -156,7 +156,7 @@ fn pipeline_sequence_passes_over_skipped_children() {
 }
 
 #[test]
-fn pipeline_sequence_forgets_how_far_it_was_when_it_is_halted() {
+fn pipeline_sequence_forgets_its_position_when_it_is_halted() {
     let lines = ["a=S b=R -> R", "halt tree: b=halt", "a=R -> R", "a=S b=R -> R"];
     held(&with_abc("PipelineSequence"), &lines);
 }
@@ -208,7 +208,7 @@ fn persistent_sequence_keeps_its_position_on_the_blackboard() {
 }
 
 #[test]
-fn persistent_sequence_goes_on_where_it_was_halted() {
+fn persistent_sequence_continues_where_it_was_halted() {
     held(
         &with_abc(r#"PersistentSequence current_child_idx="{i}""#),
         &["write i=0", "a=S b=R -> R | i=1", "halt tree: b=halt", "b=S c=R -> R | i=2"],
@@ -235,7 +235,7 @@ fn persistent_sequence_follows_its_entry() {
 }
 
 #[test]
-fn persistent_sequence_goes_on_after_a_child_that_changes_the_entry() {
+fn persistent_sequence_continues_after_a_child_that_changes_the_entry() {
     let body = r#"<PersistentSequence current_child_idx="{i}"><a/><Script code="i := 0"/><b/></PersistentSequence>"#;
     as_root(body, &["write i=0", "a=S b=R -> R | i=2", "b=S -> S | i=0"]);
 }
@@ -633,7 +633,7 @@ fn path_longer_on_approach_ticks_its_child_when_the_path_to_the_same_goal_is_lon
     held(body, &[&old, "-> S", &new, "a=R -> R", "a=S -> S", "-> S"]);
     let elsewhere = format!("write path={}", path(0, 11, 1.5));
     held(body, &[&old, "-> S", &elsewhere, "-> S", &new, "-> S"]);
-    // As in Nav2, the child goes on running.
+    // As in Nav2, the child keeps running.
     held(body, &[&old, "-> S", &new, "a=R -> R", &elsewhere, "-> S", &old, "-> S", &new, "a=S -> S"]);
 }
 

@@ -53,7 +53,7 @@ fn subtree_without_autoremap_shares_nothing() {
 }
 
 #[test]
-fn subtree_gets_constants_as_numbers_and_texts() {
+fn subtree_gets_constants_as_numbers_and_strings() {
     let inside = r#"<Script code="@a := n; @b := r; @c := t"/>"#;
     play_file(&with_subtree(r#"n="3" r="2.5" t="home""#, inside), &["-> S | a=3 b=2.5 c='home'"]);
 }

@@ -286,7 +286,7 @@ impl Object {
         Success
     }
 
-    /// `halt` of the node by itself, and its answer.
+    /// `halt` of the node alone, and its answer.
     fn end(&mut self, context: &mut Context, status: Status) -> Status {
         self.reset_children(context);
         self.status = None;

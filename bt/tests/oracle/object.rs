@@ -31,7 +31,7 @@ pub(super) struct Object {
     pub(super) state: usize,
 }
 
-/// What the nodes of a tree share.
+/// The shared state of a tree's nodes.
 pub(super) struct Context {
     actors: Actors,
     /// `emitWakeUpSignal` was called and has not been handled yet.
@@ -153,7 +153,7 @@ impl Object {
         self.status = None;
     }
 
-    /// What a node forgets when it is halted.
+    /// State that a node forgets when it is halted.
     fn forget(&mut self) {
         match self.kind {
             // Neither starts over because it is halted.
@@ -210,7 +210,7 @@ impl Oracle {
         Self { root: Object::new(spec), context }
     }
 
-    /// The tree's answer; `None` if it asks to be ticked again without end.
+    /// The tree's answer; `None` if it keeps asking to be ticked again.
     pub(super) fn tick_once(&mut self) -> Option<Status> {
         for _ in 0..MANY {
             let status = self.root.execute_tick(&mut self.context);

@@ -13,7 +13,7 @@ pub enum Refused {
         process: String,
         /// Why: `it draws random numbers`.
         reason: String,
-        /// What to do about it.
+        /// How to fix it.
         help: Option<String>,
     },
     /// The monitor has no normal form.
@@ -23,7 +23,7 @@ pub enum Refused {
         property: String,
         /// Why.
         reason: String,
-        /// What to do about it.
+        /// How to fix it.
         help: Option<String>,
     },
     /// A process has too many states.

@@ -9,7 +9,7 @@ pub(crate) const UNKNOWN: u32 = u32::MAX;
 /// Instead of the number of a state: the message is not accepted.
 pub(crate) const REFUSED: u32 = u32::MAX - 1;
 
-/// What a process becomes, and how the numbers of its requests change for its peers: 0 if they stay.
+/// The next state of a process, and how the numbers of its requests change for its peers: 0 if they stay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) next: u32,
@@ -29,14 +29,14 @@ pub(crate) struct Local {
     pub(crate) timer: Option<Duration>,
     /// Whether it stays the same while time passes.
     pub(crate) is_timeless: bool,
-    /// What it can do by itself: internal actions and sends.
+    /// Steps that it can take alone: internal actions and sends.
     pub(crate) own: Vec<Own>,
     pub(crate) receives: Vec<Receive>,
-    /// What it is after a span of time, by the number of the span.
+    /// Its state after a span of time, by the number of the span.
     pub(crate) later: Vec<Step>,
-    /// What it is when the numbers of requests change, by the number of the renaming.
+    /// Its state after the numbers of requests change, by the number of the renaming.
     pub(crate) renamed: Vec<u32>,
-    /// What a tick generator is when a tick is due.
+    /// The state of a tick generator when a tick is due.
     pub(crate) ticked: u32,
 }
 

@@ -1,4 +1,4 @@
-//! What is explored: a system at its start, its ticks, its environment, and what may happen to messages.
+//! The model to explore: a system at its start, its ticks, its environment, and what may happen to messages.
 
 use std::fmt;
 use std::sync::Arc;
@@ -30,7 +30,8 @@ pub struct Ticks {
     pub step: Duration,
 }
 
-/// Sees each process after each step that is computed for the first time, before what is only told is forgotten.
+/// Sees each process after each step that is computed for the first time, before state that is only reported is
+/// forgotten.
 pub trait Onlooker: fmt::Debug + Send + Sync {
     /// Sees a process.
     fn see(&self, id: ProcessId, process: &dyn Process);
@@ -49,7 +50,7 @@ pub struct MessageFaults {
     pub channels: Vec<ChannelId>,
 }
 
-/// What happens to a message besides what should.
+/// A disturbance of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Damage {
     /// Nothing.
@@ -62,7 +63,7 @@ pub enum Damage {
     Repeated,
 }
 
-/// What drives a system from outside: between its steps, something else happens in the world.
+/// Drives a system from outside: between its steps, something else happens in the world.
 ///
 /// Its state is encoded in numbers. The moves depend only on it and on the processes that it drives.
 pub trait Environment: fmt::Debug + Send + Sync {
@@ -72,8 +73,8 @@ pub trait Environment: fmt::Debug + Send + Sync {
     /// Its state at the start.
     fn start(&self) -> Vec<i64>;
 
-    /// What may happen before a tick, or at any other moment: the possible moves, in an order that depends only on the
-    /// arguments. Without a move, time stands still. `driven` are the processes that it drives, in their normal form.
+    /// The possible moves before a tick, or at any other moment, in an order that depends only on the arguments.
+    /// Without a move, time stands still. `driven` are the processes that it drives, in their normal form.
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
 }
 
@@ -94,7 +95,7 @@ pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Syn
 pub struct Move {
     /// The state of the environment afterwards.
     pub state: Vec<i64>,
-    /// What it does to each process that it drives, in normal form or not.
+    /// Its effect on each process that it drives, in normal form or not.
     pub update: Update,
     /// In words: `the level falls below 30 %`. Empty if nothing changes that is worth a word.
     pub words: String,

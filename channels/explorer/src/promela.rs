@@ -26,7 +26,7 @@ use crate::tables::{ENDLESS, Tables, Transit};
 pub struct Promela {
     /// The text.
     pub text: String,
-    /// The number of states that SPIN stores if it goes on after errors, as `pan -c0` does.
+    /// The number of states that SPIN stores if it continues after errors, as `pan -c0` does.
     pub states: u64,
 }
 
@@ -48,12 +48,12 @@ pub enum NotExported {
     TimesTooFine {
         /// The longest time.
         longest: Duration,
-        /// What all times are multiples of.
+        /// The unit of which all times are multiples.
         unit: Duration,
     },
 }
 
-/// A model in Promela. All its states must be found first: also those that a search does not come to, because it ends
+/// A model in Promela. All its states must be found first: also those that a search does not reach, because it ends
 /// when the property is violated.
 ///
 /// A violated property, and messages that pile up without end, are violated assertions. A step that decides the
@@ -86,7 +86,7 @@ pub fn promela(
     Ok(Promela { text, states })
 }
 
-/// What all times are multiples of.
+/// The unit of which all times are multiples.
 fn unit(tables: &Tables, others: impl Iterator<Item = Duration>) -> Result<Duration, NotExported> {
     let timers = tables.locals.iter().flat_map(|locals| locals.iter()).filter_map(|local| local.timer);
     let clocks = tables.clocks.iter().map(|clock| clock.until_tick);
@@ -110,7 +110,7 @@ fn unit(tables: &Tables, others: impl Iterator<Item = Duration>) -> Result<Durat
 /// Promela's largest `int`.
 const FOREVER: u32 = i32::MAX as u32;
 
-/// What is written, and from what.
+/// The output, and its sources.
 struct Writer<'a> {
     semantics: &'a Semantics,
     start: &'a [u32],

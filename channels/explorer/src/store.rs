@@ -1,7 +1,7 @@
 //! The states that were found: each once, in the order in which they were found, in few bytes.
 //!
 //! A state is a vector of small numbers. Each slot of the vector has as many bits as the largest number in it so far
-//! needs; if a larger one comes, all states are packed anew.
+//! needs; if a larger one comes, all states are repacked.
 
 use std::mem;
 
@@ -161,7 +161,7 @@ impl Store {
         self.numbers.insert_unique(hash, number, |number| self::hash(vector(all, width, *number)));
     }
 
-    /// Gives a slot the bits that a number needs, and packs all states anew.
+    /// Gives a slot the bits that a number needs, and repacks all states.
     #[cold]
     fn widen(&mut self, slot: usize, value: u32) {
         let width = |place: &Place| place.mask.count_ones();

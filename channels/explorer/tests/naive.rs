@@ -273,7 +273,7 @@ fn damaged(state: &State, send: &Enabled, channel: ChannelId, effect: Effect) ->
     system
 }
 
-/// What the environment makes of the system.
+/// The environment's effect on the system.
 fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<(Vec<i64>, ChannelSystem)> {
     let driven: Vec<Box<dyn Process>> =
         environment.driven().iter().map(|id| state.system.clone_process(*id).expect("a process")).collect();

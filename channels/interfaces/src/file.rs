@@ -18,7 +18,7 @@ impl Interface {
     ///
     /// - Fields keep the order of the file: `m[2]`, `m[3]`, … A kind is one of [`KINDS`](crate::KINDS), with `?` behind
     ///   it if the field may be missing, or a list of symbols, with `"?"` at its end if the field may be missing.
-    /// - With `ros = "my_msgs/srv/SetMode.srv"`, fields are those of the definition. What is nested becomes flat:
+    /// - With `ros = "my_msgs/srv/SetMode.srv"`, fields are those of the definition. Nested fields become flat:
     ///   `pose.position.x` is the field `pose_position_x`, the items of `float64[3] point` are `point_0` to `point_2`.
     ///   Items of an array with a bound may be missing. An array without one is refused.
     /// - `fields = ["pose.position", "ranges[0]"]` selects, `fields = { nearest = "ranges[0]" }` also renames. So do

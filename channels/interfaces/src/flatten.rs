@@ -1,4 +1,4 @@
-//! From a ROS message, which may contain others, to the fields of a message of a channel.
+//! Flattens a ROS message, which may contain others, into the fields of a message of a channel.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::interface::MAX_FIELDS;
 use crate::packages::{Definition, Missing, Packages, what_to_add};
 use crate::ros::{self, Base, Count, TypeName};
 
-/// More items of arrays and messages are not looked at: what is in them would be too much.
+/// More items of arrays and messages are not examined: their contents would be too large.
 const MAX_VISITS: usize = 10_000;
 
 /// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`.
@@ -27,10 +27,10 @@ struct Step {
     item: Option<usize>,
 }
 
-/// What it takes to flatten the messages of one definition.
+/// The context for flattening the messages of one definition.
 pub(crate) struct Flattening<'f, 'r, 'd> {
     pub(crate) packages: &'f Packages<'r>,
-    /// Where types are looked for.
+    /// The folders in which types are searched.
     pub(crate) folders: &'f [PathBuf],
     /// Which definition, and where the interface names it.
     pub(crate) named: &'f Spanned<String>,
@@ -43,7 +43,7 @@ pub(crate) struct Flattening<'f, 'r, 'd> {
 /// One walk through a message.
 struct Walk<'w, 'f, 'r, 'd> {
     of: &'w Flattening<'f, 'r, 'd>,
-    /// What problems are about: the definition, or the path that selects from it.
+    /// The subject of problems: the definition, or the path that selects from it.
     about: &'w Spanned<String>,
     leaves: Vec<Leaf>,
     visits: usize,
@@ -205,7 +205,7 @@ impl Walk<'_, '_, '_, '_> {
         self.about.span.problem(message).with_label("here")
     }
 
-    /// What to say of arrays of any length, if there are some.
+    /// What to report for arrays of any length, if there are some.
     fn endless(&self) -> Option<Problem> {
         let (first, _) = self.endless.first()?;
         let names: Vec<String> = self.endless.iter().map(|(path, kind)| format!("`{path}` ({kind})")).collect();

@@ -7,7 +7,7 @@ use diagnostics::Problem;
 pub const GOAL: &str = "goal";
 /// `m[1]` of a cancel, likewise.
 pub const CANCEL: &str = "cancel";
-/// `m[1]` of the answer of a service that did what it was asked.
+/// `m[1]` of the answer of a service that did what it was asked to do.
 pub const OK: &str = "ok";
 /// `m[1]` of the answer to a request that could not be carried out.
 pub const ERROR: &str = "error";
@@ -36,17 +36,17 @@ pub const TOPIC: &str = "topic";
 /// The name of the field that says why something failed.
 pub const REASON: &str = "reason";
 
-/// A message has at most this many fields behind the symbols with which it begins.
+/// A message has at most this many fields after the symbols with which it begins.
 pub const MAX_FIELDS: usize = 64;
 
-/// What a component can be asked, what it publishes, and what it does over time.
+/// The services, topics and actions of a component.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Interface {
     /// Requests with one reply each.
     pub services: Vec<Service>,
-    /// What it publishes to any number of subscribers.
+    /// The topics that it publishes to any number of subscribers.
     pub topics: Vec<Topic>,
-    /// What takes time: a goal, feedback on the way, and a result.
+    /// Its actions, which take time: a goal, feedback on the way, and a result.
     pub actions: Vec<Action>,
 }
 
@@ -70,7 +70,8 @@ pub struct Service {
     pub reply: Vec<Field>,
 }
 
-/// What a component publishes: each subscriber gets `[<NAME>, fields…]`, and a newer one replaces one that waits.
+/// A topic that a component publishes: each subscriber gets `[<NAME>, fields…]`, and a newer one replaces one that
+/// waits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
     /// `m[1]` of the message.
@@ -79,7 +80,7 @@ pub struct Topic {
     pub fields: Vec<Field>,
 }
 
-/// What a component does over time.
+/// An action of a component, which takes time.
 ///
 /// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. After an
 /// acceptance come any number of `[<NAME.feedback>, feedback…]` and then one of `[<NAME.succeeded>, result…]`,
@@ -130,8 +131,8 @@ impl Interface {
     /// answers of actions, and topics.
     ///
     /// # Errors
-    /// If the replies of two services could not be told apart by their kinds, and their fields have different names: a
-    /// reader would not know which names are meant. The problem has no place.
+    /// If the replies of two services could not be distinguished by their kinds, and their fields have different names:
+    /// a reader would not know which names are meant. The problem has no place.
     ///
     /// ```
     /// use channels::FieldKind;
@@ -199,14 +200,14 @@ impl Topic {
 }
 
 impl Action {
-    /// What the component is asked: a goal, and a cancel.
+    /// The requests to the component: a goal, and a cancel.
     #[must_use]
     pub fn requests(&self) -> [Shape; 2] {
         let request = |part, fields: &[Field], role| shape(REQUEST, &format!("{}.{part}", self.name), fields, role);
         [request(GOAL, &self.goal, Role::Goal), request(CANCEL, &[], Role::Cancel)]
     }
 
-    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled.
+    /// The component's answers: accepted, rejected, feedback, succeeded, aborted, canceled.
     #[must_use]
     pub fn answers(&self) -> [Shape; 6] {
         let answer = |part, fields: &[Field], role| shape(STATUS, &format!("{}.{part}", self.name), fields, role);

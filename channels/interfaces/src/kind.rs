@@ -1,4 +1,4 @@
-//! What a field may hold, as a file says it.
+//! The values that a field may hold, as written in a file.
 
 use channels::{FieldKind, Symbol};
 use diagnostics::document::Item;
@@ -15,7 +15,7 @@ pub const KINDS: [(&str, &str); 5] = [
     ("place", "one of the scenario's places, as a symbol"),
 ];
 
-/// What makes a kind optional: after its name, or as the last item of a list.
+/// Makes a kind optional: after its name, or as the last item of a list.
 const OPTIONAL: &str = "?";
 
 /// The kind that an item of a file names.

@@ -1,4 +1,4 @@
-//! What a component can be asked, what it publishes, and what it does over time: services, topics and actions.
+//! Interfaces of components: services, topics and actions.
 //!
 //! An [`Interface`] has typed fields. It comes from a TOML file, which may take fields from definitions of ROS 2, or is
 //! made in code. It says which messages pass over the channels between a component and its clients.

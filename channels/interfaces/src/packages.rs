@@ -94,11 +94,11 @@ pub(crate) struct Packages<'r> {
     folder: PathBuf,
     /// Other folders with packages.
     others: Vec<PathBuf>,
-    /// What has been read so far; `None` if it was refused, which has been reported.
+    /// The definitions read so far; `None` if it was refused, which has been reported.
     known: RefCell<BTreeMap<PathBuf, Option<Arc<Definition>>>>,
 }
 
-/// What was looked for and not found, or was refused.
+/// Definitions that were not found, or were refused.
 pub(crate) enum Missing {
     /// No folder has it.
     Nowhere,
@@ -112,7 +112,7 @@ impl<'r> Packages<'r> {
         Self { read, folder: folder.to_owned(), others, known: RefCell::default() }
     }
 
-    /// The definition that a file names by its path, and the folders in which the types that it uses are looked for.
+    /// The definition that a file names by its path, and the folders that are searched for the types that it uses.
     pub(crate) fn definition(
         &self,
         named: &Spanned<String>,
@@ -210,7 +210,7 @@ fn report(error: diagnostics::Error, named: &Spanned<String>, table: Table<'_>) 
     }
 }
 
-/// The folder of the package to which a definition belongs, if it stands in one.
+/// The folder of the package to which a definition belongs, if it is in one.
 fn package_of(path: &Path) -> Option<&Path> {
     let folder = path.parent()?;
     let kind = folder.file_name()?.to_str()?;
@@ -225,7 +225,7 @@ fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
     Some(Arc::new(Definition { parts: vec![message], path }))
 }
 
-/// What to add, where a type's definition is missing.
+/// The definition to add where that of a type is missing.
 pub(crate) fn what_to_add(name: &TypeName, folders: &[PathBuf]) -> String {
     let Some(package) = &name.package else {
         let hint = if name.name == "Header" { "; ROS's own is `std_msgs/Header`" } else { "" };

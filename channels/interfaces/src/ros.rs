@@ -1,9 +1,9 @@
 //! ROS 2 interface definitions: what `.msg`, `.srv` and `.action` files say.
 //!
 //! The whole grammar of rosidl is read, and printed again by `Display`: comments, constants, default values, bounded
-//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is
-//! checked as ROS checks it, a value against its type. What ROS itself would misunderstand without a word, such as a
-//! text that a `#` cuts off, is an error here.
+//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is checked
+//! as ROS checks it, a value against its type. Text that ROS itself would silently misunderstand, such as a string that
+//! a `#` cuts off, is an error here.
 //!
 //! ```
 //! use interfaces::ros::{Base, Count, Message, TypeName};
@@ -42,8 +42,8 @@ pub use types::{Base, Count, Type, TypeName};
 pub struct Message {
     /// Named values; they are not sent.
     pub constants: Vec<Constant>,
-    /// What is sent, in this order. The IDL that ROS makes of a message without fields has one, a `uint8` named
-    /// `structure_needs_at_least_one_member`, and so has its CDR.
+    /// The messages that are sent, in this order. The IDL that ROS makes of a message without fields has one, a `uint8`
+    /// named `structure_needs_at_least_one_member`, and so has its CDR.
     pub fields: Vec<Field>,
 }
 
@@ -59,7 +59,7 @@ pub struct Service {
 /// An action: what an `.action` file defines.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Action {
-    /// What is to be done.
+    /// The goal.
     pub goal: Message,
     /// How it ended.
     pub result: Message,
@@ -74,7 +74,7 @@ pub struct Field {
     pub name: String,
     /// What it holds.
     pub kind: Type,
-    /// What it holds at first, if the definition says so.
+    /// Its initial value, if the definition gives one.
     pub default: Option<Literal>,
     /// `@optional`: it may be missing.
     pub is_optional: bool,

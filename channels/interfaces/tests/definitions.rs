@@ -1,4 +1,4 @@
-//! Definitions of ROS: what they mean, and what is said of their mistakes.
+//! ROS definitions: their meaning, and the messages about their mistakes.
 
 use interfaces::ros::{Action, Base, Bundle, Count, Literal, Message, Service, Type, TypeName};
 
@@ -43,14 +43,14 @@ fn every_type_of_ros_is_read() {
 }
 
 #[test]
-fn comments_spaces_and_line_ends_mean_nothing() {
+fn comments_spaces_and_line_ends_are_ignored() {
     let read = message("# all\r\n\r\n  int8   x \t 5# the first\r\n\tint8 A = 3 # a constant\r\n#\r\n");
     assert_eq!(read, message("int8 A=3\nint8 x 5"));
     assert_eq!(message("# nothing\n"), Message::default());
 }
 
 #[test]
-fn annotations_stand_before_their_field() {
+fn annotations_come_before_their_field() {
     let read = message("@optional int8 a\n@key\n# which\n@optional\nstring b x @key\nint8 c\n");
     let marks: Vec<(bool, bool)> = read.fields.iter().map(|field| (field.is_optional, field.is_key)).collect();
     assert_eq!(marks, [(true, false), (true, true), (false, false)]);
@@ -60,7 +60,7 @@ fn annotations_stand_before_their_field() {
 }
 
 #[test]
-fn values_are_read_as_ros_reads_them() {
+fn values_are_read_as_in_ros() {
     let integers =
         "int32 a -200\nuint64 b 18446744073709551615\nint64 c -9223372036854775808\nbyte d 0xff\nint8 e 0b1_0\n";
     let expected = [-200, i128::from(u64::MAX), i128::from(i64::MIN), 255, 2].map(Literal::Int);
@@ -116,7 +116,7 @@ fn services_and_actions_have_their_parts_in_order() {
 }
 
 #[test]
-fn all_mistakes_of_a_definition_are_reported_at_once() {
+fn all_mistakes_in_a_definition_are_reported_at_once() {
     let text = "\
 int8
 flaot32 x
@@ -177,7 +177,7 @@ fn a_bundle_has_all_types_of_a_message() {
     insta::assert_snapshot!(Bundle::parse("p/msg/Test", text).unwrap_err().plain());
 }
 
-/// What rosidl makes of a message, with what people write by hand.
+/// The definition that rosidl generates for a message, combined with hand-written lines.
 const IDL: &str = r#"================================================================================
 IDL: arm_msgs/msg/Grip
 // generated from rosidl_adapter/resource/msg.idl.em
@@ -214,7 +214,7 @@ module arm_msgs { module msg { struct Finger { boolean is_bent; }; }; };
 "#;
 
 #[test]
-fn idl_says_the_same_as_the_definition_that_it_was_made_of() {
+fn idl_is_equivalent_to_the_definition_that_it_was_made_from() {
     let name = |name| TypeName::new(Some("arm_msgs"), name);
     let read = Bundle::parse_idl(&name("Grip"), IDL).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let same = message(
@@ -226,7 +226,7 @@ fn idl_says_the_same_as_the_definition_that_it_was_made_of() {
 }
 
 #[test]
-fn broken_idl_is_refused_at_its_place() {
+fn broken_idl_is_refused_with_its_location() {
     let name = TypeName::new(Some("a"), "B");
     let problems = |text: &str| Bundle::parse_idl(&name, text).expect_err("broken IDL").plain();
     let of_fields = |fields: &str| problems(&format!("module a {{ module msg {{\nstruct B {{\n{fields}\n}}; }}; }};"));

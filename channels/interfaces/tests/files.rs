@@ -1,4 +1,4 @@
-//! Interface files: what they mean, and what is said of their mistakes.
+//! Interface files: their meaning, and the messages about their mistakes.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -97,7 +97,7 @@ fn a_client_sees_only_what_it_uses() {
 }
 
 #[test]
-fn replies_with_other_names_are_told_apart_by_their_kinds() {
+fn replies_with_different_names_are_distinguished_by_their_kinds() {
     let told_apart = |one: &str, other: &str| {
         let text = format!("services.a.reply = {{ one = {one} }}\nservices.b.reply = {{ other = {other} }}\n");
         alone(&text).unwrap().replies().is_ok()
@@ -115,7 +115,7 @@ fn replies_with_other_names_are_told_apart_by_their_kinds() {
 }
 
 #[test]
-fn the_components_of_the_program_are_interfaces_too() {
+fn the_components_of_the_program_have_interfaces_too() {
     let at_place = |name: &str| {
         let state = r#"["running", "success", "failure", "stopped", "idle"]"#;
         format!("[services.{name}]\nrequest = {{ place = 'place' }}\nreply = {{ state = {state} }}\n")
@@ -127,7 +127,7 @@ fn the_components_of_the_program_are_interfaces_too() {
 }
 
 #[test]
-fn all_mistakes_of_a_file_are_reported_at_once() {
+fn all_mistakes_in_a_file_are_reported_at_once() {
     let text = r#"
         [services.goal]
         request = { text = "texxt", request = "int", 2nd = "int", flag = [], list = ["a", "a", "b c", 3], last = 4 }
@@ -145,7 +145,7 @@ fn all_mistakes_of_a_file_are_reported_at_once() {
 }
 
 #[test]
-fn the_list_of_keys_is_that_of_the_reader() {
+fn the_list_of_keys_is_the_one_that_the_reader_knows() {
     let known = |table: &str, text: &str| {
         let problem = problems([("robot/arm.toml", text)]);
         let keys = problem.split("known here: ").nth(1).expect("a list of keys").trim_end_matches([')', '\n']);
@@ -163,7 +163,7 @@ fn the_list_of_keys_is_that_of_the_reader() {
 }
 
 #[test]
-fn place_needs_places() {
+fn the_kind_place_requires_places() {
     let read = |_: &Path| Ok(b"services.go.request = { to = 'place' }".to_vec());
     let error = Interface::load(Path::new("go.toml"), &[], &read).unwrap_err();
     let Error::Problems(problems) = error else { panic!("{error}") };
@@ -226,7 +226,7 @@ fn a_file_selects_and_renames_fields_of_a_definition() {
 }
 
 #[test]
-fn packages_are_looked_for_beside_above_and_where_the_file_says() {
+fn packages_are_searched_beside_above_and_where_the_file_says() {
     let text = "packages = ['/opt/ros/share']\n[topics.a]\nros = 'ros/nav/nav_msgs/msg/A.msg'\n\
                 [topics.b]\nros = 'std_msgs/msg/B.msg'\n[topics.alone]\nros = 'Alone.msg'\n";
     let interface = load([
@@ -250,7 +250,7 @@ fn packages_are_looked_for_beside_above_and_where_the_file_says() {
 }
 
 #[test]
-fn what_cannot_be_flat_is_refused_with_a_way_out() {
+fn what_cannot_be_flattened_is_refused_with_a_remedy() {
     let text = r#"
         [topics.scan]
         ros = "x/msg/Scan.msg"
@@ -301,7 +301,7 @@ fn what_cannot_be_flat_is_refused_with_a_way_out() {
 }
 
 #[test]
-fn nested_messages_without_fields_end() {
+fn nested_messages_without_fields_terminate() {
     let files = [
         ("robot/arm.toml", "[topics.t]\nros = 'x/msg/A.msg'\n"),
         ("robot/x/msg/A.msg", "B[4000000000] b"),

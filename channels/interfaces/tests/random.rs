@@ -11,7 +11,7 @@ use proptest::option;
 use proptest::prelude::*;
 use proptest::strategy::Union;
 
-/// Letters of which definitions consist, and some that they must survive.
+/// Letters that occur in definitions, and some that they must tolerate.
 const LETTERS: &str = "[ -~\\n\\t\\r#=@\"'\\\\\\[\\]<>ü€\u{0}]{0,200}";
 
 fn simple() -> impl Strategy<Value = Base> {
@@ -148,7 +148,7 @@ fn almost() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn what_is_printed_is_read_again(request in message(), response in message(), feedback in message()) {
+    fn what_is_printed_can_be_read_again(request in message(), response in message(), feedback in message()) {
         let action = Action { goal: request.clone(), result: response.clone(), feedback };
         prop_assert_eq!(&Action::parse("printed", &action.to_string()).unwrap(), &action);
         prop_assert_eq!(&Message::parse("printed", &request.to_string()).unwrap(), &request);
@@ -157,7 +157,7 @@ proptest! {
     }
 
     #[test]
-    fn a_printed_bundle_is_read_again(message in message(), types in btree_map("[A-Z][a-z]{0,3}", message(), 0..4)) {
+    fn a_printed_bundle_can_be_read_again(message in message(), types in btree_map("[A-Z][a-z]{0,3}", message(), 0..4)) {
         let types = types.into_iter().map(|(name, message)| (TypeName::new(Some("some_msgs"), &name), message)).collect();
         let bundle = Bundle { message, types };
         prop_assert_eq!(Bundle::parse("printed", &bundle.to_string()).unwrap(), bundle);
@@ -170,7 +170,7 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_read_or_refused(text in prop_oneof![LETTERS.prop_map(|text| text), almost()]) {
+    fn any_text_is_either_read_or_refused(text in prop_oneof![LETTERS.prop_map(|text| text), almost()]) {
         let read = Message::parse("a text", &text);
         let again = read.as_ref().map(|message| Message::parse("printed", &message.to_string()).unwrap());
         // Debug text, since NaN differs from itself.
@@ -181,7 +181,7 @@ proptest! {
     }
 
     #[test]
-    fn any_definition_makes_fields_or_problems(
+    fn any_definition_gives_fields_or_problems(
         message in message(),
         paths in vec("[a-z](_?[a-z0-9]){0,2}(\\[[0-9]\\])?(\\.[a-z]){0,1}", 0..3),
         all in any::<bool>(),
@@ -201,7 +201,7 @@ proptest! {
     }
 
     #[test]
-    fn any_interface_file_is_read_or_refused(lines in vec(line(), 0..12)) {
+    fn any_interface_file_is_either_read_or_refused(lines in vec(line(), 0..12)) {
         let text = lines.concat();
         let read = |path: &Path| match path.to_str() {
             Some("i.toml") => Ok(text.clone().into_bytes()),

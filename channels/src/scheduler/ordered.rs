@@ -30,9 +30,10 @@ impl fmt::Debug for Delivery {
 /// An order: a message is received only after another one.
 #[derive(Clone, Debug)]
 pub struct Precedence {
-    /// What comes first: any one of these.
+    /// The messages that come first: any one of these.
     pub first: Vec<Delivery>,
-    /// What waits for it: all of these. Each message waits for its own `first`: one received since the previous `then`.
+    /// The messages that wait: all of these. Each message waits for its own `first`: one received since the previous
+    /// `then`.
     pub then: Vec<Delivery>,
 }
 

@@ -73,7 +73,7 @@ impl ChannelSystem {
         Ok(())
     }
 
-    /// What the disturbance at this index makes of the message, if anything is left.
+    /// The effect of the disturbance at this index on the message, if anything is left.
     fn affect(
         &mut self,
         channel: ChannelId,

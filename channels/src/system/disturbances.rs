@@ -26,7 +26,7 @@ pub(super) struct Entry {
     pub(super) hits: u64,
 }
 
-/// What disturbances do to the message in a channel; the default for an empty channel and an undisturbed message.
+/// The effect of disturbances on the message in a channel; the default for an empty channel and an undisturbed message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Passage {
     /// The disturbance that will act on it next.
@@ -97,7 +97,7 @@ impl Disturbances {
         repeats > 0
     }
 
-    /// Releases what is held until `now` or earlier.
+    /// Releases messages that are held until `now` or earlier.
     pub(super) fn release(&mut self, now: Duration) {
         if self.begun > 0 {
             for passage in &mut self.passages {

@@ -1,8 +1,8 @@
-//! What a system can do next.
+//! The possible next steps of a system.
 
 use crate::{ChannelId, ProcessId, TransitionId};
 
-/// What an enabled transition of the system does.
+/// The action of an enabled transition of the system.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum EnabledKind {
     /// An internal action of the process.

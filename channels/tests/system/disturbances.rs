@@ -61,7 +61,7 @@ fn buffered(plan: &Plan, channels: &[ChannelId]) -> Option<ChannelId> {
     plan.channels.iter().position(|&(_, _, capacity)| capacity == Capacity::One).map(|index| channels[index])
 }
 
-/// What was received on the channel, and when.
+/// The messages received on the channel, and when.
 fn received(taken: &[(Duration, Enabled, Option<Event>)], channel: ChannelId) -> Vec<(Duration, i64)> {
     let events = taken.iter().filter_map(|(time, _, event)| Some((*time, event.as_ref()?)));
     events
@@ -130,7 +130,7 @@ proptest! {
     }
 
     #[test]
-    fn held_messages_arrive_in_order_and_not_before_their_time(
+    fn held_messages_arrive_in_order_and_not_too_early(
         plan in plans(), seed: u64, victim in 0..4_usize, hold_ms in 0..400_u64
     ) {
         let (mut system, channels) = build(&plan);
@@ -276,7 +276,7 @@ fn held_messages_are_released_after_the_disturbance_has_ended() {
 }
 
 #[test]
-fn disturbances_act_in_order_each_on_the_result_of_the_one_before() {
+fn disturbances_act_in_order_each_on_the_previous_result() {
     for (concerned, arrives) in [(7, true), (8, false)] {
         let (mut system, ..) = sent_to_q(|system, channel| {
             system.disturb(Disturbance::all(channel, plus(1)));
@@ -314,7 +314,7 @@ fn lost_in_a_row(seed: u64) -> u64 {
 }
 
 #[test]
-fn chances_come_from_the_stream() {
+fn random_choices_come_from_the_stream() {
     let rows: Vec<u64> = (0..64).map(lost_in_a_row).collect();
     assert_eq!(rows, (0..64).map(lost_in_a_row).collect::<Vec<_>>());
     let mean = rows.iter().sum::<u64>() as f64 / 64.0;

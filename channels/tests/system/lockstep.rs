@@ -89,7 +89,7 @@ impl Lockstep {
     }
 }
 
-/// The number of a tick is only told.
+/// The number of a tick is only reported.
 fn without_number(kind: EventKind) -> EventKind {
     match kind {
         EventKind::Received { channel, message } if message.head() == Some("tick") => {

@@ -244,7 +244,7 @@ pub(crate) fn hung_tree() -> (ChannelSystem, ProcessId) {
 }
 
 #[test]
-fn a_tick_that_nothing_waits_for_is_an_overrun_and_still_an_event() {
+fn a_tick_that_nothing_waits_for_is_an_overrun_but_still_an_event() {
     let (mut system, generator) = hung_tree();
     for (tick, delivered) in [(0, true), (1, false), (2, false)] {
         let (event, taken) = system.generate_tick(generator);

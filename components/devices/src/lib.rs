@@ -1,12 +1,12 @@
-//! Devices of the world as components: what skills can ask for, sense and do besides driving.
+//! Devices of the world as components: what skills can request, sense and do besides driving.
 //!
 //! - [`DeviceKind`]: the kinds of devices, with their interfaces.
 //! - [`DeviceSettings`]: a device of a scenario.
 //! - [`DeviceProcess`]: a device that communicates over channels.
 //! - [`Surroundings`]: what devices sense and move, a simulation or hardware.
 //!
-//! A device is asked over channels like any other component. Once per step its driver lets it
-//! [sense and act](DeviceProcess::act) in its surroundings.
+//! A device is asked over channels like any other component. Once per step its driver lets it [sense and
+//! act](DeviceProcess::act) in its surroundings.
 
 mod door;
 mod lines;
@@ -20,7 +20,7 @@ mod tray;
 pub use process::DeviceProcess;
 pub use settings::{DeviceKind, DeviceSettings};
 
-/// What devices sense and move.
+/// The surroundings that devices sense and move.
 pub trait Surroundings {
     /// How far the door with this name is open, from 0 to 1; `None` if there is no such door.
     fn door_opening(&self, door: &str) -> Option<f64>;

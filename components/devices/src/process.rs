@@ -50,7 +50,7 @@ impl DeviceProcess {
         Self { adapter: ChannelAdapter::new(topology, process), work, is_impaired: false }
     }
 
-    /// Senses what is new in the surroundings, and does what it has been asked. To be called once per step.
+    /// Senses changes in the surroundings, and does what it has been asked to do. To be called once per step.
     pub fn act(&mut self, surroundings: &mut dyn Surroundings) {
         let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
@@ -61,8 +61,8 @@ impl DeviceProcess {
         }
     }
 
-    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that. What happens
-    /// until then is never noticed, even if the device hangs.
+    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that. Signals
+    /// before then are never noticed, even if the device hangs.
     pub fn impair(&mut self, is_impaired: bool, now: Duration) {
         if self.is_impaired
             && let Work::Signals(signals) = &mut self.work
@@ -72,7 +72,7 @@ impl DeviceProcess {
         self.is_impaired = is_impaired;
     }
 
-    /// Lets a tray's box fall.
+    /// Makes a tray's box fall.
     ///
     /// # Errors
     /// Why none falls, in words.
@@ -83,7 +83,7 @@ impl DeviceProcess {
         }
     }
 
-    /// What a speaker is saying, and since when, if anybody can hear it.
+    /// The text that a speaker is saying, and since when, if it can be heard.
     #[must_use]
     pub fn speech(&self) -> Option<(Duration, &str)> {
         match &self.work {
@@ -92,7 +92,7 @@ impl DeviceProcess {
         }
     }
 
-    /// Crashes and restarts it: it forgets its requests and what it has noticed. What is on a tray stays there.
+    /// Crashes and restarts it: it forgets its requests and what it has noticed. A box on a tray stays there.
     pub fn restart(&mut self, now: Duration) {
         self.adapter = self.adapter.succeeding();
         match &mut self.work {

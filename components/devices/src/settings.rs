@@ -39,7 +39,7 @@ impl DeviceKind {
         }
     }
 
-    /// What it is called in messages.
+    /// Its name in messages.
     #[must_use]
     pub const fn noun(self) -> &'static str {
         match self {
@@ -73,7 +73,7 @@ impl DeviceKind {
         }
     }
 
-    /// What it can be asked, and what it publishes.
+    /// Its requests and topics.
     #[must_use]
     pub fn interface(self) -> Interface {
         let read = |_: &Path| Ok(self.interface_file().as_bytes().to_vec());
@@ -108,7 +108,7 @@ pub enum DeviceSettings {
     },
     /// A microphone.
     Microphone {
-        /// What it hears, and when.
+        /// The requests that it hears, and when.
         hears: Vec<(Duration, String)>,
     },
     /// A tray.
@@ -119,7 +119,7 @@ pub enum DeviceSettings {
 }
 
 impl DeviceSettings {
-    /// What kind of device it is.
+    /// The kind of device.
     #[must_use]
     pub fn kind(&self) -> DeviceKind {
         match self {

@@ -11,9 +11,9 @@ use crate::lines::Lines;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Signals {
     kind: Kind,
-    /// What will come, and when, in order.
+    /// Future signals, and when they come, in order.
     coming: VecDeque<(Duration, String)>,
-    /// What has come and has not been asked for.
+    /// Signals that have come and have not been asked for.
     noticed: VecDeque<String>,
 }
 
@@ -37,13 +37,13 @@ impl Signals {
         Self { kind, coming: coming.into(), noticed: VecDeque::new() }
     }
 
-    /// What came while it was down is lost.
+    /// Signals that came while it was down are lost.
     pub(crate) fn restart(&mut self, now: Duration) {
         self.miss(now);
         self.noticed.clear();
     }
 
-    /// Never notices what has come until now and has not been noticed yet.
+    /// Never notices signals that have come until now and have not been noticed yet.
     pub(crate) fn miss(&mut self, now: Duration) {
         self.coming.retain(|(at, _)| *at > now);
     }
@@ -52,7 +52,7 @@ impl Signals {
         self.coming.front().map(|(at, _)| *at)
     }
 
-    /// Notices what has come until now, unless it is deaf.
+    /// Notices signals that have come until now, unless it is deaf.
     pub(crate) fn notice(&mut self, now: Duration, is_deaf: bool, lines: &mut Lines<'_>) {
         while self.next().is_some_and(|at| at <= now) {
             let Some((_, text)) = self.coming.pop_front() else { return };

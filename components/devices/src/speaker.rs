@@ -54,7 +54,7 @@ impl Speaker {
         }
     }
 
-    /// Since when it speaks is only told.
+    /// The time since which it has been speaking is only reported.
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
         if let Some(speech) = &mut self.speech {
             form.time(&mut speech.until);

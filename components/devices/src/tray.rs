@@ -13,7 +13,7 @@ const NO_ROOM: &str = "there is no room for the box";
 pub(crate) struct Tray {
     /// How far from the robot's edge a box may be, in millimetres, so that states can be compared.
     reach_mm: u32,
-    /// Who has asked for what, in order.
+    /// Pending requests and their clients, in order.
     orders: VecDeque<(String, Order)>,
     /// The box that should be on it.
     load: Option<String>,

@@ -1,4 +1,4 @@
-//! A running program: it is told a line, and answers with a line.
+//! A running program: it receives a line, and answers with a line.
 
 use std::convert::Infallible;
 use std::io::{self, Read, Write as _};
@@ -19,7 +19,7 @@ pub(crate) const LONGEST: usize = 1 << 20;
 /// How much of what a program has written to stderr is kept: the end.
 const KEPT_OF_STDERR: usize = 4 << 10;
 
-/// The last lines on stderr that are told, and how many characters of each.
+/// How many of the last lines on stderr are reported, and how many characters of each.
 const TOLD_LINES: usize = 3;
 const TOLD_CHARACTERS: usize = 200;
 
@@ -33,7 +33,7 @@ pub(crate) struct Child {
     process: process::Child,
     told: Sender<String>,
     heard: Receiver<Vec<u8>>,
-    /// What has been heard after the last answer.
+    /// Output received after the last answer.
     rest: Vec<u8>,
     stderr: Arc<Mutex<Vec<u8>>>,
     /// Closed when `process` has ended.
@@ -142,7 +142,7 @@ impl Child {
         String::from_utf8(std::mem::take(&mut self.rest)).map_err(|_| Silence::NotText)
     }
 
-    /// Why there is no more to be heard.
+    /// Why there is no more output.
     fn ended(&mut self, deadline: Instant) -> Silence {
         match self.gone.recv_timeout(deadline.saturating_duration_since(now())) {
             Err(RecvTimeoutError::Disconnected) => self.process.wait().map_or_else(Silence::from, Silence::Ended),

@@ -66,7 +66,8 @@ pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Comman
     let keeper =
         KEEPER.get().ok_or_else(|| io::Error::other("the `main` of this process does not call `programs::keep`"))?;
     let mut kept = Command::new(keeper);
-    // Ctrl-C on a terminal reaches a whole process group: whoever started the keeper decides what happens then.
+    // Ctrl-C on a terminal reaches a whole process group: the process that started the keeper decides what happens
+    // then.
     kept.arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
     Ok(kept)
 }

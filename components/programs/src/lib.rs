@@ -1,6 +1,6 @@
 //! Components that are programs in any language, in lock step with simulated time.
 //!
-//! A program speaks JSON, one object per line. It is told a line whenever something happens, and answers each with one
+//! A program speaks JSON, one object per line. It receives a line whenever something happens, and answers each with one
 //! line, for which the run waits. So a program that always gives the same answers gives the same run.
 //! `docs/src/reference/programs.md` describes the lines field by field; `components/programs/examples/speaker.py` is a
 //! program.

@@ -11,8 +11,8 @@ use crate::child::Child;
 use crate::program::Program;
 use crate::protocol::{self, Answer, Message};
 
-/// The shortest and the longest time after which a timer can be due, in seconds. No program can fill a step with timers
-/// without end.
+/// The shortest and the longest time after which a timer can be due, in seconds. No program can fill a step with
+/// endless timers.
 const AFTER_S: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
 
 /// The maximum number of waiting timers.
@@ -30,8 +30,9 @@ const CRASHED: &str = "crashed";
 /// It offers nothing before it is [started](Self::start). When it fails, it counts as crashed: it receives messages and
 /// answers nothing.
 ///
-/// Its state is what it was told and what it has answered. The running program itself cannot be copied: a copy of this
-/// process shares it, and either may continue, but not both. The one that falls behind fails when it is told something.
+/// Its state consists of everything it has received and answered. The running program itself cannot be copied: a copy
+/// of this process shares it, and either may continue, but not both. The copy that falls behind fails at its next
+/// message.
 #[derive(Clone, Debug)]
 pub struct ProgramProcess {
     program: Arc<Program>,
@@ -39,7 +40,7 @@ pub struct ProgramProcess {
     data: Datum,
     adapter: ChannelAdapter,
     phase: Phase,
-    /// A fingerprint of everything it was told and has answered.
+    /// A fingerprint of everything that it has received and answered.
     exchanged: Fingerprint,
     /// By due time, then in the order in which they were set.
     timers: Vec<Timer>,
@@ -64,7 +65,7 @@ struct Timer {
     data: Datum,
 }
 
-/// A running program, and everything that it was told and has answered.
+/// A running program, and everything that it has received and answered.
 #[derive(Debug)]
 struct Running {
     child: Child,
@@ -248,7 +249,7 @@ impl Process for ProgramProcess {
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
-        // A program that has crashed takes requests without ever answering, so none is to be remembered.
+        // A program that has crashed takes requests without ever answering, so none has to be remembered.
         if self.phase == Phase::Crashed {
             return;
         }

@@ -1,4 +1,4 @@
-//! What is run: a command, its folder, its environment and its limits.
+//! The program to run: a command, its folder, its environment and its limits.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub enum Word {
     },
 }
 
-/// What a program may take.
+/// The resources that a program may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// How long it may take for an answer, in real time.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use skills::{Datum, TooLarge};
 
-/// What a program is told.
+/// A message to a program.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Message<'m> {
     pub(crate) time: Duration,

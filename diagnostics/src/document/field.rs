@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use super::Table;
 use crate::{Problem, Span, Spanned};
 
-/// What a table has under one key. Checks skip a value that is missing or already refused, so one mistake is reported
-/// once.
+/// The value of a table under one key. Checks skip a value that is missing or already refused, so one mistake is
+/// reported once.
 #[derive(Debug)]
 #[must_use = "ends in `required`, `optional` or `or`"]
 pub struct Field<'d, T> {

@@ -70,7 +70,7 @@ impl<'d> Item<'d> {
         Some(Table::open(entries, self.span(), self.log))
     }
 
-    /// A problem that tells what the value must be (such as "a number") and what it is.
+    /// A problem that says what the value must be (such as "a number") and what it is.
     #[must_use]
     pub fn wrong(&self, wanted: &str) -> Problem {
         let problem = self.span().problem(format!("{} must be {wanted}", self.name));
@@ -88,7 +88,7 @@ impl<'d> Item<'d> {
 
 /// A type that a value of a document can be converted to.
 pub trait FromItem<'d>: Sized {
-    /// What is accepted, as a phrase to follow "must be": "a number".
+    /// The accepted values, as a phrase to follow "must be": "a number".
     fn wanted() -> String;
 
     /// Converts `item`.

@@ -167,7 +167,7 @@ fn overrides_replace_values_and_make_tables() {
 }
 
 #[test]
-fn malformed_overrides_say_what_is_wrong_with_them() {
+fn malformed_overrides_are_explained() {
     let overrides = [
         "battery",
         "=3",
@@ -189,7 +189,7 @@ fn a_wrong_value_from_an_override_is_reported_in_the_override() {
 }
 
 #[test]
-fn values_keep_their_place_for_later() {
+fn values_keep_their_location_for_later() {
     let document = Document::parse_toml("a.toml", "a = [10, [20, 30]]\nb.c = 'x'\n").unwrap();
     let (numbers, text) = document
         .read(|root| {
@@ -211,7 +211,7 @@ fn nested_items_are_named() {
 }
 
 #[test]
-fn numbers_beyond_their_types_are_refused() {
+fn numbers_out_of_range_of_their_types_are_refused() {
     let document = Document::parse_toml("a.toml", "a = 99999999999999999999\nb = 1e999\nc = 1e10\nd = 2021-01-01\n");
     let problems = document
         .unwrap()

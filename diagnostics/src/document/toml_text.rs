@@ -97,8 +97,8 @@ const ADVICE: &[(&[&str], &str)] = &[
 ];
 const LINE: &str = "a line is `KEY = VALUE`, `[TABLE]` or `# comment`";
 
-/// What the parser says, with advice. Of a word, the parser says that it is not `true`, `false`, `inf` or `nan`,
-/// whichever begins with the same letter.
+/// The parser's message, with advice. For a bare word, the parser reports that it is not `true`, `false`, `inf` or
+/// `nan`, whichever begins with the same letter.
 fn problem(span: &Span, said: &str) -> Problem {
     let is_word = ["string values", "invalid float", "invalid boolean"].iter().any(|begin| said.starts_with(begin));
     if is_word && span.text().is_empty() {

@@ -20,7 +20,7 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     let places = Places::new(source);
     let mut documents = MarkedYaml::load_from_str(source.text()).map_err(|error| {
         let at = places.byte(error.marker());
-        // saphyr notices at the next line that one without a colon is no key.
+        // saphyr notices only at the next line that a line without a colon is not a key.
         let said = if error.info().contains("expect ':'") { "no `:` in the line before" } else { error.info() };
         source.span(at..at + 1).problem(said).with_label("not YAML").with_help("a line is `KEY: VALUE`")
     })?;
@@ -40,8 +40,8 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     }
 }
 
-/// A line that may nest too deep, judged by markers such as `- - ? -`. The parser itself limits brackets, and a short
-/// text cannot nest deep over several lines, because each level is indented further.
+/// A line that may be nested too deeply, judged by markers such as `- - ? -`. The parser itself limits brackets, and a
+/// short text cannot nest deep over several lines, because each level is indented further.
 fn too_deep(source: &Source) -> Option<Span> {
     let marks = |line: &str| {
         let blank = |byte: Option<&u8>| byte.is_none_or(u8::is_ascii_whitespace);

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn raw_takes_shades_as_percentages_and_ignores_negate() {
+    fn raw_reads_shades_as_percentages_and_ignores_negate() {
         for negate in [false, true] {
             let cell = |grey| meaning(Mode::Raw, negate).cell(&[grey], 255);
             assert_eq!(

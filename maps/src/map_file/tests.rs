@@ -141,7 +141,7 @@ fn deep_nesting_is_refused_without_a_crash() {
 }
 
 #[test]
-fn a_file_that_is_not_text_is_refused_with_the_place() {
+fn a_file_that_is_not_text_is_refused_with_the_position() {
     let report = problems(load(&[("map.yaml", b"image: fl\xffoor.pgm\n")])).plain();
     assert_eq!(report, "maps/map.yaml:1:10: the file is not UTF-8 text\n");
 }

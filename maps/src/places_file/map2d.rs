@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_reported_at_its_place() {
+    fn every_mistake_is_reported_with_its_location() {
         for (from, to, words) in [
             ("\n1\n", "\n7\n", "locations.ini:2:1: unknown version of the format"),
             ("9.0 180.0", "9.0", "locations.ini:4:13: a location needs x and y in metres"),

@@ -41,7 +41,7 @@ corners_m = [[0, 0], [2, 0], [2, 2], [0, 2]]
 }
 
 #[test]
-fn problems_with_a_places_position_can_be_reported_later() {
+fn problems_with_the_position_of_a_place_can_be_reported_later() {
     let file = PlacesFile::parse("p.toml", "[start]\nheading_deg = 0\nposition_m = [1, 2]\n").unwrap();
     let span = file.span("start").unwrap();
     assert_eq!((span.line(), span.text()), (3, "[1, 2]"));

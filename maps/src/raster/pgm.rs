@@ -139,14 +139,14 @@ mod tests {
     }
 
     #[test]
-    fn plain_and_raw_give_the_same() {
+    fn plain_and_raw_give_the_same_result() {
         let wanted = Ok(grey(3, 2, 9, &[0, 1, 2, 7, 8, 9]));
         assert_eq!(decode_plain(b"P2\n# drawn by hand\n3 2\n9\n0 1 2 # first row\n7 8 9"), wanted);
         assert_eq!(decode_raw(b"P5 3 # width\n2\n9\n\x00\x01\x02\x07\x08\x09 and more"), wanted);
     }
 
     #[test]
-    fn a_white_above_255_takes_two_bytes_the_higher_first() {
+    fn a_white_above_255_takes_two_bytes_with_the_higher_one_first() {
         assert_eq!(decode_raw(b"P5 2 1 300\n\x01\x2c\x00\x07"), Ok(grey(2, 1, 300, &[300, 7])));
     }
 
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_tell_what_and_where() {
+    fn errors_say_what_is_wrong_and_where() {
         assert_eq!(decode_raw(b"P5 2 2 255\nabc"), Err(RasterError::Truncated { found: 3, wanted: 4 }));
         assert_eq!(decode_raw(b"P5 2 2 300\nabc"), Err(RasterError::Truncated { found: 1, wanted: 4 }));
         assert_eq!(decode_raw(b"P5 2"), Err(RasterError::Header("height")));

@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn numeric_conditions_are_distinguished_between_their_constants() {
+    fn numeric_conditions_are_told_apart_by_their_constants() {
         let conditions =
             [compare(1, Relation::Less, 20), compare(1, Relation::Greater, 30), compare(1, Relation::Equal, 25)];
         assert_eq!(letters(of(FieldKind::Real), &conditions), [0, 1, 2, 4]);
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_events_on_a_channel_have_no_symbols() {
+    fn a_channel_with_too_many_events_has_no_symbols() {
         let conditions: Vec<MessageCondition> = (0..11).map(|n| compare(1, Relation::Equal, n)).collect();
         let mut topology = Topology::default();
         let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());

@@ -1,4 +1,4 @@
-//! What endless words can still do with obligations: meet them, or break them.
+//! The ways in which endless words can still affect obligations: meet them, or break them.
 //!
 //! Obligations are clauses. To meet them is to meet one obligation of each clause, a product. To break them is to break
 //! all obligations of one clause. So the search guesses a word together with the obligations it will meet (or break): a
@@ -27,7 +27,7 @@ const MAX_NODES: usize = 20_000;
 const MAX_EDGES: usize = 400_000;
 const MAX_PRODUCTS: usize = 200;
 
-/// What can be postponed forever.
+/// Obligations that can be postponed forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Delay {
     /// The operator with this number continues, or waits.

@@ -46,7 +46,7 @@ impl From<TooManyWays> for TooManyStates {
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
     table: Table<StateNumber>,
-    /// The meaning of each state: obligations (none yet at the start) and what is remembered.
+    /// The meaning of each state: obligations (none yet at the start) and memory.
     meanings: Vec<Meaning>,
     verdicts: Vec<Verdict>,
     holds: Vec<bool>,
@@ -417,7 +417,7 @@ impl AutomatonRun {
         self.detour.iter_mut().for_each(Progression::normalize);
     }
 
-    /// What determines how it continues.
+    /// The state that determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
         match &self.detour {
             Some(detour) => detour.situation(),

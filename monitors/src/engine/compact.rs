@@ -4,7 +4,7 @@
 //! answers it also answers the later ones. For `antecedent implies not time_until (ban) < θ`, only the youngest does.
 //! So one number per clause is enough, and an event takes the same time for any θ.
 //!
-//! Clauses that look back are rules too, without a table of states: what they remember is computed as the run goes on.
+//! Clauses that look back are rules too, without a table of states: their memory is computed during the run.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -28,14 +28,14 @@ pub(crate) struct Rule {
     clock: Strikes,
     /// The events whose last messages must be remembered.
     remembered: u64,
-    /// The events and operators that look back one of which must hold, and those one of which must not.
+    /// The events and operators that look back: at least one of the former must hold, and none of the latter may.
     hold: u64,
     hold_not: u64,
     /// The deadline.
     pub(crate) timing: Timing,
 }
 
-/// What a rule demands after its literals have failed.
+/// The demand of a rule after its literals have failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Timing {
     /// They must never fail.
@@ -328,7 +328,7 @@ impl CompactRun {
         self.now = 0;
     }
 
-    /// What determines how it continues.
+    /// The state that determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
         Situation::Compact(self.state, &self.ticks, &self.memory)
     }

@@ -22,7 +22,7 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// The bit of a literal, and whether the literal says that it holds; `None` if it is no bit.
+    /// The bit of a literal, and whether the literal says that it holds; `None` if it has no bit.
     pub(crate) fn bit(&self, literal: &Literal) -> Option<(u64, bool)> {
         let (literal, holds) = literal.past()?;
         let place = self.literals.iter().position(|known| *known == literal)?;
@@ -44,7 +44,7 @@ pub(crate) struct Data {
 struct Moment {
     /// τ
     at: u64,
-    /// What happened: a tick, or a message on this channel.
+    /// A tick, or a message on this channel.
     channel: Option<ChannelId>,
     /// The events and operators that hold, without those that compare values.
     last: u64,
@@ -77,7 +77,7 @@ impl Data {
         self.moments.push(Moment { at: self.now, channel, last, messages });
     }
 
-    /// Keeps what lies within the bounds of the operators that look back, and the last state at which a `previous`
+    /// Keeps the states within the bounds of the operators that look back, and the last state at which a `previous`
     /// without a bound was checked.
     fn forget(&mut self, known: &Known) {
         let horizon = known.open.iter().filter_map(horizon).max();

@@ -32,7 +32,7 @@ struct Asked {
     part: CompiledPart,
 }
 
-/// A part, and what is remembered where it is checked.
+/// A part, and its memory where it is checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct CompiledPart {
     literals: Vec<Compiled>,
@@ -105,7 +105,7 @@ impl Operators {
         self.past.memory()
     }
 
-    /// The state that a letter leads to, of which the memory then is.
+    /// The state that a letter leads to, to which the memory then belongs.
     pub(crate) fn read<'m>(
         &self,
         memory: &'m mut Memory,

@@ -1,8 +1,8 @@
-//! What has happened: the operators that look back, as a state that each letter moves.
+//! The past: the operators that look back, as a state that each letter moves.
 //!
-//! An operator keeps how long ago its operand held, and only as much of that as its bound can tell apart. So what
-//! remains of a past is one of finitely many, and says the truth of each operator in every state: for the rest of the
-//! engine, it is an event among others.
+//! An operator keeps how long ago its operand held, and only as precisely as its bound can distinguish. So what remains
+//! of a past is one of finitely many, and says the truth of each operator in every state: for the rest of the engine,
+//! it is an event among others.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::history::{Data, Known};
 use crate::formula::Bound;
 
-/// What a run leaves behind. Two runs with the same memory continue alike.
+/// The memory that a run leaves behind. Two runs with the same memory continue alike.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Memory {
     /// The events that the last messages of their channels satisfy, and the operators that held in the last state.
@@ -274,7 +274,7 @@ impl Past {
 }
 
 impl Operator {
-    /// Whether it holds in a state, of which `last` says what else does, and whether its operand does.
+    /// Whether it holds in a state, given `last`, which says what else holds there, and whether its operand holds.
     fn read(&self, ages: &mut [Vec<u64>], last: u64, letter: Letter) -> (bool, bool) {
         let within = |ages: &[Vec<u64>]| {
             let mut windows = self.windows.iter().zip(ages);
@@ -311,8 +311,8 @@ impl Operator {
     }
 }
 
-/// The operand holds now. Only what the window can tell apart is kept: the last time, if it begins now; the first, if
-/// it has no end; else all.
+/// The operand holds now. Only what the window can distinguish is kept: the last time, if it begins now; the first, if
+/// it has no end; otherwise all.
 fn begin(window: Window, ages: &mut Vec<u64>) {
     if window.first == 0 {
         ages.clear();

@@ -84,7 +84,7 @@ impl Progression {
         (self.now, self.missed) = (0, None);
     }
 
-    /// What determines how it continues.
+    /// The state that determines how it continues.
     pub(crate) fn situation(&self) -> Situation<'_> {
         Situation::Progression(self.owed.as_ref(), &self.memory)
     }

@@ -1,4 +1,4 @@
-//! What determines how a running machine continues.
+//! The state that determines how a running machine continues.
 
 use crate::engine::obligations::Obligations;
 use crate::engine::past::Memory;
@@ -7,10 +7,10 @@ use crate::engine::past::Memory;
 /// same situation give the same verdicts from now on, if both count τ from the same moment.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Situation<'a> {
-    /// The state of rules, a tick for each rule, and what is remembered.
+    /// The state of rules, a tick for each rule, and the memory.
     Compact(u16, &'a [u64], &'a Memory),
     /// The state of an automaton.
     Automaton(u16),
-    /// The obligations, and what is remembered.
+    /// The obligations, and the memory.
     Progression(Option<&'a Obligations>, &'a Memory),
 }

@@ -82,8 +82,8 @@ fn write_transition(
     text.push_str("</transition>\n");
 }
 
-/// What a label requires: an event, conditions on it, and assignments of expressions to variables. `None` for a label
-/// that sends, which monitors do not have.
+/// The requirements of a label: an event, conditions on it, and assignments of expressions to variables. `None` for a
+/// label that sends, which monitors do not have.
 type Labelled = (Option<String>, Vec<String>, Vec<(String, String)>);
 
 fn labelled(label: &Label, names: &[String], topology: &Topology) -> Option<Labelled> {

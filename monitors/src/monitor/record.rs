@@ -186,7 +186,7 @@ impl Record {
             messages.push(told.event.clone());
         }
         for literal in clause {
-            // What holds about the past although the clause denies it.
+            // Facts about the past that the clause denies.
             let denied = told.synthesis.past.bit(literal).filter(|(bit, holds)| !holds && self.last() & bit != 0);
             let seen = self.reasons.iter().filter(|(bit, _)| denied.is_some_and(|(denied, _)| denied == *bit));
             messages.extend(seen.flat_map(|(_, seen)| seen.iter().cloned()));
@@ -210,7 +210,7 @@ impl Record {
         let cause = cause.cloned().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
         let since = match missed.map(Vec::as_slice) {
-            // The missed obligation need not be the first pending one: its window tells.
+            // The missed obligation need not be the first pending one: its window decides.
             Some([Obligation::Passes { event, last, .. }]) => {
                 let window = length(&told.synthesis.form, *event);
                 let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + told.start);
@@ -306,7 +306,7 @@ impl Record {
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
             deadline_tick: due.map(|last| told.tick(last)),
-            // If a clause has a single literal, the clause itself is what is missing.
+            // If a clause has a single literal, the clause itself is missing.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: told.settled(due),
         }

@@ -52,7 +52,7 @@ impl Watch {
     fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
         let words = &synthesis.vocabulary;
         let denied = describe::denied(clause).into_iter().fold(0_u64, |bits, literal| match literal {
-            // What compares values is not counted.
+            // Clauses that compare values are not counted.
             Literal::Event { event, .. } if !words.names(*event).is_empty() => bits,
             Literal::Event { event, .. } => bits | 1 << event.0,
             literal => bits | synthesis.past.bit(literal).map_or(0, |(bit, _)| bit),
@@ -90,7 +90,7 @@ impl Watch {
         };
     }
 
-    /// What to report, if the antecedent never held.
+    /// The clause to report if the antecedent never held.
     pub(crate) fn vacuity(&self, words: &Vocabulary, topology: &Topology) -> Option<Vacuity> {
         let antecedent = || match &self.antecedent {
             Antecedent::Events(_) => describe::antecedent(&self.clause, words, topology),

@@ -71,7 +71,7 @@ pub struct Witness {
     /// The last tick at which the answer would have been in time, if one was pending; of a timed property, the tick in
     /// which that time was.
     pub deadline_tick: Option<u64>,
-    /// What was missing: the events one of which should have held or passed.
+    /// The missing events, one of which should have held or passed.
     pub missing: Option<String>,
     /// The state in which the verdict was reached. If a timed property was violated by silence, its time is the moment
     /// after the last one for an answer, and the rest belongs to the first event after it.

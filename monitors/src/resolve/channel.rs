@@ -41,7 +41,7 @@ impl Resolver<'_> {
         if self.topology.find_process(&name.text).is_some() {
             return true;
         }
-        // Members of a process have no channels that a property may refer to.
+        // Members of a process have no channels to which a property may refer.
         let topology = self.topology;
         let wholes = topology.processes().filter(|process| topology.whole(*process) == *process);
         let known: Vec<&str> = wholes.map(|process| topology.name(process)).collect();

@@ -40,7 +40,7 @@ impl<'a> Resolver<'a> {
                 let [left, right] = [left, right].map(|term| self.term(term, channel, &mut guards));
                 let ((left, of_left), (right, of_right)) = (left?, right?);
                 self.check_kinds(condition.span, *relation, of_left, of_right);
-                // What is missing differs from everything.
+                // A missing value differs from everything.
                 let positive = if *relation == Relation::NotEqual { Relation::Equal } else { *relation };
                 guards.push(MessageCondition::relating(left, positive, right));
                 let holds = all(guards);
@@ -65,7 +65,7 @@ impl<'a> Resolver<'a> {
         self.remembered.contains(text) || !self.constants.contains_key(text) && is_field()
     }
 
-    /// A term, and what is known of its value; conditions that tell the messages that have its fields are added.
+    /// A term, and what is known about its value; conditions that select the messages with its fields are added.
     fn term(
         &mut self,
         term: &Term,
@@ -132,7 +132,7 @@ impl<'a> Resolver<'a> {
         Some((places.remove(0), telling))
     }
 
-    /// Reports what is never a number.
+    /// Reports terms that are never numbers.
     fn check_number(&mut self, span: ByteRange, side: Option<&(formula::Term, Kinds<'a>)>) {
         let is_number = match side {
             Some((formula::Term::Value(value), _)) => value.as_number().is_some(),
@@ -240,7 +240,7 @@ impl<'a> Resolver<'a> {
         relation: Relation,
         value: &Value,
     ) -> Option<MessageCondition> {
-        // What is missing differs from every value.
+        // A missing value differs from every value.
         let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
         let compare = |field, relation| MessageCondition::Compare { field, relation, value: value.clone() };
         if let [place] = places
@@ -312,7 +312,7 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// What the field may hold.
+    /// The possible values of the field.
     fn kinds(&self) -> impl Iterator<Item = (usize, &'a FieldKind)> {
         self.with.iter().filter_map(|shape| Some((self.number, kind(shape, self.number)?)))
     }

@@ -189,7 +189,7 @@ pub struct Event {
     pub source: Name,
     /// The process that receives.
     pub target: Name,
-    /// What the message must satisfy.
+    /// The condition on the message.
     pub condition: Condition,
     /// The place of the event, including its parentheses.
     pub span: ByteRange,
@@ -240,7 +240,7 @@ pub enum ConditionKind {
     Remember {
         /// The field of the message.
         field: Field,
-        /// What the value is called.
+        /// The name of the value.
         name: Name,
     },
     /// `not c`

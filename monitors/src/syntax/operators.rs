@@ -5,9 +5,9 @@
 pub struct Operator {
     /// How it is written.
     pub written: &'static str,
-    /// What else may be written instead, separated by spaces.
+    /// Alternative spellings, separated by spaces.
     pub signs: &'static str,
-    /// What it means, in a sentence or two.
+    /// Its meaning, in a sentence or two.
     pub about: &'static str,
     /// An example, in which `E` and `F` stand for events.
     pub example: &'static str,

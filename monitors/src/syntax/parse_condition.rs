@@ -158,7 +158,7 @@ impl Parser {
         if is_field { Ok(Term::Field(self.field()?)) } else { Ok(Term::Operand(self.operand()?)) }
     }
 
-    /// Whether the parenthesis here encloses a term, not a condition: what follows it tells.
+    /// Whether the parenthesis here encloses a term, not a condition, which depends on what follows it.
     fn at_term(&self) -> bool {
         let mut depth = 0_usize;
         for (place, token) in self.tokens[self.at..].iter().enumerate() {

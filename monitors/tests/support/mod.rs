@@ -204,7 +204,7 @@ pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -
     events
 }
 
-/// What can come next: τ grows by one at each tick; only the very first may leave it unchanged.
+/// The possible next letters: τ grows by one at each tick; only the very first tick may leave it unchanged.
 fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKind)> {
     let has_ticked = sequence.iter().any(|event| event.kind == EventKind::Tick);
     let ticks = |kind: &EventKind| match kind {

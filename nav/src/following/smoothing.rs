@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_accelerates_within_its_limits_and_stops_at_once() {
+    fn a_robot_accelerates_within_its_limits_but_stops_at_once() {
         let model = RobotModel::default();
         let wanted = VelocityCommand { linear_mps: 0.4, angular_radps: -0.5 };
         let mut smoother = VelocitySmoother::new(&model);

@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_laser_leaves_the_robot_blind_where_no_other_looks() {
+    fn a_silent_laser_leaves_the_robot_blind_where_no_other_laser_looks() {
         let (second, patience) = (Duration::from_secs, Duration::from_secs(1));
         let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
         assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never heard");

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_laser_does_not_miss_walls_out_of_its_range() {
+    fn a_laser_does_not_miss_walls_that_are_out_of_range() {
         let silent = |range_max_m| nats_of(0.0, f32::INFINITY, range_max_m);
         assert!(silent(1.5) > -0.1, "the wall is 2 m away");
         assert!(silent(3.0) < -2.0, "a wall is rarely overlooked");

@@ -220,7 +220,7 @@ mod tests {
 
     use super::*;
 
-    /// A hall of 10 m × 6 m, a wall of 0.1 m around it, with a room of 2 m × 6 m beside it.
+    /// A hall of 10 m × 6 m with a wall of 0.1 m around it and a room of 2 m × 6 m beside it.
     fn hall() -> OccupancyGrid {
         let mut map = OccupancyGrid::new(246, 124, 0.05, pose(0.0, 0.0, 0.0));
         for index in (0..124).flat_map(|row| (0..246).map(move |column| CellIndex { column, row })) {

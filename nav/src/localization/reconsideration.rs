@@ -29,7 +29,8 @@ use super::scan_matching;
 use super::search::Search;
 use super::{Localization, Reconsidered};
 
-/// This many looks against the pose are enough: for a robot at rest, and for one that drives and may recover by itself.
+/// This many looks against the pose are sufficient: for a robot at rest, and for one that drives and may recover on its
+/// own.
 const ENOUGH_AT_REST: u32 = 3;
 const ENOUGH_DRIVING: u32 = 6;
 

@@ -1,4 +1,4 @@
-//! The sensor model by itself, for tools that evaluate how well a scan fits a map.
+//! The sensor model alone, for tools that evaluate how well a scan fits a map.
 
 use std::sync::Arc;
 

@@ -22,7 +22,7 @@ pub enum NavigationStatus {
     Aborted,
     /// There is no path: tries to find one with [recovery behaviors](crate::Recovery) for a while.
     Failing,
-    /// Standing still because it was told to pause.
+    /// Standing still because of a command to pause.
     Paused,
     /// Searching for a path.
     Thinking,

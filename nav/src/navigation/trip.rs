@@ -70,7 +70,7 @@ impl Trip {
         }
     }
 
-    /// Records a futile wait. Returns true if there have been so many in this place that waiting is no longer useful.
+    /// Records a futile wait. Returns true if this has happened so often here that waiting is no longer useful.
     pub(super) fn wait_in_vain(&mut self, at: &Point) -> bool {
         if self.waited_at.is_none_or(|before| (before - at).norm() > SAME_PLACE_M) {
             (self.waited_at, self.waits_in_vain) = (Some(*at), 0);

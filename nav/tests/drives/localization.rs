@@ -304,7 +304,7 @@ fn readings_that_are_not_finite_are_harmless() {
 }
 
 #[test]
-fn scans_older_than_the_odometry_or_from_the_future_are_ignored() {
+fn scans_that_are_older_than_the_odometry_or_from_the_future_are_ignored() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise::default());
     let mut localization = localization(&robot, &InitialPose::at(start), 1);

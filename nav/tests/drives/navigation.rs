@@ -390,7 +390,7 @@ fn a_robot_without_a_path_tries_all_recovery_behaviors() {
 }
 
 #[test]
-fn a_pause_stands_still_and_a_resume_goes_on() {
+fn a_pause_makes_the_robot_stand_still_and_a_resume_makes_it_continue() {
     let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 1.0, 0.0));
     drive.navigator.start(goal(5.0, 4.0, 0.0));
     (0..300).for_each(|_| drive.step());

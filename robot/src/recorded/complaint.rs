@@ -1,11 +1,11 @@
-//! What is wrong with a log.
+//! Problems of a log.
 
 use std::fmt;
 use std::sync::Arc;
 
 /// A flaw of a line in a log, and the number of further lines that have it; part of a [`Recording`](super::Recording).
 ///
-/// As text it also tells what was done about it.
+/// As text it also says what was done about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complaint {
     /// The first line that has the flaw, from 1.
@@ -16,7 +16,7 @@ pub struct Complaint {
     pub more: usize,
 }
 
-/// What can be wrong with a line.
+/// Possible problems of a line.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Flaw {
@@ -131,7 +131,7 @@ impl fmt::Display for Flaw {
 }
 
 impl Flaw {
-    /// What was done about it.
+    /// The remedy.
     fn remedy(&self) -> &'static str {
         match self {
             Self::CompressionBreaksOff | Self::LineBreaksOff => "only the lines before it are used",

@@ -1,4 +1,4 @@
-//! The lines of a log, each by itself.
+//! The lines of a log, each on its own.
 
 use maps::{Pose, pose};
 

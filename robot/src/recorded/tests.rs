@@ -112,7 +112,7 @@ fn a_recorded_robot_senses_what_was_recorded_and_ignores_commands() {
 }
 
 #[test]
-fn gzipped_logs_are_the_same_and_truncated_ones_are_used_up_to_their_end() {
+fn gzipped_logs_are_equivalent_and_truncated_ones_are_used_up_to_their_end() {
     let plain = text(&log());
     let packed = gzipped(&plain);
     assert_eq!(Recording::read(&packed).unwrap(), Recording::read(&plain).unwrap());
@@ -172,7 +172,7 @@ fn impossible_ranges_are_not_used() {
 }
 
 #[test]
-fn clocks_that_go_back_do_not_turn_time_back() {
+fn clocks_that_go_back_do_not_turn_back_time() {
     let reset = |line: &str, clock: &str| {
         let fields: Vec<&str> = line.split(' ').collect();
         let time = fields.len() - 3;
@@ -201,7 +201,7 @@ fn clocks_that_go_back_do_not_turn_time_back() {
 }
 
 #[test]
-fn the_same_log_in_another_form_is_the_same() {
+fn the_same_log_in_a_different_format_gives_the_same_result() {
     let lines = log();
     let expected = read(&lines);
     let exponent = |field: &str| match field.parse::<f64>() {

@@ -1,4 +1,4 @@
-//! What a bag has, and a mapping to start from.
+//! The contents of a bag, and a mapping to start from.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ pub struct Contents {
     pub start_ns: Option<i64>,
     /// From the first message to the last, in seconds.
     pub duration_s: f64,
-    /// What is damaged or missing, in words.
+    /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ pub struct Listed {
     pub messages: u64,
     /// How many of them per second, over the whole bag; none if that says nothing.
     pub rate_hz: Option<f64>,
-    /// The paths of fields that can be values, with what they hold; or why there are none.
+    /// The paths of fields that can be values, with their contents; or why there are none.
     pub fields: Result<Vec<(String, &'static str)>, String>,
     entry: String,
 }
@@ -42,7 +42,7 @@ pub struct Listed {
 const MOST_FIELDS: usize = 16;
 
 impl Contents {
-    /// What a bag has, with the definitions in it and in some folders.
+    /// The contents of a bag, with the definitions in it and in some folders.
     #[must_use]
     pub fn of(bag: &Bag, definitions: &Definitions<'_>) -> Self {
         let survey = bag.survey();

@@ -44,9 +44,9 @@ pub enum Item {
 #[derive(Debug, thiserror::Error)]
 #[error("{why}")]
 pub struct Undefined {
-    /// What is missing or wrong, in words.
+    /// The problem, in words.
     pub why: String,
-    /// What to do about it.
+    /// How to fix it.
     pub help: String,
 }
 
@@ -163,7 +163,7 @@ impl Definitions<'_> {
         })
     }
 
-    /// What the folders define under this name. A service and an action define several messages.
+    /// The definition of this name in the folders. A service and an action define several messages.
     fn on_disk(&self, package: &str, name: &str) -> Result<Vec<(TypeName, Message)>, Undefined> {
         let whole = name.split_once('_').map_or(name, |(whole, _)| whole);
         for (kind, name) in [("msg", name), ("srv", whole), ("action", whole)] {

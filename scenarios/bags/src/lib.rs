@@ -1,8 +1,8 @@
 //! Recordings of ROS 2: their messages as the events of channels.
 //!
 //! A [`Bag`] is what rosbag2 writes: MCAP files with any of their compressions, SQLite files (with the feature
-//! `sqlite`), folders of several. It need not have been closed: what is before the damage is read, and what is lost is
-//! said in words.
+//! `sqlite`), folders of several. It need not have been closed: everything before the damage is read, and the loss is
+//! described in words.
 //!
 //! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields are
 //! the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are decoded by
@@ -63,7 +63,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What to do about it.
+    /// How to fix it.
     #[must_use]
     pub fn help(&self) -> String {
         match self {

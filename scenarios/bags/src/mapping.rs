@@ -17,7 +17,7 @@ pub(crate) use compile::{Clock, Entry, Rule};
 pub struct Mapping {
     /// Time between ticks.
     pub tick: Duration,
-    /// By how much messages may come too late.
+    /// How late messages may come.
     pub(crate) reorder: Duration,
     time: Spanned<String>,
     /// Folders that have definitions.
@@ -145,7 +145,7 @@ fn is_name(name: &str) -> bool {
         && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
-/// What a table says of a field.
+/// A field's table.
 fn from_table(table: Table<'_>) -> Option<Source> {
     if table.has("symbol") {
         return Some(Source::Constant(Value::symbol(&table.text("symbol").required()?)));
@@ -175,7 +175,7 @@ fn from_table(table: Table<'_>) -> Option<Source> {
     Some(Source::Path { path: path?, symbols, scale })
 }
 
-/// The symbols of values: numbers, texts or truth values as they are written.
+/// The symbols of values: numbers, strings or Booleans as they are written.
 fn symbols(table: Table<'_>) -> Option<Vec<(String, Symbol)>> {
     let symbols = table.table("symbols").required()?;
     let read = in_order(symbols).into_iter().map(|(value, _)| {

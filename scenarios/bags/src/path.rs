@@ -13,7 +13,7 @@ pub(crate) struct Path {
     pub(crate) end: End,
 }
 
-/// What a path leads to.
+/// The destination of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     Bool,
@@ -62,7 +62,7 @@ impl Path {
         Ok(Self { steps, end: end? })
     }
 
-    /// Adds to what is wanted of a message.
+    /// Adds to the wanted parts of a message.
     pub(crate) fn want(&self, layout: &Layout, want: &mut Want) {
         want_below(&self.steps, layout, want);
     }

@@ -22,11 +22,11 @@ pub struct Bag {
 }
 
 impl Bag {
-    /// Finds the files of a bag and the topics in them. Reads what the files say of themselves; one that does not, as
-    /// it was not closed, is read once.
+    /// Finds the files of a bag and the topics in them. Reads the summaries of the files; a file that was not closed
+    /// has none and is read once in full.
     ///
     /// # Errors
-    /// If it is not a bag, or cannot be read at all. Damage is not an error: what is before it is read.
+    /// If it is not a bag, or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut survey = Survey::default();
         let files = files::of(path, &mut survey.lost)?;
@@ -114,14 +114,14 @@ impl Messages {
         }
     }
 
-    /// What was damaged or missing so far, in words.
+    /// Damaged or missing parts so far, in words.
     #[must_use]
     pub fn lost(&self) -> &[String] {
         &self.lost
     }
 }
 
-/// Unpacks a message that rosbag2 has compressed by itself: CDR never begins as Zstandard does.
+/// Unpacks a message that rosbag2 has compressed on its own: CDR never begins as Zstandard does.
 fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
     const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
     if !body.starts_with(&ZSTANDARD) {

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_to_take_a_result_ends_the_work() {
+    fn a_failure_to_accept_a_result_ends_the_work() {
         let full = || "full";
         let take = |place, _| if place == 9 { Err(full()) } else { Ok(true) };
         let result = in_order(0..100, 3, &NOT, |place| place, take);
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn no_thread_runs_too_far_ahead() {
+    fn no_thread_gets_too_far_ahead() {
         let gate = Gate::new(0..3 * AHEAD);
         let begun = (0..AHEAD).filter_map(|_| gate.enter(&NOT)).count() as u64;
         assert_eq!(begun, AHEAD);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// Holds results back until those of all earlier runs have arrived.
 ///
-/// It holds as many results as there are ahead of the earliest unfinished run; the code that starts runs bounds this by
+/// It holds as many results as there are ahead of the earliest unfinished run; the code that starts runs limits this by
 /// not running too far ahead.
 #[derive(Clone, Debug)]
 pub struct InOrder<T> {

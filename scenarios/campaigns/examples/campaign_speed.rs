@@ -1,13 +1,13 @@
-//! What a campaign costs: `cargo run --release --example campaign_speed [set-up | overhead | cores | memory [RUNS…]]`.
+//! The cost of a campaign: `cargo run --release --example campaign_speed [set-up | overhead | cores | memory [RUNS…]]`.
 //!
 //! - `set-up`: how long the set-up of a run takes once another run has been set up.
 //! - `overhead`: a campaign's time over that of its bare runs, which are set up, stepped to their end and forgotten.
 //! - `cores`: runs per second on two cores over those on one.
 //! - `memory`: the peak of resident memory for so many runs, 1,000 and 100,000 unless said otherwise (Linux).
 //!
-//! The campaign is `noise_short`: localization under sensor noise, with runs of 10 simulated seconds. The
-//! alternatives are measured in turn, pair by pair. Processor time is shown too: other programs disturb it less than
-//! they do the clock.
+//! The campaign is `noise_short`: localization under sensor noise, with runs of 10 simulated seconds. The alternatives
+//! are measured in turn, pair by pair. Processor time is shown too: other programs disturb it less than they do the
+//! clock.
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement, not a library")]
 #![expect(clippy::disallowed_methods, reason = "how long the computer takes is the question")]
@@ -93,7 +93,7 @@ fn processor_s() -> f64 {
     fields.get(10..12).map_or(f64::NAN, |ticks| (ticks[0] + ticks[1]) / 100.0)
 }
 
-/// Runs a campaign on so many cores, dataset and summary included.
+/// Runs a campaign on this many cores, dataset and summary included.
 fn run(plan: &Plan, cores: usize) {
     let folder = tempfile::tempdir().unwrap();
     let interrupted = AtomicBool::new(false);
@@ -152,7 +152,7 @@ fn memory(runs: &[u64]) {
     }
 }
 
-/// The most memory that this process had resident, in KiB, when it has run so many runs.
+/// The peak of this process's resident memory, in KiB, after this many runs.
 fn peak_kib(runs: u64) -> u64 {
     run(&plan(runs), 2);
     let status = fs::read_to_string("/proc/self/status").unwrap();

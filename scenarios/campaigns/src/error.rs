@@ -36,7 +36,7 @@ impl Error {
         diagnostics::Error::Write { path: path.into(), source }.into()
     }
 
-    /// What is wrong with the input, one diagnostic each; none for other errors.
+    /// The problems of the input, one diagnostic each; none for other errors.
     #[must_use]
     pub fn diagnostics(&self) -> Vec<&dyn Diagnostic> {
         match self {

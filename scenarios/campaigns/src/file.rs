@@ -20,7 +20,7 @@ const MAX_STEPS: u64 = 1_000_000;
 /// A campaign file.
 #[derive(Clone, Debug)]
 pub struct CampaignFile {
-    /// What the campaign is to find out, in one line.
+    /// The question that the campaign answers, in one line.
     pub about: String,
     /// The scenario, by name or as a path relative to the file.
     pub scenario: Spanned<String>,
@@ -28,7 +28,7 @@ pub struct CampaignFile {
     pub seed: u64,
     /// Which root seeds the runs have.
     pub seeds: Seeds,
-    /// What is set in every run, in the syntax of `--set`.
+    /// Settings of every run, in the syntax of `--set`.
     pub set: Vec<Spanned<String>>,
     /// How runs are distributed over the parameters.
     pub sampling: Sampling,
@@ -38,7 +38,7 @@ pub struct CampaignFile {
     pub runs: u64,
     /// When fewer runs are sufficient.
     pub goal: Option<Goal>,
-    /// What is plotted against the parameters.
+    /// The values plotted against the parameters.
     pub measures: Vec<Spanned<Measure>>,
     /// The model with which the results are compared.
     pub model: Option<Model>,

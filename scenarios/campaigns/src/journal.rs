@@ -57,7 +57,7 @@ pub(super) struct Layout {
     pub(super) asked: Option<u64>,
     /// The scenario's name on the command line.
     pub(super) scenario: String,
-    /// What it is to find out.
+    /// The question that it answers.
     pub(super) about: String,
     pub(super) parameters: Vec<ParameterLayout>,
     pub(super) properties: Vec<String>,
@@ -114,7 +114,7 @@ pub(super) struct ParameterLayout {
     pub(super) logarithmic: bool,
     /// Its name in the model.
     pub(super) name: Option<String>,
-    /// What it is, in words.
+    /// A description.
     pub(super) about: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is measured in every run.
+//! The measurements of every run.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ impl Measure {
         }
     }
 
-    /// What it is, with its unit.
+    /// A description with its unit.
     #[must_use]
     pub fn about(self) -> &'static str {
         match self {

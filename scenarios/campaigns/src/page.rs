@@ -42,7 +42,7 @@ const BARS: usize = 24;
 /// The page of a campaign.
 ///
 /// # Errors
-/// None in practice: that the confidence of the charts is none.
+/// None in practice: the charts would need an invalid confidence.
 pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> Result<String, Error> {
     let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
     let page = Page { summary, layout, survey, confidence };
@@ -62,7 +62,7 @@ pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> Resul
     Ok(document(&format!("{} · {} runs", summary.campaign, survey.runs), &main))
 }
 
-/// What the sections of the page are made of.
+/// The data for the sections of the page.
 struct Page<'p> {
     summary: &'p Summary,
     layout: &'p Layout,
@@ -70,7 +70,7 @@ struct Page<'p> {
     confidence: Confidence,
 }
 
-/// Charts beside each other below what is to say of all of them; nothing without charts.
+/// Charts side by side below a text that applies to all of them; nothing without charts.
 fn charts_below(lead: &Markup, charts: &Markup) -> Markup {
     html! { @if !charts.0.is_empty() { (lead) div.pairs { (charts) } } }
 }
@@ -85,12 +85,12 @@ fn chart(title: &str, drawing: &Markup, caption: Option<&str>) -> Markup {
     }
 }
 
-/// What a parameter is called for people.
+/// A parameter's name for people.
 fn title(parameter: &ParameterLayout) -> &str {
     parameter.about.as_deref().unwrap_or(&parameter.key)
 }
 
-/// What a parameter is called where there is little room.
+/// A parameter's name where there is little room.
 fn name(parameter: &ParameterLayout) -> &str {
     parameter.name.as_deref().unwrap_or(&parameter.key)
 }
@@ -250,7 +250,7 @@ impl Page<'_> {
         section("pairs", "Two parameters at a time", charts_below(&lead, &maps))
     }
 
-    /// What was measured against each parameter.
+    /// The measurements against each parameter.
     fn measures(&self) -> Markup {
         let parameters = self.layout.parameters.iter().zip(&self.survey.parameters);
         let charts = parameters.flat_map(|(layout, parameter)| {

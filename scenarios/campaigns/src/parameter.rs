@@ -1,4 +1,4 @@
-//! What varies from run to run: a value of the scenario, and its domain.
+//! A parameter that varies from run to run: a value of the scenario, and its domain.
 
 use std::fmt;
 
@@ -56,7 +56,7 @@ pub struct Parameter {
     pub domain: ParameterDomain,
     /// Its name in the campaign's model: an identifier.
     pub name: Option<String>,
-    /// What it is, in words, with its unit.
+    /// A description, with its unit.
     pub about: Option<String>,
 }
 
@@ -244,7 +244,7 @@ mod tests {
         assert!(near(&ParameterDomain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
         let cut = ParameterDomain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
         assert!(cut.extremes().iter().all(|value| (0.0..=0.5).contains(&number(value))));
-        // Half of what is left of the distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
+        // Half of the rest of the distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
         assert!((normal_cdf(number(&cut.at(0.5))) - (0.5 + normal_cdf(0.5)) / 2.0).abs() < 1e-12);
     }
 

@@ -253,8 +253,8 @@ impl Plan {
         Ok(complaints.check()?)
     }
 
-    /// What the scenario refuses, once per parameter. Parameters are varied around the first run; if the scenario
-    /// refuses that run already, each parameter is tried alone, so that every wrong one is found.
+    /// The values that the scenario refuses, once per parameter. Parameters are varied around the first run; if the
+    /// scenario refuses that run already, each parameter is tried alone, so that every wrong one is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
         let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &ParameterValue| {

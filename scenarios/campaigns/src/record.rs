@@ -22,7 +22,7 @@ pub struct RunRecord {
     pub unmet: Vec<String>,
     /// Why there are no facts, in words: what the scenario refused, why the run could not continue, or how it panicked.
     pub failure: Option<String>,
-    /// What was measured; none if the run failed.
+    /// The measurements; none if the run failed.
     pub facts: Option<RunFacts>,
 }
 
@@ -50,7 +50,7 @@ impl RunOutcome {
     }
 }
 
-/// What was measured in a run.
+/// The measurements of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFacts {
     /// Why the run ended: `arrival`, `violation`, `settled`, `time_limit` or `schedule`.

@@ -46,14 +46,14 @@ pub struct Settings {
     pub tree: Option<TreeForm>,
 }
 
-/// What came of running the experiments again.
+/// The results of running the experiments again.
 #[derive(Debug, Serialize)]
 pub struct Reproduction {
     /// The program's version.
     pub version: &'static str,
     /// Each experiment was run with the root seeds from 1 to this.
     pub seeds: u64,
-    /// What was changed in all scenarios, as `--set` takes it.
+    /// The changes in all scenarios, as `--set` takes them.
     pub settings: Vec<String>,
     /// The experiments, in the order of the paper.
     pub experiments: Vec<ExperimentResult>,
@@ -67,18 +67,18 @@ pub struct Reproduction {
     properties: Vec<(String, String)>,
 }
 
-/// What came of an experiment.
+/// The result of an experiment.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExperimentResult {
     /// The scenario.
     pub scenario: &'static str,
-    /// What the paper calls it.
+    /// The paper's name for it.
     pub title: &'static str,
     /// How it is carried out here.
     pub here: &'static str,
-    /// What the paper says must happen, and what did.
+    /// The paper's claims, and the results.
     pub claims: Vec<ClaimResult>,
-    /// What this project adds, and what came of that.
+    /// The claims that this project adds, with their results.
     pub ours: Vec<ClaimResult>,
     /// The runs.
     pub runs: Vec<RunResult>,
@@ -95,14 +95,14 @@ pub struct RunResult {
     pub violated_at_tick: BTreeMap<String, u64>,
 }
 
-/// What came of a claim.
+/// The result of a claim.
 #[derive(Clone, Debug, Serialize)]
 pub struct ClaimResult {
-    /// What must be so, in words.
+    /// The claim, in words.
     pub says: &'static str,
-    /// Where the paper says so, or what it follows from.
+    /// Where the paper makes it, or what it follows from.
     pub source: &'static str,
-    /// In how many runs it was so.
+    /// In how many runs it was true.
     pub runs: u64,
     /// The runs in which it was not.
     pub differences: Vec<Difference>,
@@ -131,7 +131,7 @@ enum Done {
 }
 
 impl Settings {
-    /// The settings as `--set` takes them; every scenario gets the monitors of the paper's figure besides.
+    /// The settings as `--set` takes them; every scenario also gets the monitors of the paper's figure.
     fn overrides(&self) -> Vec<String> {
         let path = |key: &str, kind: Kind, path: &Option<PathBuf>| {
             let path = path.as_ref().map(|path| kind.path(path).display().to_string());
@@ -153,14 +153,14 @@ fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
 }
 
-/// What every scenario is run with besides: the monitors of the paper's figure.
+/// An addition to every scenario: the monitors of the paper's figure.
 const FIGURE_MONITORS: &str = r#"monitors=[{ figure = "5 (a)" }, { figure = "5 (b)" }]"#;
 
 impl Reproduction {
-    /// Runs every experiment on all cores. `progress` is told how many runs of how many are done.
+    /// Runs every experiment on all cores. `progress` receives how many runs of how many are done.
     ///
     /// # Errors
-    /// What is wrong with a scenario, or why a run cannot go on.
+    /// What is wrong with a scenario, or why a run cannot continue.
     pub fn run(settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let changes = settings.overrides();
         let overrides: Vec<String> = changes.iter().cloned().chain([FIGURE_MONITORS.to_owned()]).collect();
@@ -206,7 +206,7 @@ impl Reproduction {
             .all(ClaimResult::holds)
     }
 
-    /// What came of the paper's claims, in a sentence or two.
+    /// The results of the paper's claims, in a sentence or two.
     fn outcome(&self) -> String {
         let claims = || self.experiments.iter().flat_map(|experiment| &experiment.claims);
         let ours = || self.experiments.iter().flat_map(|experiment| &experiment.ours);
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_of_another_scenario_is_not_what_the_paper_says() {
+    fn a_run_of_a_different_scenario_does_not_satisfy_the_papers_claims() {
         let other = run("already_there", &[]);
         for experiment in &EXPERIMENTS {
             assert!(!wrong(experiment.scenario, &other).is_empty(), "{}", experiment.title);
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_breaks_off_at_another_level_is_noticed() {
+    fn a_robot_that_turns_back_at_a_different_level_is_noticed() {
         let says = |threshold: &str| {
             let fault =
                 format!(r#"{{ kind = "skill_threshold", at_s = 0, skill = "BatteryLevel", value = "{threshold}" }}"#);

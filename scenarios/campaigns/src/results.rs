@@ -1,4 +1,4 @@
-//! From journals to results: the dataset and the summary, of one campaign or of its merged shards.
+//! Turns journals into results: the dataset and the summary, of one campaign or of its merged shards.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -164,7 +164,7 @@ struct Tally {
     outcomes: Outcomes,
     properties: Vec<Count>,
     expectation: Count,
-    /// In how many runs what the scenario expects was not so.
+    /// In how many runs an expectation of the scenario was not met.
     unmet: BTreeMap<String, u64>,
     failures: Vec<(u64, Option<String>)>,
     unexpected: Vec<(u64, Option<String>)>,

@@ -92,7 +92,7 @@ pub struct Estimate {
 pub struct Named {
     /// Its number.
     pub k: u64,
-    /// Why it is named: why it failed, what it did not meet, or what there is to see.
+    /// Why it is listed: why it failed, what it did not meet, or what makes it interesting.
     pub why: Option<String>,
     /// The command that repeats it alone, with pictures and report.
     pub command: String,

@@ -12,7 +12,7 @@ use super::render::Renderer;
 /// Width and height of an animation, in pixels.
 pub const ANIMATION_SIZE_PX: (u16, u16) = (960, 540);
 
-/// How long the last frame stays before the animation begins anew.
+/// How long the last frame stays before the animation starts over.
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// Writes an animated GIF of 960 × 540 pixels that repeats forever, frame by frame as they come.
@@ -128,7 +128,7 @@ struct ChangedPart {
 }
 
 impl ChangedPart {
-    /// What differs between two pictures of that width. All of the next one if there is no picture before it; one
+    /// The difference between two pictures of that width. All of the next one if there is no picture before it; one
     /// unchanged pixel if they are equal.
     fn between(before: &[u8], next: &[u8], width: usize) -> Self {
         if before.len() != next.len() {

@@ -1,9 +1,9 @@
 //! Where the locations and transitions of a state machine are drawn.
 //!
-//! Locations stand in one row. A transition to the next location is a straight arrow with its label above; one that
-//! skips locations runs above the row, one that goes back runs below it, a loop sits on top of its location.
-//! Transitions between the same two locations share an arrow, their labels one below the other. Arrows above and below
-//! run in tracks: one that encloses another runs further out, so that no two labels ever meet.
+//! Locations are in one row. A transition to the next location is a straight arrow with its label above; one that skips
+//! locations runs above the row, one that goes back runs below it, a loop sits on top of its location. Transitions
+//! between the same two locations share an arrow, their labels one below the other. Arrows above and below run in
+//! tracks: one that encloses another runs further out, so that no two labels ever meet.
 //!
 //! A general graph layout would give shorter arrows, but its labels cross arrows as soon as a monitor has more than a
 //! few locations. In a row, whether two labels can meet is a question of intervals, which the tracks answer exactly.
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn locations_stand_in_breadth_first_order_and_going_back_runs_below() {
+    fn locations_are_in_breadth_first_order_and_back_edges_run_below() {
         let layout = check(&phi2().diagram, 572.0);
         let lefts: Vec<f64> = layout.locations.iter().map(|location| location.area.x).collect();
         assert!(lefts.is_sorted(), "{lefts:?}");
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn locations_stand_so_that_arrows_do_not_cross() {
+    fn locations_are_placed_so_that_arrows_do_not_cross() {
         // Breadth first, 0 → 2 and 1 → 3 would cross.
         let transition = |from, to| Transition { from, to, label: format!("from {from} to {to}") };
         let diagram = Diagram {
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn the_label_of_a_loop_gives_way_to_an_arrow_that_rises_beside_it() {
+    fn the_label_of_a_loop_avoids_an_arrow_that_rises_beside_it() {
         let transition = |from, to, label: &str| Transition { from, to, label: label.to_owned() };
         let diagram = Diagram {
             locations: ["I", "C", "T", "A"]

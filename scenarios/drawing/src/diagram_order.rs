@@ -1,10 +1,10 @@
-//! The order in which the locations of a state machine stand in their row.
+//! The order of a state machine's locations in their row.
 
 use super::frame::Diagram;
 
-/// All locations, in the order in which they stand in the row: breadth first from the initial one, or depth first where
-/// fewer arrows cross so. Breadth first keeps alternatives together, depth first keeps chains together; trying both is
-/// enough for the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
+/// All locations, in the order of the row: breadth first from the initial one, or depth first where this makes fewer
+/// arrows cross. Breadth first keeps alternatives together, depth first keeps chains together; trying both is enough
+/// for the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
 pub(super) fn in_row(diagram: &Diagram) -> Vec<usize> {
     let (broad, deep) = (breadth_first(diagram), depth_first(diagram));
     if crossings(diagram, &deep) < crossings(diagram, &broad) { deep } else { broad }

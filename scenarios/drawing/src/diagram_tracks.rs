@@ -149,13 +149,13 @@ impl<'a> Tracks<'a> {
         same_stretch || into(a, b) || into(b, a)
     }
 
-    /// From where to where an arrow runs along the row.
+    /// The range of an arrow along the row.
     fn line_reach(&self, arc: &Arc) -> (f64, f64) {
         (self.middles[arc.span().0], self.middles[arc.span().1])
     }
 
-    /// From where to where the label of an arrow can reach, if it is longer than the arrow. Ports and shifts of the
-    /// label are not known yet, so this is the furthest that they can take it.
+    /// The range that the label of an arrow can cover, if it is longer than the arrow. Ports and shifts of the label
+    /// are not known yet, so this is the furthest that they can take it.
     fn label_reach(&self, arc: &Arc) -> Option<(f64, f64)> {
         let (low, high) = self.line_reach(arc);
         let shift = 0.4 * (self.halves[arc.span().0] + self.halves[arc.span().1]);

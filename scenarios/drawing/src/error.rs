@@ -1,4 +1,4 @@
-//! What can go wrong with pictures.
+//! Errors with pictures.
 
 use resvg::usvg;
 

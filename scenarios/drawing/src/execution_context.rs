@@ -6,10 +6,10 @@ use super::path::Path;
 use super::text::Font;
 use super::theme;
 
-/// On which level of the paper's architecture a process is.
+/// The level of a process in the paper's architecture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// What supplies the ticks, and the tree.
+    /// The source of the ticks, and the tree.
     TaskPlot,
     /// A skill.
     Skill,
@@ -17,7 +17,7 @@ pub enum Level {
     Component,
 }
 
-/// Who talks to whom in a system.
+/// The communication between the processes of a system.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExecutionContext {
     /// The processes by name, each on its level; the tree is the last on its own.

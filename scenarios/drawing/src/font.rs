@@ -75,7 +75,7 @@ const DRAWN: [Range<u32>; 9] = [
     0x2070..0x2c00,
 ];
 
-/// What a face says of its glyphs.
+/// The metrics of a face's glyphs.
 struct Tables {
     glyph_ids: Charmap<'static>,
     metrics: GlyphMetrics<'static>,

@@ -1,4 +1,4 @@
-//! What a picture shows: one moment of a run, as plain data.
+//! The contents of a picture: one moment of a run, as plain data.
 //!
 //! Positions and poses are in the `map` frame, in metres and radians. Values that are not finite are left out of the
 //! picture; so are parents, locations and transitions that do not exist.
@@ -73,15 +73,15 @@ pub struct Scene {
     pub start: Option<Pose>,
     /// The charging station.
     pub station: Option<Station>,
-    /// Where the robot is to go in the end.
+    /// The robot's final goal.
     pub destination: Option<Place>,
     /// The other places of the run.
     pub places: Vec<Place>,
     /// Where faults took hold, oldest first.
     pub faults: Vec<FaultMark>,
-    /// People, closed doors, things in the way: whatever is solid and on no map.
+    /// People, closed doors, things in the way: everything that is solid but not on the map.
     pub bodies: Vec<Body>,
-    /// What the robot is saying.
+    /// The text that the robot is saying.
     pub speeches: Vec<String>,
 }
 
@@ -114,14 +114,14 @@ impl Scene {
 pub struct Station {
     /// Where it is; the heading is that of a docked robot.
     pub pose: Pose,
-    /// What to call it, for example `charging station`.
+    /// Its name, for example `charging station`.
     pub label: String,
 }
 
 /// A place on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// What to call it, for example `kitchen`.
+    /// Its name, for example `kitchen`.
     pub label: String,
     /// Its corners in order if it is an area, its position alone if it is a point.
     pub corners: Vec<Point>,
@@ -132,7 +132,7 @@ pub struct Place {
 pub struct FaultMark {
     /// Where the robot was.
     pub position: Point,
-    /// What the fault did, in a few words: `level set to 10 %`.
+    /// The fault's effect, in a few words: `level set to 10 %`.
     pub label: String,
 }
 
@@ -141,7 +141,7 @@ pub struct FaultMark {
 pub struct Body {
     /// Its outline.
     pub shape: BodyShape,
-    /// What to call it (`person`, `door`); may be empty.
+    /// Its name (`person`, `door`); may be empty.
     pub label: String,
 }
 
@@ -186,7 +186,7 @@ pub struct Battery {
 pub struct Threshold {
     /// The level, in percent.
     pub level_pct: f64,
-    /// What it means, in a word or two: the properties that mention it.
+    /// Its meaning, in a word or two: the properties that mention it.
     pub label: String,
     /// Whether a level below it is a violation (red) or only a turning point (amber).
     pub critical: bool,
@@ -197,14 +197,14 @@ pub struct Threshold {
 pub struct TreeNode {
     /// Index of the parent in [`Frame::tree`], smaller than the node's own; `None` for the root.
     pub parent: Option<usize>,
-    /// What stands in the node: the name of a leaf; the symbol of an inner node (`→` sequence, `?` fallback, `⇉`
-    /// parallel) or the name of a decorator.
+    /// The text in the node: the name of a leaf; the symbol of an inner node (`→` sequence, `?` fallback, `⇉` parallel)
+    /// or the name of a decorator.
     pub label: String,
-    /// What the node last answered.
+    /// The last answer of the node.
     pub status: NodeStatus,
 }
 
-/// What a node of the behavior tree last answered.
+/// The last answer of a node of the behavior tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum NodeStatus {
     /// Success at the last tick.
@@ -225,7 +225,7 @@ pub struct Monitor {
     pub name: String,
     /// The property in one line, in words.
     pub description: String,
-    /// What can be said so far.
+    /// The verdict so far.
     pub verdict: Verdict,
     /// More about the verdict in a few words (`tick 67`); may be empty.
     pub note: String,
@@ -233,14 +233,14 @@ pub struct Monitor {
     pub diagram: Diagram,
 }
 
-/// What can be said about a property.
+/// The verdict on a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// The run goes on, and nothing has violated it yet.
+    /// The run continues, and nothing has violated it yet.
     HoldsSoFar,
     /// It holds, whatever comes.
     Satisfied,
-    /// It is violated, whatever comes.
+    /// It is violated, whatever follows.
     Violated,
     /// The run has ended and left it open.
     Inconclusive,
@@ -264,7 +264,7 @@ pub struct Diagram {
 pub struct Location {
     /// Its name.
     pub name: String,
-    /// What it means, in a few words; empty if the name says it.
+    /// Its meaning, in a few words; empty if the name is self-explanatory.
     pub about: String,
     /// Whether being there means that the property is violated.
     pub error: bool,

@@ -47,7 +47,7 @@ impl Area {
         (self.x + self.width / 2.0, self.y + self.height / 2.0)
     }
 
-    /// The box without a margin of that many pixels on every side; never smaller than nothing.
+    /// The box without a margin of this many pixels on every side; never smaller than nothing.
     #[must_use]
     pub fn inset(&self, margin: f64) -> Self {
         let (width, height) = ((self.width - 2.0 * margin).max(0.0), (self.height - 2.0 * margin).max(0.0));

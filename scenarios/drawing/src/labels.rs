@@ -59,8 +59,8 @@ impl LabelPlacer {
         self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
     }
 
-    /// The box for a text of that width and height at `site`. `cost` says how bad it would be to cover what is in a box
-    /// (0 to 1).
+    /// The box for a text of that width and height at `site`. `cost` is the cost of covering the contents of a box (0
+    /// to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = self.best(site, size, cost);
         self.take(best);
@@ -113,12 +113,12 @@ impl LabelPlacer {
     }
 }
 
-/// What a label belongs to.
+/// The owner of a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// Its box, with some room around.
     pub symbol: Area,
-    /// Whether the label may stand in the box: it is an area rather than a sign.
+    /// Whether the label may be in the box: it is an area rather than a sign.
     pub roomy: bool,
 }
 
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_leaves_a_line_free() {
+    fn a_label_keeps_clear_of_a_line() {
         let mut placer = LabelPlacer::new(PAGE);
         placer.avoid_line([(200.0, 150.0), (390.0, 150.0)]);
         let area = placer.place(&sign(200.0, 150.0), (70.0, HEIGHT), |_| 0.0);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn an_area_holds_its_label_where_it_fits() {
+    fn an_area_contains_its_label_if_it_fits() {
         let site = Site { symbol: Area::new(100.0, 100.0, 100.0, 80.0), roomy: true };
         assert_eq!(LabelPlacer::new(PAGE).place(&site, (70.0, HEIGHT), |_| 0.0).center(), (150.0, 140.0));
         let outside = LabelPlacer::new(PAGE).place(&site, (120.0, HEIGHT), |_| 0.0);

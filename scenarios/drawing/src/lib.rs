@@ -29,13 +29,13 @@
 //! assert!(png.starts_with(b"\x89PNG"));
 //! ```
 //!
-//! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] say where labels come to stand),
-//! so that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become small,
-//! and of many monitors the last ones are reduced to their locations, then to their verdicts, then counted. What a
-//! colour says, a sign or a word says too.
+//! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] determine where labels are
+//! placed), so that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become
+//! small, and of many monitors the last ones are reduced to their locations, then to their verdicts, then counted.
+//! Everything that a colour says is also said by a sign or a word.
 //!
-//! What may not happen here: reading a clock, drawing random numbers, asking the system for a font, calling a function
-//! whose last bit depends on the machine. The module `path` says how shapes get by without the latter.
+//! Forbidden here: reading a clock, drawing random numbers, asking the system for a font, calling a function whose last
+//! bit depends on the machine. The module `path` says how shapes get by without the latter.
 
 mod animation;
 mod battery_panel;

@@ -23,7 +23,7 @@ pub fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
     draw_on(canvas, area, scene, false);
 }
 
-/// The same; if it is one of many pictures, labels of what stands still stand where they stood in the one before.
+/// The same; if it is one of many pictures, labels of immovable things stay where they were in the previous one.
 pub(super) fn draw_on(canvas: &mut Canvas, area: Area, scene: &Scene, one_of_many: bool) {
     panel::sheet(canvas, area);
     let frame = Area::new(area.x + 10.0, area.y + 10.0, area.width - 20.0, area.height - 10.0 - FOOT);
@@ -39,8 +39,8 @@ pub(super) fn draw_on(canvas: &mut Canvas, area: Area, scene: &Scene, one_of_man
     legend(canvas, foot, right_of_bar, &signs(scene));
 }
 
-/// What must be in the picture: what is known of the map, and the places of the run. Things that move don't count, so
-/// that all pictures of a run show the same section.
+/// The parts that must be in the picture: the known part of the map, and the places of the run. Things that move don't
+/// count, so that all pictures of a run show the same section.
 pub fn bounds(scene: &Scene) -> Bounds {
     let poses = scene.start.iter().chain(scene.station.iter().map(|station| &station.pose));
     let poses = poses.map(|pose| Point::from(pose.translation.vector));
@@ -52,16 +52,16 @@ pub fn bounds(scene: &Scene) -> Bounds {
     }
 }
 
-/// A label whose place is to be found.
+/// A label whose position is not yet known.
 struct Label {
     site: Site,
     lines: Vec<String>,
     color: Color,
-    /// Whether what it names stands where it is for the whole run.
+    /// Whether its owner stays where it is for the whole run.
     stands_still: bool,
 }
 
-/// What is drawn on the floor of a map, with the labels that are still to be written.
+/// The floor of a map, with the labels that are still to be written.
 pub struct MapDrawing<'a> {
     /// Where it is drawn.
     pub canvas: &'a mut Canvas,
@@ -69,7 +69,8 @@ pub struct MapDrawing<'a> {
     pub placer: LabelPlacer,
     view: View,
     labels: Vec<Label>,
-    /// What changes from picture to picture: lines, and the robot. Labels of what stands still do not move for them.
+    /// The parts that change from picture to picture: lines, and the robot. Labels of what stands still do not move for
+    /// them.
     moving_lines: Vec<Vec<Spot>>,
     moving: Vec<Area>,
     one_of_many: bool,
@@ -122,7 +123,7 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// Where the robot is to go, and the other places.
+    /// The robot's goal, and the other places.
     pub fn areas(&mut self) {
         let scene = self.scene;
         for place in &scene.places {
@@ -269,7 +270,7 @@ impl MapDrawing<'_> {
         self.note(site, "estimate", theme::BELIEF, false);
     }
 
-    /// What the robot is saying, in bubbles, as far as there is room.
+    /// The robot's speech, in bubbles, as far as there is room.
     fn speeches(&mut self) {
         let Some(robot) = self.spot(&self.scene.robot) else { return };
         let radius = self.view.pixels(self.scene.robot_radius_m).max(7.0);
@@ -315,8 +316,8 @@ impl MapDrawing<'_> {
         self.labels.push(Label { site, lines, color, stands_still });
     }
 
-    /// Writes the labels of all that was drawn, none over another. In one of many pictures, those of what stands still
-    /// come first and look at nothing else, so that they stand where they stood in the picture before.
+    /// Writes the labels of all that was drawn, none over another. In one of many pictures, the labels of immovable
+    /// things come first and depend on nothing else, so that they stay where they were in the previous picture.
     pub fn write_labels(&mut self) {
         let one_of_many = self.one_of_many;
         let is_still = |label: &Label| label.stands_still && one_of_many;
@@ -388,7 +389,7 @@ fn has_moved(scene: &Scene) -> bool {
     scene.trail.iter().any(|point| (point - robot).norm() > scene.robot_radius_m)
 }
 
-/// The spot so many pixels ahead of a pose that lies at `spot`.
+/// The spot this many pixels ahead of a pose at `spot`.
 fn ahead(pose: &Pose, spot: Spot, pixels: f64) -> Spot {
     (spot.0 + pose.rotation.re * pixels, spot.1 - pose.rotation.im * pixels)
 }
@@ -481,7 +482,7 @@ fn signs(scene: &Scene) -> Vec<Entry> {
     entries.into_iter().filter(|(is_there, _)| *is_there).map(|(_, entry)| entry).collect()
 }
 
-/// What the signs on the map mean, beside the scale: in one row, or in two smaller ones.
+/// The legend of the signs on the map, beside the scale: in one row, or in two smaller ones.
 fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[Entry]) {
     const SIGN: f64 = 34.0;
     let left = left + 16.0;

@@ -17,7 +17,7 @@ const THICK_M: f64 = 0.3;
 /// Width of the dark outline around the light inside of thick things, in metres.
 const RIM_M: f64 = 0.1;
 
-/// Margin around what is known, in metres.
+/// Margin around the known cells, in metres.
 const MARGIN_M: f64 = 0.6;
 
 /// A map made ready for drawing: the outlines of its floor and of its walls, cut to the part that is known.
@@ -69,7 +69,7 @@ impl MapPicture {
         }
     }
 
-    /// What there is to see, with a margin.
+    /// The visible part, with a margin.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn only_thick_things_have_a_light_inside() {
+    fn only_thick_things_have_a_lighter_inside() {
         let cells = |wide: usize| Mask::new(40, (0..1600).map(|i| (10..10 + wide).contains(&(i % 40))).collect());
         assert_eq!(insides(&cells(6), 0.05).outline(), "");
         assert_eq!(insides(&cells(10), 0.05).outline(), "M12,0h6v40h-6v-40z");

@@ -18,12 +18,12 @@ const VERDICT: Font = Font::bold(13.0);
 const HEAD: f64 = 28.0;
 /// Height of a further line of a monitor's description, in pixels.
 const LINE: f64 = 17.0;
-/// Room for a verdict: so much whatever it is, so that nothing moves when it falls.
+/// Room for a verdict: the same for every verdict, so that nothing moves when it is reached.
 const PILL: f64 = 152.0;
 const CHIPS: f64 = 24.0;
 const GAP: f64 = 14.0;
 const TIGHT_GAP: f64 = 8.0;
-/// Columns and rows of names, where there is no room for more than names and verdicts.
+/// Columns and rows of names, where there is room only for names and verdicts.
 const COLUMNS: usize = 2;
 const ROW: f64 = 25.0;
 
@@ -86,7 +86,7 @@ pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
     panel::HEAD + details.sum::<f64>() + meanings_height(&diagrams, room)
 }
 
-/// What the names of locations mean, in lines.
+/// The meaning of the names of locations, in lines.
 fn meanings(diagrams: &[&Diagram], width: f64) -> Vec<String> {
     let mut meanings: Vec<String> = Vec::new();
     for location in diagrams.iter().flat_map(|diagram| &diagram.locations).filter(|location| !location.about.is_empty())
@@ -117,8 +117,8 @@ pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> 
     lines_height(lines.len())
 }
 
-/// Draws the monitors' panel: each with its description, and as much of its machine as there is room for; or, of more
-/// monitors than that, names and verdicts.
+/// Draws the monitors' panel: each with its description, and as much of its machine as there is room for; if there are
+/// more monitors, only names and verdicts.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     let inner = panel::titled(canvas, area, "Monitors");
     if monitors.is_empty() {

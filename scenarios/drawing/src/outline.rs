@@ -20,8 +20,8 @@ impl Mask {
         column < self.width && row < self.height && self.cells[row * self.width + column]
     }
 
-    /// The cells that keep their distance from every cell that is not set: those whose whole square of
-    /// `2 · radius + 1` cells is set. Beyond the mask's edge everything counts as set.
+    /// The cells that keep their distance from every cell that is not set: those whose whole square of `2 · radius + 1`
+    /// cells is set. Beyond the mask's edge everything is considered set.
     pub(super) fn eroded(&self, radius: usize) -> Self {
         self.swept(radius, |window| window.iter().all(|&set| set))
     }

@@ -1,4 +1,4 @@
-//! The page: what stands where.
+//! The layout of the page.
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::frame::Frame;
@@ -13,7 +13,7 @@ const MARGIN: f64 = 32.0;
 const GAP: f64 = 12.0;
 const HEADER: f64 = 64.0;
 
-/// A size of page, in pixels. Everything is laid out anew for it; text keeps its size.
+/// A size of page, in pixels. Everything is laid out again for it; text keeps its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Page {
     /// 1600 × 900: a snapshot.
@@ -81,7 +81,7 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     canvas.finish(width, height)
 }
 
-/// What is left of a column below a panel of that height.
+/// The rest of a column below a panel of that height.
 fn below(column: Area, height: f64) -> Area {
     Area { y: column.y + height + GAP, height: column.height - height - GAP, ..column }
 }
@@ -97,7 +97,7 @@ fn upper_height(frame: &Frame, area: Area) -> f64 {
     (pleasant + spare * 0.4).min(room - monitors).max(readable.min(most)).max(pleasant.min(room * 0.25))
 }
 
-/// The heights at which a tree is not squeezed, and can still be read well, with what is around it.
+/// The heights at which a tree is not squeezed, and remains legible, with its surroundings.
 fn tree_heights(frame: &Frame, area: Area) -> (f64, f64) {
     let signs = tree_panel::signs_height(&frame.tree, area.width - 2.0 * panel::MARGIN);
     let around = panel::HEAD + signs + panel::FOOT;

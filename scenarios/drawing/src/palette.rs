@@ -8,7 +8,7 @@ pub(super) const UNCHANGED: u8 = 255;
 /// Steps between two colours where the edge of one lies on the other.
 const STEPS: u16 = 5;
 
-/// What is drawn in front of what: soft edges need the colours between.
+/// Which colours are in front of which: soft edges need the colours between them.
 const EDGES: [(&[Color], &[Color]); 4] = [
     (
         &[theme::PAPER],
@@ -31,7 +31,7 @@ const EDGES: [(&[Color], &[Color]); 4] = [
     (&[theme::IDLE_LIGHT], &[theme::MUTED]),
 ];
 
-/// At most 255 fixed colours, and which of them is closest to any other: the same for all pictures.
+/// At most 255 fixed colours, and the closest of them to any other: the same for all pictures.
 #[derive(Clone, Debug)]
 pub(super) struct Palette {
     /// The closest colour by 5 bits of red, 6 of green and 5 of blue.
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_one_colour_left_for_what_does_not_change() {
+    fn one_colour_is_left_for_what_does_not_change() {
         let palette = Palette::new();
         assert!(palette.closest.iter().all(|&index| index != UNCHANGED));
         assert_eq!(bytes().len(), 768);

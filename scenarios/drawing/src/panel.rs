@@ -9,9 +9,9 @@ use super::theme;
 pub(super) const TITLE: Font = Font::bold(16.0);
 /// Height of the line with the title, in pixels.
 pub(super) const HEAD: f64 = 46.0;
-/// Room below what is inside, in pixels.
+/// Room below the contents, in pixels.
 pub(super) const FOOT: f64 = 12.0;
-/// Margin left and right of what is inside, in pixels.
+/// Margin to the left and right of the contents, in pixels.
 pub(super) const MARGIN: f64 = 20.0;
 
 /// Draws a panel without a title.

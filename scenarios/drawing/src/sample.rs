@@ -254,7 +254,7 @@ pub(super) fn diagram(names: &[&str], active: usize, transitions: &[(usize, usiz
     }
 }
 
-/// What a location means whose name does not say it.
+/// The meaning of a location whose name is not self-explanatory.
 fn about(name: &str) -> &'static str {
     match name {
         "I" => "rests",

@@ -1,4 +1,4 @@
-//! An axis of numbers: where a value lies, which values are labelled, and the bins of a histogram along it.
+//! An axis of numbers: the position of a value, the labelled values, and the bins of a histogram along it.
 //!
 //! Times have an axis of their own, [`TimeAxis`](super::TimeAxis): their round values are not decimal.
 
@@ -30,8 +30,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis over that range, in so many bins (no fewer than one). A range without extent gets some, and one that
-    /// does not begin above zero is never logarithmic.
+    /// An axis over that range, with this many bins (at least one). A range without extent gets some, and one that does
+    /// not begin above zero is never logarithmic.
     #[must_use]
     pub fn new(range: Range<f64>, logarithmic: bool, bins: usize) -> Self {
         let Range { start: low, end: high } = range;
@@ -60,7 +60,7 @@ impl Scale {
         }
     }
 
-    /// The bin of a value; what lies beyond an end belongs to the bin there.
+    /// The bin of a value; values beyond an end belong to the bin there.
     #[must_use]
     pub fn bin(&self, value: f64) -> usize {
         ((self.share(value) * self.bins as f64).max(0.0) as usize).min(self.bins - 1)
@@ -78,7 +78,7 @@ impl Scale {
         Self { bins, ..self }
     }
 
-    /// Round values along the axis, in ascending order, at most about so many: 1, 2 and 5 times powers of ten. A
+    /// Round values along the axis, in ascending order, at most about this many: 1, 2 and 5 times powers of ten. A
     /// logarithmic axis too short for two of them is divided like any other.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<f64> {

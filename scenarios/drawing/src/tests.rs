@@ -44,7 +44,7 @@ fn texts(svg: &str) -> Vec<(String, Area)> {
 }
 
 #[test]
-fn texts_stay_on_the_page_and_apart() {
+fn texts_stay_on_the_page_and_do_not_overlap() {
     for (name, frame) in samples() {
         for page in [Page::Snapshot, Page::Animation] {
             let (width, height) = page.size_px();
@@ -76,7 +76,7 @@ fn numbers_are_finite_and_the_text_is_valid_xml() {
 }
 
 #[test]
-fn markup_in_names_is_only_text() {
+fn markup_in_names_is_displayed_as_text() {
     let mut marked = frame();
     marked.scenario = "<script>&\"'".into();
     let picture = svg(&marked);
@@ -85,7 +85,7 @@ fn markup_in_names_is_only_text() {
 }
 
 #[test]
-fn what_a_frame_says_is_in_the_picture() {
+fn everything_that_a_frame_says_is_in_the_picture() {
     let picture = svg(&frame());
     let texts: Vec<String> = texts(&picture).into_iter().map(|(text, _)| text).collect();
     let expected = [
@@ -123,7 +123,7 @@ fn monitors_that_do_not_fit_are_counted() {
     assert_eq!(shown + hidden.unwrap_or(0_usize), 9);
 }
 
-/// Of many monitors, the names and verdicts are shown; of more than have room, the violated ones are not among those
+/// Of many monitors, the names and verdicts are shown; if there are too many, the violated ones are not among those
 /// left out.
 #[test]
 fn no_violated_monitor_is_hidden() {
@@ -170,7 +170,7 @@ fn the_sample_looks_as_it_did() {
 }
 
 #[test]
-fn what_is_no_picture_is_refused() {
+fn a_file_that_is_not_a_picture_is_refused() {
     let error = Renderer::new().png("<svg").unwrap_err();
     assert_eq!(error.to_string(), "cannot read the picture");
     assert!(std::error::Error::source(&error).is_some(), "why it is no picture");

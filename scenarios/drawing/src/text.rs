@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn wrapped_lines_fit_and_no_more_than_asked_for() {
+    fn wrapped_lines_fit_and_there_are_no_more_than_requested() {
         let lines = FONT.wrap("start for the charging station at once, or else", 90.0, 3);
         assert_eq!(lines.len(), 3);
         assert!(lines.iter().all(|line| FONT.width(line) <= 90.0), "{lines:?}");
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sign_of_the_other_face_is_a_run_of_its_own() {
+    fn a_character_of_the_other_face_is_a_run_of_its_own() {
         let texts: Vec<_> = runs("fi → x\u{7}漢").into_iter().map(|run| run.text).collect();
         assert_eq!(texts, ["fi ", "→", " x", "□"]);
     }

@@ -23,11 +23,11 @@ pub const WALL: Color = "#2f3a45";
 /// The inside of furniture and of other thick things.
 pub const SOLID: Color = "#bcc5ce";
 
-/// What is well, and the planned path.
+/// Success, and the planned path.
 pub const GOOD: Color = "#1a8a4c";
 /// A light ground for [`GOOD`].
 pub const GOOD_LIGHT: Color = "#d9f2e3";
-/// What has failed, and faults.
+/// Failure, and faults.
 pub const BAD: Color = "#c0392b";
 /// A light ground for [`BAD`].
 pub const BAD_LIGHT: Color = "#fde2df";

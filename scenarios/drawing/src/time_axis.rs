@@ -1,10 +1,10 @@
-//! A time axis: where a moment lies, and which moments are labelled.
+//! A time axis: the position of a moment, and the labelled moments.
 
 use std::time::Duration;
 
 use super::geometry::Area;
 
-/// A stretch without changes is drawn shorter if it takes more than this part of what is drawn to scale …
+/// A stretch without changes is drawn shorter if it takes more than this fraction of the part drawn to scale …
 const LARGE_PART: f64 = 0.4;
 /// … and more than this, in seconds.
 const LONG_S: f64 = 60.0;
@@ -51,7 +51,7 @@ pub struct Stretch {
 pub struct Tick {
     /// Where it lies on the page, in pixels.
     pub x: f64,
-    /// What stands there: `0`, `40 s`.
+    /// Its text: `0`, `40 s`.
     pub label: String,
 }
 
@@ -180,7 +180,7 @@ fn step_s(span_s: f64, length: f64, room: f64) -> f64 {
     step.unwrap_or(5.0) * power
 }
 
-/// What stands at a time: seconds, as in scenario files, reports and on the terminal.
+/// The text of a time: seconds, as in scenario files, reports and on the terminal.
 fn label(time_s: f64) -> String {
     if time_s < 0.5 { "0".to_owned() } else { format!("{time_s:.0} s") }
 }
@@ -244,7 +244,7 @@ mod tests {
 
     /// 20 s take exactly the room asked for, give or take the last bit.
     #[test]
-    fn labels_that_just_fit_are_all_there() {
+    fn labels_that_just_fit_are_all_present() {
         let plot = Area::new(0.1, 0.0, 60.0 * 223.0 / 20.0, 1.0);
         assert_eq!(TimeAxis::to_scale(Duration::from_secs(223), plot).ticks(60.0).len(), 12);
     }

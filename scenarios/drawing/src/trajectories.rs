@@ -27,12 +27,12 @@ const TITLE: Font = Font::bold(26.0);
 const TEXT: Font = Font::regular(15.0);
 const SMALL: Font = Font::regular(13.0);
 
-/// A robot's way on a map as it was, as it was believed, and as odometry alone had it.
+/// A robot's path on a map as it was, as it was believed, and according to odometry alone.
 #[derive(Clone, Debug)]
 pub struct Trajectories<'a> {
     /// What this is of.
     pub title: String,
-    /// A sentence that says what is to be seen.
+    /// A sentence that describes the picture.
     pub caption: String,
     /// The map.
     pub map: &'a MapPicture,
@@ -140,7 +140,7 @@ impl Trajectories<'_> {
     }
 }
 
-/// The least error that the chart tells from none, in metres.
+/// The least error that the chart shows as different from zero, in metres.
 const LEAST_M: f64 = 0.001;
 
 /// One trajectory and what it looks like.
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_drawn_even_of_nothing_and_of_what_is_not_finite() {
+    fn a_picture_is_drawn_even_of_nothing_or_of_values_that_are_not_finite() {
         let map = MapPicture::new(&maps::OccupancyGrid::new(40, 20, 0.1, pose(0.0, 0.0, 0.0)));
         let line = |points: &[f64]| points.iter().map(|x| Point::new(*x, 1.0)).collect::<Vec<_>>();
         for (points, errors) in

@@ -1,4 +1,5 @@
-//! Where the nodes of a behavior tree stand: the root at the left, the leaves in one column at the right, a row each.
+//! The positions of the nodes of a behavior tree: the root at the left, the leaves in one column at the right, a row
+//! each.
 
 use super::frame::TreeNode;
 use super::geometry::{Area, Spot};
@@ -75,7 +76,7 @@ impl TreeLayout {
     }
 }
 
-/// Who is whose child, and in which row and column.
+/// The parent of each node, and its row and column.
 struct Shape {
     /// Parents that exist and come first.
     parents: Vec<Option<usize>>,
@@ -151,7 +152,7 @@ impl Columns {
             widths.iter_mut().for_each(|width| *width = width.min(LONGEST_INNER));
         }
         let inner: f64 = widths.iter().sum();
-        // A gap narrower than half a row bends links too sharply to be told apart; wider than two rows, a tree falls
+        // A gap narrower than half a row bends links too sharply to be distinguished; wider than two rows, a tree falls
         // apart.
         let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, (row * 2.0).max(38.0));
         let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
@@ -198,7 +199,7 @@ fn inner_padding(row: f64) -> f64 {
     row * 0.55
 }
 
-/// The font of what stands in inner nodes: mostly a single sign.
+/// The font of texts in inner nodes: mostly a single sign.
 pub(super) fn symbol_font(font: Font) -> Font {
     font.scaled(1.12)
 }

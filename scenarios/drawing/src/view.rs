@@ -53,7 +53,7 @@ impl View {
         length_m * self.pixels_per_m
     }
 
-    /// Where a point of the map lies on the page; `None` if it is not finite.
+    /// Where a point of the map is on the page; `None` if it is not finite.
     pub fn spot(&self, point: Point) -> Option<Spot> {
         let offset = (point - self.center) * self.pixels_per_m;
         let (x, y) = self.area.center();
@@ -67,7 +67,7 @@ impl View {
         points.iter().filter_map(move |&point| view.spot(point)).filter(move |&spot| visible.contains(spot))
     }
 
-    /// The point of the map that lies there on the page.
+    /// The point of the map at that position on the page.
     pub fn point_at(&self, spot: Spot) -> Point {
         let (x, y) = self.area.center();
         self.center + nalgebra::Vector2::new(spot.0 - x, y - spot.1) / self.pixels_per_m

@@ -6,7 +6,8 @@ pub fn is_allowed(character: char) -> bool {
     (is_space || !character.is_control()) && !matches!(character, '\u{fffe}' | '\u{ffff}')
 }
 
-/// The text on one line, with all that means something to XML written as entities; what is not allowed is dropped.
+/// The text on one line, with all characters that are special in XML written as entities; characters that are not
+/// allowed are dropped.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -29,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_is_escaped_on_one_line_and_forbidden_characters_are_dropped() {
+    fn text_is_escaped_onto_one_line_and_forbidden_characters_are_dropped() {
         assert_eq!(escape("a < b & \"c\" >\n'd'\u{0}\u{ffff}"), "a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;");
     }
 }

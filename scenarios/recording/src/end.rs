@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{MonitorState, Scene};
 
-/// What is known about a run once it has ended.
+/// Facts about a run that are known once it has ended.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct End {
     /// Why it ended.
@@ -18,12 +18,12 @@ pub struct End {
     pub trace_hash: String,
     /// The final verdict of each monitor, in the order of the [header](crate::Header::monitors).
     pub monitors: Vec<MonitorEnd>,
-    /// What went wrong in the skills' machines: each error once, in the order of first occurrence.
+    /// Errors in the skills' machines: each error once, in the order of first occurrence.
     pub skill_errors: Vec<SkillError>,
     /// How many messages each fault has damaged, in the order of the [header](crate::Header::faults); none for a fault
     /// that does not damage messages.
     pub messages_hit: Vec<Option<u64>>,
-    /// What is visible in the last step, if pictures may be taken.
+    /// The visible scene of the last step, if pictures may be taken.
     pub scene: Option<Scene>,
 }
 
@@ -42,7 +42,7 @@ pub enum Ended {
     Scheduled,
     /// Whoever ran it broke it off.
     Interrupted,
-    /// It was no run of a simulation, and its recording ends here.
+    /// It was not a run of a simulation, and its recording ends here.
     Recorded,
 }
 
@@ -85,7 +85,7 @@ pub struct MonitorEnd {
     pub open: Vec<OpenObligation>,
     /// The clauses whose antecedent never held.
     pub vacuous: Vec<Vacuity>,
-    /// What went wrong in the scripts of a monitor that is a machine, each error once.
+    /// Errors in the scripts of a monitor that is a machine, each error once.
     pub errors: Vec<String>,
     /// How often each location of the monitor's graph was entered, if the monitor counts visits.
     pub visits: Vec<u64>,
@@ -118,7 +118,7 @@ pub struct SkillError {
     pub skill: String,
     /// The state whose element in the machine's file failed; none for elements outside of states.
     pub state: Option<String>,
-    /// What went wrong, in words.
+    /// The error, in words.
     pub message: String,
     /// When it first happened.
     pub time: Duration,

@@ -15,7 +15,7 @@ pub struct LoggedRecording<F> {
 }
 
 impl<F: FnOnce(&RecordingError)> LoggedRecording<F> {
-    /// Reads a recording from its start. If it ends before its run does, so does the log, and `truncated` is told.
+    /// Reads a recording from its start. If it ends before its run does, so does the log, and `truncated` is called.
     ///
     /// # Errors
     /// [`RecordingError`].

@@ -67,7 +67,7 @@ pub struct Transition {
     pub from: usize,
     /// The index of the location that it enters.
     pub to: usize,
-    /// What triggers it, in words.
+    /// Its trigger, in words.
     pub label: String,
 }
 

@@ -37,16 +37,16 @@ pub struct Step {
     pub communications: u64,
     /// The robot, as far as it is known.
     pub robot: RobotState,
-    /// What has happened, in order.
+    /// Events, in order.
     pub happenings: Vec<Happening>,
     /// Further details of the step.
     pub details: Option<Box<Details>>,
 }
 
-/// What is known of the robot at the end of a step; nothing if there is no robot.
+/// The state of the robot at the end of a step; nothing if there is no robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotState {
-    /// What only a simulation can know.
+    /// Facts that only a simulation can know.
     pub truth: Option<Truth>,
     /// The pose estimated by localization, in the `map` frame.
     #[serde(with = "plain::pose_if_any")]
@@ -69,7 +69,7 @@ impl RobotState {
     }
 }
 
-/// What is really the case.
+/// The true state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Where the robot is, in the `map` frame.
@@ -185,13 +185,13 @@ pub struct Details {
     pub locations: Vec<(usize, String)>,
     /// The monitors that have changed their state: their index in the [header](crate::Header::monitors), and the state.
     pub monitors: Vec<(usize, MonitorState)>,
-    /// What navigation is doing; none if nothing has changed.
+    /// The status of navigation; none if nothing has changed.
     pub navigation: Option<Navigation>,
-    /// What is visible, where a picture may be taken.
+    /// The visible scene, where a picture may be taken.
     pub scene: Option<Scene>,
 }
 
-/// What navigation is doing, and why.
+/// The status of navigation, and its reason.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Navigation {
     /// Its status: `waiting_obstacle`.
@@ -218,7 +218,7 @@ impl Navigation {
     }
 }
 
-/// What is visible at one moment of a run.
+/// The visible scene at one moment of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// The last scan of each working laser.
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_words_contain_the_reason_and_the_behaviour() {
+    fn the_words_contain_the_reason_and_the_behavior() {
         let mut navigation = Navigation { status: "preparing_before_move".to_owned(), reason: None, recovery: None };
         assert_eq!(navigation.words(), "preparing before move");
         navigation.status = "failing".to_owned();

@@ -1,8 +1,8 @@
-//! What a recording costs: `cargo bench -p reports [-- ROUNDS]`.
+//! The cost of a recording: `cargo bench -p reports [-- ROUNDS]`.
 //!
-//! Each round runs `nominal` bare, then told in full to nobody, then recorded, also in MCAP, goes through the
-//! recording, and makes the report of it. What follows at once suffers alike from whatever else the computer does: so
-//! times are compared within a round, and medians are those of the rounds' shares.
+//! Each round runs `nominal` bare, then with full details that nobody uses, then recorded, also in MCAP, reads the
+//! recording, and makes its report. Consecutive measurements suffer equally from other load on the computer: so times
+//! are compared within a round, and medians are those of the rounds' ratios.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -35,7 +35,7 @@ fn main() {
     let folder = tempfile::tempdir().expect("there is room for a recording");
     let path = folder.path().join("nominal.rec");
 
-    // What runs share is made by the first.
+    // Data shared by the runs is made by the first.
     run(&scenario, Detail::Verdicts, Some(&path));
     let simulated = go_through(&path).time();
     let bytes = fs::metadata(&path).expect("the recording was written").len();

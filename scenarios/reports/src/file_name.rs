@@ -1,8 +1,7 @@
 //! Names of files.
 
-/// A name of the user's as the name of a file: as it is, if every system takes it and it cannot lead out of a folder.
-/// What else there is in it is left out, very long names are cut, and both are then told apart by a hash of the whole
-/// name.
+/// A user's name as the name of a file: unchanged if every system accepts it and it cannot lead out of a folder. Other
+/// characters are left out, very long names are cut, and both are then distinguished by a hash of the whole name.
 #[must_use]
 pub fn file_name(name: &str) -> String {
     /// Longer names are cut.
@@ -37,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_becomes_the_name_of_a_file_that_no_other_has() {
+    fn a_name_becomes_a_unique_file_name() {
         for plain in ["phi1", "arrival-RechargingStation", "my run.v2", "über", "充电站", "console", "a-b"] {
             assert_eq!(file_name(plain), plain);
         }

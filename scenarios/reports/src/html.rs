@@ -1,11 +1,11 @@
-//! The report as a page: `report.html`, one self-contained file that tells a stranger what happened in a run.
+//! The report as a page: `report.html`, one self-contained file that explains to a stranger what happened in a run.
 //!
 //! It needs no network and no script, has a light and a dark set of colours, and can be read on a phone and on paper:
 //! every chart is drawn twice, for wide and for narrow surroundings. The same run gives the same bytes; how long the
 //! computer took is not on it.
 //!
-//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page each text is
-//! told how long to be, so that nothing overlaps with whatever fonts a reader has.
+//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page the length of
+//! each text is prescribed, so that nothing overlaps with whatever fonts a reader has.
 
 mod activities;
 mod chart;
@@ -48,7 +48,7 @@ pub use markup::{row, section, table, text};
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
 
-/// A page is to be one that a phone opens at once: pictures beyond this size are linked, not shown.
+/// A phone should open a page at once: pictures beyond this size are linked, not shown.
 const MOST_BYTES: usize = 780_000;
 
 const STYLE: &str = include_str!("html/style.css");

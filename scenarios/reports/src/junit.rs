@@ -1,9 +1,8 @@
 //! The results of runs as JUnit XML, for continuous integration.
 //!
-//! Each run is a suite with one test case per property and expectation. A property that the scenario expects something
-//! of passes if that is what came of it; any other one fails if it is violated, and counts as skipped if it was left
-//! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the
-//! same run gives the same bytes.
+//! Each run is a suite with one test case per property and expectation. A property with an expectation passes if it met
+//! it; any other one fails if it is violated, and is skipped if it was left open. So all cases pass exactly when the
+//! run was as expected and nothing else was violated. No times are in it: the same run gives the same bytes.
 
 use std::fmt;
 use std::path::Path;
@@ -121,7 +120,7 @@ impl Suite {
 /// A test case.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is about: `properties`, `expectations`, `proofs`.
+    /// The subject: `properties`, `expectations`, `proofs`.
     pub group: &'static str,
     /// Its name.
     pub name: String,
@@ -129,7 +128,7 @@ pub struct Case {
     pub result: CaseResult,
 }
 
-/// What came of a test case.
+/// The result of a test case.
 #[derive(Clone, Debug)]
 pub enum CaseResult {
     /// What was expected.
@@ -185,7 +184,7 @@ fn of_expectation(expectation: &ExpectationReport) -> Case {
     Case { group: "expectations", name: expectation.expected.clone(), result }
 }
 
-/// When and why, for whoever reads the log of a build.
+/// When and why, for readers of a build log.
 fn details(monitor: &MonitorReport) -> String {
     let mut details = format!("{}\nmonitor in state {}", monitor.property, monitor.state);
     if let (Some(tick), Some(time_s)) = (monitor.tick, monitor.time_s) {

@@ -1,4 +1,4 @@
-//! What is made of a run's records: pictures at the named moments, an animation, the report and its page.
+//! Outputs made from a run's records: pictures at the named moments, an animation, the report and its page.
 
 use std::cell::LazyCell;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::report::{Report, SnapshotReport};
 use crate::timeline::Timeline;
 use crate::{Error, html, reporting};
 
-/// What a run is to be shown by.
+/// The outputs that show a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     /// The folder for the report and the pictures; nothing is written without one.
@@ -45,7 +45,7 @@ pub struct Presentation {
     began: Instant,
     staging: Option<Staging>,
     pictures: RunPictures,
-    /// None where there is no page to make.
+    /// None if no page is made.
     timeline: Option<Timeline>,
     charts: bool,
 }

@@ -1,4 +1,4 @@
-//! What is written down of a run: `report.json`.
+//! The report of a run: `report.json`.
 
 use monitors::Outcome;
 use serde::Serialize;
@@ -15,7 +15,7 @@ pub struct Report {
     pub version: String,
     /// Whether the run was what the scenario's `[expect]` says.
     pub outcome: OutcomeReport,
-    /// What differs from `[expect]`, in words; empty when nothing does.
+    /// Differences from `[expect]`, in words; empty when there are none.
     pub differences: Vec<String>,
     /// Everything that `[expect]` says, and whether it was so; empty for a run that was interrupted.
     pub expectations: Vec<ExpectationReport>,
@@ -39,12 +39,11 @@ pub struct Report {
     pub faults: Vec<FaultReport>,
     /// The faults that were due and could not be done, in order.
     pub undone_faults: Vec<UndoneFaultReport>,
-    /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
+    /// Errors in nodes of the tree, each once, in the order of its first occurrence.
     pub tree_errors: Vec<TreeErrorReport>,
-    /// What went wrong in the machines and programs of skills and components, each thing once, in the order of its
-    /// first time.
+    /// Errors in the machines and programs of skills and components, each once, in the order of its first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,
-    /// What speakers said, in order.
+    /// The texts that speakers said, in order.
     pub said: Vec<SaidReport>,
     /// The battery's charge; null without a battery.
     pub battery: Option<BatteryReport>,
@@ -79,7 +78,7 @@ pub struct ExpectationReport {
     pub difference: Option<String>,
 }
 
-/// What a monitor says at the end of a run.
+/// A monitor's result at the end of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct MonitorReport {
     /// The property's name.
@@ -96,11 +95,11 @@ pub struct MonitorReport {
     pub time_s: Option<f64>,
     /// Why the property was violated: the communication at which it was, and the messages that led to it.
     pub witness: Option<serde_json::Value>,
-    /// What was still pending when the run ended, in words.
+    /// Obligations still pending when the run ended, in words.
     pub open: Vec<String>,
     /// The clauses that were vacuously satisfied: their condition never occurred.
     pub vacuous: Vec<String>,
-    /// What went wrong in the scripts of a monitor that is a machine, each thing once.
+    /// Errors in the scripts of a monitor that is a machine, each once.
     pub errors: Vec<String>,
 }
 
@@ -126,7 +125,7 @@ pub struct FaultReport {
     pub tick: Option<u64>,
     /// When it let go, in seconds; null if it held to the end or happened at one instant.
     pub until_s: Option<f64>,
-    /// What it did, in words.
+    /// Its effect, in words.
     pub effect: String,
     /// The values of its parameters, angles in degrees.
     pub arguments: serde_json::Map<String, serde_json::Value>,
@@ -141,7 +140,7 @@ pub struct UndoneFaultReport {
     pub kind: String,
     /// When it was due, in seconds.
     pub time_s: f64,
-    /// What it was to do, in words.
+    /// Its intended effect, in words.
     pub effect: String,
     /// Why it could not be done, in words.
     pub reason: String,
@@ -154,7 +153,7 @@ pub struct TreeErrorReport {
     pub node: usize,
     /// Its name.
     pub label: String,
-    /// What went wrong, in words.
+    /// The error, in words.
     pub message: String,
     /// The tick in which it did so for the first time.
     pub tick: u64,
@@ -173,7 +172,7 @@ pub struct SkillErrorReport {
     /// The state in which the machine's file has what failed, or in which the program said that it is; null for what
     /// stands outside of states.
     pub state: Option<String>,
-    /// What went wrong, in words.
+    /// The error, in words.
     pub message: String,
     /// When it did for the first time, in seconds.
     pub time_s: f64,
@@ -187,7 +186,7 @@ impl SkillErrorReport {
         self.state.as_ref().map_or_else(|| self.skill.clone(), |state| format!("{}, state {state}", self.skill))
     }
 
-    /// What went wrong, and how often if more than once.
+    /// The error, and how often it occurred if more than once.
     pub fn words(&self) -> String {
         match self.times {
             1 => self.message.clone(),

@@ -1,4 +1,4 @@
-//! From a run that has ended to its report.
+//! Turns a run that has ended into its report.
 
 use std::time::Duration;
 
@@ -62,7 +62,7 @@ fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
 }
 
-/// What the scenario expects of the run, and where it is not so.
+/// The scenario's expectations of the run, and where they are not met.
 fn expectations(view: &RunView) -> Vec<ExpectationReport> {
     let expect = &view.header().expected;
     let mut expectations = Vec::new();

@@ -2,8 +2,8 @@
 //!
 //! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (nodes of ROS, and
 //! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything
-//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors
-//! of its properties. A scenario runs them.
+//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors of
+//! its properties. A scenario runs them.
 //!
 //! # From RoAML to channels
 //! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of
@@ -24,7 +24,8 @@
 //!
 //! # Properties
 //! The value of a JANI property is the probability of a formula `F`, `G`, `U` or `W` about conditions on the latest
-//! messages, so in one run the formula is true or false. At the end of a run, what has not been reached is false.
+//! messages, so in one run the formula is true or false. At the end of a run, anything that has not been reached is
+//! false.
 
 mod instance;
 mod machine;

@@ -37,7 +37,7 @@ pub struct Machine {
     pub(crate) interfaces: Vec<Interface>,
     /// The ports that it declares, with their kinds.
     pub(crate) ports: BTreeMap<String, (PortDirection, Kind)>,
-    /// What it sends, by event.
+    /// Its outgoing messages, by event.
     pub(crate) sends: BTreeMap<String, Sent>,
     /// The threads of its action servers.
     pub(crate) threads: Vec<Thread>,
@@ -63,7 +63,7 @@ impl Machine {
         &self.scxml
     }
 
-    /// Reads a machine that can take the place of this one.
+    /// Reads a machine that can replace this one.
     ///
     /// # Errors
     /// As for [`load`](Self::load).

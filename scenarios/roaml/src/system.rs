@@ -1,4 +1,4 @@
-//! From a model to the processes and channels of a system.
+//! Turns a model into the processes and channels of a system.
 
 mod adapter;
 mod clock;
@@ -183,7 +183,7 @@ impl<'m> Wiring<'m> {
         Ok(())
     }
 
-    /// What stands between a part's machine and its channels.
+    /// The adapter between a part's machine and its channels.
     fn wiring(&self, index: usize, topology: &Topology, recorded: &[&str]) -> adapter::Wiring {
         let (id, part) = (self.ids[index], &self.parts[index]);
         let outgoing = outgoing(topology, id);

@@ -1,4 +1,4 @@
-//! What is wrong with a model is said at its place.
+//! Problems of a model are reported with their locations.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +16,7 @@ fn problems(content: &str) -> Vec<String> {
 }
 
 #[test]
-fn problems_are_at_their_places_in_what_was_written() {
+fn problems_are_located_in_the_original_text() {
     let said = problems(
         "<ros_topic_subscriber topic=\"level\" type=\"std_msgs/Int32\"/>
 <state id=\"a\">
@@ -36,7 +36,7 @@ fn problems_are_at_their_places_in_what_was_written() {
 }
 
 #[test]
-fn problems_of_the_translation_are_at_their_places_too() {
+fn problems_of_the_translation_are_located_there_too() {
     let said = problems(
         "<ros_topic_subscriber topic=\"level\" type=\"std_msgs/Int32\"/>
 <datamodel><data id=\"low\" type=\"bool\" expr=\"false\"/></datamodel>

@@ -33,7 +33,7 @@ fn every_kind_has_a_scenario_that_shows_it() {
 }
 
 #[test]
-fn the_list_of_the_kinds_covers_every_place() {
+fn the_list_of_the_kinds_covers_every_file() {
     let places: BTreeSet<_> = KINDS.iter().map(|kind| kind.place).collect();
     assert_eq!(places.len(), 8);
     assert!(KINDS.is_sorted_by_key(|kind| kind.place), "the kinds stand by place");

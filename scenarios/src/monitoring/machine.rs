@@ -99,8 +99,8 @@ impl MachineMonitor {
         self.machine.chart()
     }
 
-    /// What the machine learns from messages on such channels: the numbers with which the conditions of its events
-    /// compare their fields, and the members of `_event.data` that hold a field.
+    /// The knowledge that the machine gains from messages on such channels: the numbers with which the conditions of
+    /// its events compare their fields, and the members of `_event.data` that hold a field.
     pub(crate) fn learns(&self, of: impl Fn(ChannelId) -> bool) -> (Vec<f64>, Vec<&str>) {
         let (mut numbers, mut members) = (Vec::new(), Vec::new());
         for rule in self.rules.iter().filter(|rule| of(rule.channel)) {
@@ -135,7 +135,7 @@ impl MachineMonitor {
         self.machine.configuration().any(|state| states.contains(&state))
     }
 
-    /// What determines how it continues; `None` if the property is violated for good.
+    /// The state that determines how it continues; `None` if the property is violated for good.
     fn situation(&self) -> Option<&Machine> {
         (!self.violated).then_some(&self.machine)
     }
@@ -205,7 +205,7 @@ impl Monitor for MachineMonitor {
             });
         }
         self.errors.clear();
-        // There is no time and no request in it.
+        // It contains no time and no request.
         self.machine.normalize(&NormalForm::new(&Topology::default(), Duration::ZERO, &|_, number| number))
     }
 

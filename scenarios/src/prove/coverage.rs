@@ -1,4 +1,4 @@
-//! What is never reached: nodes of the tree, states and transitions of machines.
+//! Everything that is never reached: nodes of the tree, states and transitions of machines.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,15 +14,15 @@ use super::faults::inside;
 /// Something that happens in no run.
 #[derive(Clone, Debug)]
 pub struct Unreached {
-    /// What kind of thing it is about.
+    /// Its kind.
     pub kind: Unreachable,
-    /// What never happens: `GoToDestination never fails`.
+    /// The event that never happens: `GoToDestination never fails`.
     pub words: String,
     /// Where the node, the state or the transition is written.
     pub place: Span,
 }
 
-/// What may never be reached.
+/// Items that may never be reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unreachable {
     /// A node of the tree, or an answer of it.
@@ -54,7 +54,7 @@ pub(super) struct Coverage {
     seen: Mutex<Seen>,
 }
 
-/// What has happened; nodes, states and transitions by their indices.
+/// Past events; nodes, states and transitions by their indices.
 #[derive(Debug, Default)]
 struct Seen {
     outcomes: BTreeSet<(usize, &'static str)>,
@@ -73,8 +73,8 @@ impl Coverage {
         Self { tree: tree.cloned(), machines, seen: Mutex::default() }
     }
 
-    /// What has never happened, in the order of tree and machines: nodes below one that is never ticked, and what is
-    /// inside a state that is never entered, are left out.
+    /// Events that have never happened, in the order of tree and machines: nodes below one that is never ticked, and
+    /// states inside a state that is never entered, are left out.
     pub(super) fn unreached(&self) -> Vec<Unreached> {
         let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let mut unreached: Vec<Unreached> = self.tree.iter().flat_map(|tree| of_tree(tree, &seen)).collect();

@@ -28,21 +28,21 @@ pub(crate) type Class = usize;
 pub(crate) struct Levels {
     /// The points, from 0 to [`FULL`].
     points: Vec<Micros>,
-    /// How far inside its class a level may be that stands for it, at most, in percent.
+    /// How far inside its class a representative level may be, at most, in percent.
     inside_pct: f64,
 }
 
 /// How the level changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rates {
-    /// What it loses at most.
+    /// Its loss at most.
     pub(crate) drain: Micros,
-    /// What it gains at least while it is charged.
+    /// Its gain at least while it is charged.
     pub(crate) charge: Micros,
 }
 
 impl Levels {
-    /// The classes that these thresholds tell apart, and these other points. `None` if there would be too many.
+    /// The classes that these thresholds distinguish, and these other points. `None` if there would be too many.
     ///
     /// Where the level changes slowly, there are rungs between the thresholds: below each one (and above, if it is
     /// charged), so that a level gets from one to the next after as many ticks as in reality.
@@ -60,7 +60,7 @@ impl Levels {
         for pair in ends.windows(2) {
             let (low, high) = (pair[0], pair[1]);
             let Some(Rates { drain, charge }) = rates.filter(|_| high <= highest) else { continue };
-            // Nothing is told apart below the lowest threshold.
+            // Nothing is distinguished below the lowest threshold.
             let drain = if low >= lowest { drain } else { 0 };
             let is_much = |step: Micros| step > 0 && (high - low) / step > MOST as Micros;
             if is_much(drain) || is_much(charge) {
@@ -81,8 +81,8 @@ impl Levels {
     /// The same classes, divided until a class is reached from all levels of another or from none of them. `None` if
     /// there would be too many.
     ///
-    /// With each point, there are those that are lower by the drain, and higher by the charge, again and again. So what
-    /// the level may become in a tick has its ends in the same classes, whichever level of a class it is now.
+    /// For each point, there are those that are lower by the drain, and higher by the charge, repeatedly. So what the
+    /// level may become in a tick has its ends in the same classes, whichever level of a class it is now.
     pub(crate) fn refined(&self, Rates { drain, charge }: Rates) -> Option<Self> {
         let mut all: BTreeSet<Micros> = self.points.iter().copied().collect();
         let mut new = self.points.clone();
@@ -114,7 +114,7 @@ impl Levels {
         (self.points[class / 2], self.points[class.div_ceil(2)])
     }
 
-    /// A level that stands for the class, in percent: the point, the middle, or one that is near the thresholds.
+    /// A level that represents the class, in percent: the point, the middle, or one that is near the thresholds.
     pub(crate) fn level_pct(&self, class: Class) -> f64 {
         let (low, high) = self.ends(class);
         let [low_pct, high_pct] = [low, high].map(|level| level as f64 / 1e6);

@@ -1,4 +1,4 @@
-//! What can be proved, and what a proof knows of the robot's places.
+//! The scenarios that can be proved, and what a proof knows about the robot's places.
 
 use std::collections::BTreeSet;
 
@@ -58,7 +58,7 @@ fn is_of_the_world(kind: DeviceKind) -> bool {
     }
 }
 
-/// Checks that what is assumed is about something, and does not contradict anything.
+/// Checks that assumptions apply to something, and do not contradict each other.
 pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints) {
     let prove = &scenario.file.prove;
     let is_builtin = |name: &str| scenario.premises.is_some() && !scenario.components.contains_key(name);

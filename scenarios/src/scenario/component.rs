@@ -24,7 +24,7 @@ use crate::processes::{BUILTIN, TICK_GENERATOR};
 /// A component from files, ready to be run.
 #[derive(Clone, Debug)]
 pub struct Component {
-    /// What it can be asked, publishes, and does over time.
+    /// Its services, topics and actions.
     pub interface: Interface,
     /// What it runs.
     pub runs: Runs,
@@ -39,7 +39,7 @@ pub enum Runs {
     Program {
         /// The program.
         program: Arc<Program>,
-        /// What it is told when it starts.
+        /// The data that it receives when it starts.
         data: Datum,
         /// The components that it asks, and whose topics it reads.
         asks: Vec<String>,
@@ -132,7 +132,7 @@ impl FileReader<'_> {
         let data = Datum::object(data.iter().map(|(id, value)| (id.value.as_str(), value.clone())));
         Some(Runs::Program {
             program: self.complaints.note(placed)?.into(),
-            // The values are numbers, texts and truth values, as many as the file has room for.
+            // The values are numbers, strings and Booleans, as many as the file has room for.
             data: data.unwrap_or_default(),
             asks: asks.iter().map(|name| name.value.clone()).collect(),
         })

@@ -35,7 +35,7 @@ impl ComponentEntry {
     }
 }
 
-/// What the entry of a component says that it runs.
+/// The form that the entry of a component selects.
 #[derive(Clone, Debug)]
 pub enum RunsEntry {
     /// The machine in this file.
@@ -72,7 +72,7 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
     entries
 }
 
-/// What a component may be: the key that says so, the kind of a device, what it is called, and its keys.
+/// The forms of a component: the key that selects each, the kind of a device, its name, and its keys.
 pub(super) type Form = (&'static str, Option<DeviceKind>, &'static str, &'static [&'static str]);
 
 /// All that a component may be.

@@ -25,7 +25,7 @@ use crate::files::{Files, named};
 /// A scenario file, read and checked as far as possible without the files that it names.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {
-    /// What the scenario shows, on one line.
+    /// The subject of the scenario, on one line.
     pub about: String,
     /// The default of the root seed.
     pub seed: u64,
@@ -33,7 +33,7 @@ pub struct ScenarioFile {
     pub folder: Option<Spanned<PathBuf>>,
     /// The map and the robot on it; without one, tree, skills and components run alone.
     pub premises: Option<PremisesEntry>,
-    /// The model that runs in place of tree, skills and components.
+    /// The model that replaces tree, skills and components.
     pub model: Option<ModelEntry>,
     /// The file with the behavior tree; the model's, if there is one.
     pub tree: Spanned<PathBuf>,
@@ -61,7 +61,7 @@ pub struct ScenarioFile {
     pub snapshots: Snapshots,
     /// The expected results of the run.
     pub expect: Expectations,
-    /// What a proof assumes and asks.
+    /// The assumptions and questions of a proof.
     pub prove: ProveEntry,
 }
 
@@ -113,8 +113,8 @@ pub struct Execution {
     pub leaf_timeout: Duration,
     /// The run ends at this time at the latest.
     pub max_time: Duration,
-    /// The maximum number of transitions of the system in one step of the simulation; beyond it, the system counts as
-    /// never quiet.
+    /// The maximum number of transitions of the system in one step of the simulation; beyond it, the system is
+    /// considered never quiet.
     pub step_budget: u64,
     /// The maximum number of communications in a run.
     pub run_budget: u64,
@@ -205,7 +205,7 @@ fn document<'a>(
 }
 
 impl ScenarioFile {
-    /// Whether an expectation applies to this property. What a file sets for its own properties does not apply if a
+    /// Whether an expectation applies to this property. A file's settings for its own properties do not apply if a
     /// scenario based on it names other property files: the properties may be gone.
     pub(crate) fn means(&self, property: &Spanned<String>) -> bool {
         // The distance of a setting: from the command line, the scenario itself, its base, the base of that.

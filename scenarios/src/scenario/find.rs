@@ -1,4 +1,4 @@
-//! From a command-line argument to a scenario's text.
+//! Turns a command-line argument into a scenario's text.
 
 use std::path::{Path, PathBuf};
 
@@ -65,7 +65,7 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
     Ok(Found { name: name.into_owned(), path: argument.clone(), argument, text, files: Files::beside(folder) })
 }
 
-/// Whether a file is the main file of a RoAML model, which is a scenario as it is.
+/// Whether a file is the main file of a RoAML model, which can be used directly as a scenario.
 #[must_use]
 pub fn is_model(path: &Path) -> bool {
     diagnostics::text_from_disk(path).is_ok_and(|text| is_model_with(path, &text))
@@ -75,7 +75,7 @@ fn is_model_with(path: &Path, text: &str) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) && roaml::is_model(text)
 }
 
-/// The scenario that runs a RoAML model as it is.
+/// The scenario that runs a RoAML model directly.
 fn of_model(path: &Path) -> Found {
     let argument = path.display().to_string();
     let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();

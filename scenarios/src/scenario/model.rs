@@ -1,4 +1,4 @@
-//! The RoAML model of a scenario, which takes the place of tree, skills and components.
+//! The RoAML model of a scenario, which replaces tree, skills and components.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What a scenario's file says about a RoAML model.
+//! A scenario file's settings of a RoAML model.
 
 use std::path::PathBuf;
 

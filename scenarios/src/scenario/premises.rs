@@ -131,7 +131,7 @@ fn read_sites(table: Table<'_>) -> Option<Sites> {
     Some(Sites { start: start?, station, destination })
 }
 
-/// The map on which a scenario's robot drives, with its places and what is computed from it.
+/// The map on which a scenario's robot drives, with its places and everything computed from it.
 #[derive(Clone, Debug)]
 pub struct Premises {
     /// The contents of the scenario's file.

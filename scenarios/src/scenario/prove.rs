@@ -1,4 +1,4 @@
-//! What a proof assumes and asks: the `[prove]` of a scenario file.
+//! The assumptions and questions of a proof: the `[prove]` of a scenario file.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -13,12 +13,12 @@ use crate::error::{Complaints, Error};
 use crate::files::named;
 use crate::names::unknown;
 
-/// What a proof assumes of everything around tree, skills and components, and what it is about.
+/// A proof's assumptions about everything around tree, skills and components, and its subject.
 #[derive(Clone, Debug)]
 pub struct ProveEntry {
     /// The properties to be proved; all if empty. [`PROGRESS`] is always among them.
     pub properties: Vec<Spanned<String>>,
-    /// What should come of them; `Proved` where nothing is said.
+    /// Their expected results; `Proved` where nothing is said.
     pub expect: Vec<(Spanned<String>, ProofOutcome)>,
     /// How much memory the proof of a property may take, in bytes.
     pub memory_bytes: u64,
@@ -28,25 +28,25 @@ pub struct ProveEntry {
     pub battery: BatteryAssumption,
     /// The trips of Navigation.
     pub trips: TripAssumption,
-    /// What may happen to messages.
+    /// The disturbances of messages.
     pub messages: MessageAssumption,
     /// The faults that may occur.
     pub faults: FaultAssumption,
     /// Whether drivers may act while processes communicate, and not only between steps.
     pub drivers_anywhere: bool,
-    /// Machines in place of components, by the name of the component.
+    /// Machines that replace components, by the name of the component.
     pub components: Vec<StandIn>,
 }
 
 /// The property of every scenario that there is no deadlock and no livelock, and that no messages pile up.
 pub const PROGRESS: &str = "progress";
 /// The property that every node of the tree is ticked, succeeds and fails in some run, and that every state and
-/// transition of every machine is reached. It is to be proved only if `[prove]` names it.
+/// transition of every machine is reached. It is proved only if `[prove]` names it.
 pub const ALL_REACHED: &str = "all_reached";
 /// The properties that no file describes.
 pub(crate) const GENERAL: [&str; 2] = [PROGRESS, ALL_REACHED];
 
-/// What comes of a property.
+/// The result of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProofOutcome {
     /// It holds in every run.
@@ -69,7 +69,7 @@ impl ProofOutcome {
     }
 }
 
-/// What the level of the battery may do.
+/// The possible changes of the battery's level.
 #[derive(Clone, Debug)]
 pub enum BatteryAssumption {
     /// It may jump to anything at any time.
@@ -83,7 +83,7 @@ pub enum BatteryAssumption {
 pub struct Drained {
     /// It falls by this much per tick at most, in percent.
     pub drain_pct: f64,
-    /// Where the table that says so stands.
+    /// The position of the table that sets it.
     pub place: Span,
     /// It rises by this much at least in a tick in which it is charged throughout, in percent.
     pub charge_pct: f64,
@@ -91,7 +91,7 @@ pub struct Drained {
     pub start_pct: Option<RangeInclusive<f64>>,
 }
 
-/// What the trips of Navigation may do.
+/// The possible trips of Navigation.
 #[derive(Clone, Debug)]
 pub struct TripAssumption {
     /// A trip ends before this number of ticks have come; it may take any time if not given.
@@ -111,7 +111,7 @@ pub enum Passes {
     These(Vec<Spanned<String>>),
 }
 
-/// What may happen to messages in a run.
+/// The disturbances of messages in a run.
 #[derive(Clone, Debug, Default)]
 pub struct MessageAssumption {
     /// How many may be lost.
@@ -138,9 +138,9 @@ pub struct FaultAssumption {
 /// A kind of fault of the catalogue that can be part of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AllowedFault {
-    /// A component crashes, and may begin anew.
+    /// A component crashes, and may restart.
     Crash,
-    /// A component hangs, and may go on.
+    /// A component hangs, and may continue.
     Frozen,
     /// A component reports the opposite.
     WrongReply,
@@ -164,7 +164,7 @@ impl AllowedFault {
     }
 }
 
-/// A machine that a proof uses in place of a component.
+/// A machine that replaces a component in a proof.
 #[derive(Clone, Debug)]
 pub struct StandIn {
     /// The component.
@@ -212,7 +212,7 @@ impl ProveEntry {
         let drivers = table.one_of("drivers", &[("between-steps", false), ("anywhere", true)]).or(false);
         let components = table.table("components").optional().map_or_else(Vec::new, read_stand_ins);
         let expect = table.table("expect").optional().map_or_else(Vec::new, read_expect);
-        // What a base expects does not matter where its properties are not asked for.
+        // The expectations of a base do not matter where its properties are not used.
         let is_asked = |name: &Spanned<String>| {
             let here: Vec<_> =
                 properties.iter().filter(|asked| asked.span.source().name() == name.span.source().name()).collect();
@@ -239,7 +239,7 @@ impl ProveEntry {
         })
     }
 
-    /// Puts machines in place of components.
+    /// Replaces components by machines.
     pub(super) fn put_stand_ins(&self, components: &mut [ComponentEntry]) -> Result<(), Error> {
         let mut complaints = Complaints::default();
         for StandIn { component, machine } in &self.components {

@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_follows_has_no_route_and_needs_room() {
+    fn a_follower_has_no_route_and_needs_room() {
         let ann = "[[people]]\nname = \"Ann\"\nfollows = true\nat = ";
         let follows = "\ndistance_m = 1.5\nmeets_within_m = 3\nspeed_mps = 1\nstands_s = [[60, 90], [120]]";
         assert_eq!(problems(&format!("{ann}[-3.0, 6.4]{follows}")), "");

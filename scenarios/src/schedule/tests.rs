@@ -1,4 +1,4 @@
-//! Schedules are read as they were written.
+//! A schedule that was written can be read back.
 
 use super::*;
 

@@ -32,7 +32,7 @@ impl Default for Follow {
 }
 
 impl Follow {
-    /// Whether they stand still at a time.
+    /// Whether they stand still at the given time.
     pub(crate) fn stands_at(&self, now: Duration) -> bool {
         self.stands.iter().any(|(from, to)| *from <= now && now < *to)
     }

@@ -13,7 +13,7 @@ pub struct Walk {
     pub waypoints: Vec<Point>,
     /// Undisturbed speed, in m/s.
     pub speed_mps: f64,
-    /// What happens at the last waypoint.
+    /// The behavior at the last waypoint.
     pub end: RouteEnd,
     /// When they start, since the beginning of the run.
     pub sets_out: Duration,
@@ -55,7 +55,7 @@ impl Default for Manners {
     }
 }
 
-/// What an obstacle does at the last waypoint of its route.
+/// The behavior of an obstacle at the last waypoint of its route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum RouteEnd {
     /// It stops.

@@ -80,7 +80,7 @@ pub(super) struct WayOut(Point);
 
 impl WayOut {
     /// The nearest place with a straight, free path that does not come nearer to the robot than the person is or than
-    /// it needs, and from which the robot's path ahead is free. Of several equally near ones, the one with the most
+    /// it needs, and from which the robot's path ahead is free. Of several equally near places, the one with the most
     /// room for the robot.
     pub(super) fn find(meeting: &Meeting, floor: &Floor<'_>) -> Option<Self> {
         let from = meeting.at.translation.vector;

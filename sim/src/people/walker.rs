@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn polite_people_stop_before_the_robot_and_turn_back_when_patience_runs_out() {
+    fn polite_people_stop_in_front_of_the_robot_and_turn_back_when_patience_runs_out() {
         let places = places(walk_along_x(Some(Manners::default())), Point::new(2.0, 0.1), 30);
         let nearest = places.iter().copied().fold(0.0, f64::max);
         assert!(nearest <= 2.0 - 0.55 - 0.3 + 0.05 && nearest > 1.0, "{places:?}");

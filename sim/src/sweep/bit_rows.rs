@@ -1,7 +1,7 @@
 //! Occupied cells as bits, and queries for ranges of a row.
 
 /// The occupied cells of a grid, one bit per cell, row after row, with a second level that combines eight rows: it
-/// tells which columns are occupied in any of them.
+/// shows which columns are occupied in any of them.
 ///
 /// Rows and columns are those of the bitmap: for fans along x, the grid's columns are its rows.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! What devices do in the world and measure there: doors on command, boxes that are carried, lines of sight.
+//! The actions and measurements of devices in the world: doors on command, boxes that are carried, lines of sight.
 
 use std::time::Duration;
 

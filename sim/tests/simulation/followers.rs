@@ -30,7 +30,7 @@ fn body(name: &str, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Obstacl
     ObstacleConfig { name: name.to_owned(), shape, pose, motion }
 }
 
-/// A door across the way along x, open unless it is told otherwise.
+/// A door across the way along x, open unless it is commanded otherwise.
 fn door(x_m: f64) -> ObstacleConfig {
     let door = Door { opening: Opening::Slide, moving: Duration::from_secs(1), closed: Vec::new(), every: None };
     body("door", Shape::Box { length_m: 2.0, width_m: 0.06 }, pose(x_m, 3.0, FRAC_PI_2), ObstacleMotion::Door(door))
@@ -60,7 +60,7 @@ fn turn_to(sim: &mut Simulation, heading_rad: f64) {
 }
 
 #[test]
-fn somebody_stands_until_the_robot_comes_near_and_then_keeps_a_distance() {
+fn a_person_stands_until_the_robot_comes_near_and_then_keeps_a_distance() {
     let at = Point::new(4.0, 4.2);
     let mut sim = among(vec![ann(at, &[])], pose(1.0, 3.0, 0.0));
     while apart_m(&sim) > 2.0 {
@@ -86,7 +86,7 @@ fn nobody_meets_a_robot_behind_a_closed_door() {
 }
 
 #[test]
-fn somebody_who_stands_for_a_while_finds_the_robot_by_its_trail() {
+fn a_follower_who_stands_still_for_a_while_finds_the_robot_by_its_trail() {
     let table = pose(2.5, 4.6, 0.0);
     let shape = Shape::Box { length_m: 1.5, width_m: 1.5 };
     let at = Point::new(1.0, 4.6);
@@ -140,7 +140,7 @@ fn a_follower_lets_the_robot_pass_and_follows_it_again() {
 }
 
 #[test]
-fn somebody_who_loses_the_robot_waits_until_it_comes_near_again() {
+fn a_follower_who_loses_the_robot_waits_until_it_comes_near_again() {
     let mut sim = among(vec![ann(Point::new(1.0, 3.0), &[])], pose(2.0, 3.0, 0.0));
     drive(&mut sim, 0.4, 0.0, 100);
     let lost = place_of_ann(&sim);

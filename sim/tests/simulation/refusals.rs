@@ -53,7 +53,7 @@ fn a_start_inside_an_obstacle_is_refused() {
 }
 
 #[test]
-fn bad_settings_are_all_reported_at_once() {
+fn invalid_settings_are_all_reported_at_once() {
     let mut config = SimConfig { dt: std::time::Duration::ZERO, ..SimConfig::default() };
     config.model.radius_m = -0.3;
     let error = refusal(&config, &room(8.0, 6.0), pose(4.0, 3.0, 0.0), pose(1.0, 1.0, 0.0));

@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the descriptors of a chart can distinguish of an event's name: its longest initial sequence of tokens that any
-/// of them mentions. Events of the same class match the same transitions.
+/// The part of an event's name that the descriptors of a chart can distinguish: its longest initial sequence of tokens
+/// that any of them mentions. Events of the same class match the same transitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub(crate) struct EventClass(u32);
 

@@ -1,4 +1,4 @@
-//! What the expressions of a chart look at, besides data.
+//! The objects besides data that the expressions of a chart read.
 
 use crate::expression::scan::words;
 
@@ -15,7 +15,7 @@ pub(crate) struct Mentions {
 
 /// Words that give the id of a machine or of a `<send>` away.
 const SESSIONS: [&str; 5] = ["_sessionid", "_ioprocessors", "sendid", "invokeid", "raw"];
-/// What the address of a machine begins with: `_event.origin`, if a machine has sent the event.
+/// The beginning of a machine's address: `_event.origin`, if a machine has sent the event.
 pub(crate) const ADDRESS: &str = "#_scxml_";
 
 impl Mentions {

@@ -61,7 +61,7 @@ impl Chart {
         states.iter().map(|state| self.state(*state).id()).collect::<Vec<_>>().join(", ")
     }
 
-    /// What a transition reacts to and where it leads, on one line.
+    /// A transition's trigger and target, on one line.
     #[must_use]
     pub fn label(&self, transition: &Transition) -> String {
         let mut parts: Vec<String> = transition.events().map(str::to_owned).collect();

@@ -41,7 +41,7 @@ pub struct State {
     /// Child states without history states.
     pub(crate) children: Vec<StateId>,
     pub(crate) histories: Vec<StateId>,
-    /// For a compound state, what it enters by default; for a history state, its default.
+    /// For a compound state, the state that it enters by default; for a history state, its default.
     pub(crate) initial: Option<Initial>,
     pub(crate) transitions: Vec<TransitionId>,
     pub(crate) on_entry: Vec<Block>,
@@ -95,7 +95,7 @@ impl State {
         &self.histories
     }
 
-    /// What a compound state enters by default, or a history state before it remembers anything.
+    /// The state that a compound state enters by default, or a history state before it remembers anything.
     #[must_use]
     pub fn initial(&self) -> &[StateId] {
         self.initial.as_ref().map_or(&[], |initial| &initial.targets)

@@ -77,7 +77,7 @@ impl Datum {
         self.identity().is_some()
     }
 
-    /// What distinguishes an object from all others, even equal ones.
+    /// Distinguishes an object from all others, even equal ones.
     pub(crate) fn identity(&self) -> Option<Identity> {
         Some(Identity(match self {
             Self::Array(array) => Arc::as_ptr(array).addr(),

@@ -188,7 +188,7 @@ fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), Evalua
     Ok(())
 }
 
-/// The value with new objects in place of old ones. Objects around them that had to be recreated are added to
+/// The value with new objects instead of the old ones. Objects around them that had to be recreated are added to
 /// `renewed`.
 fn renew(value: &Datum, renewed: &mut Renewed) -> Result<Datum, TooLarge> {
     let Some(identity) = value.identity() else {

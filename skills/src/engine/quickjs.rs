@@ -1,4 +1,4 @@
-//! The engine: QuickJS, created anew for every evaluation, so that evaluations cannot affect each other.
+//! The engine: QuickJS, newly created for every evaluation, so that evaluations cannot affect each other.
 //!
 //! Its resources are limited and counted in the same way in every thread and on every computer: memory in bytes
 //! requested, time in calls and loop iterations, the stack in bytes from the start of the evaluation. The stack limit

@@ -6,7 +6,7 @@ use crate::datum::Memory;
 use crate::expression::Scope;
 use crate::steps::Steps;
 
-/// What code can see and change.
+/// The world that code can see and change.
 #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine looks at it"))]
 pub(crate) struct World<'a> {
     /// Without data.

@@ -11,7 +11,7 @@ use crate::{Datum, Event};
 
 type Result<T> = std::result::Result<T, EvaluationError>;
 
-/// What an expression can see.
+/// The environment that an expression can see.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Scope<'a> {
     pub(crate) chart: Option<&'a Chart>,
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn an_expression_without_a_value_tells_why() {
+    fn an_expression_without_a_value_says_why() {
         assert_eq!(value("x.y"), "undefined has no member y".into());
         assert_eq!(value("nothing"), "nothing is not defined".into());
         assert_eq!(value("list == thing"), false.into());

@@ -1,4 +1,4 @@
-//! From text to a compiled expression: a Pratt parser over the tokens.
+//! Parses text into a compiled expression: a Pratt parser over the tokens.
 
 use std::ops::Range;
 use std::sync::Arc;

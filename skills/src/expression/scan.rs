@@ -83,7 +83,7 @@ pub(crate) struct Declarations {
     pub(crate) variables: Vec<String>,
     /// The names of functions.
     pub(crate) functions: Vec<String>,
-    /// The script with blanks in place of `var`, `let` and `const`: the declared variables become data.
+    /// The script with spaces instead of `var`, `let` and `const`: the declared variables become data.
     pub(crate) script: String,
 }
 
@@ -240,7 +240,7 @@ fn ends_statement((piece, text): (Piece, &str)) -> bool {
     }
 }
 
-/// Words that continue what is before them.
+/// Words that continue the previous expression.
 const CONTINUES: [&str; 7] = ["else", "in", "instanceof", "catch", "finally", "while", "of"];
 
 /// Words after which a parser recurses.

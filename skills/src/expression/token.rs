@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_mark_wins() {
+    fn the_longest_operator_wins() {
         assert_eq!(kinds("a===b"), [Kind::Name("a"), Kind::Mark("==="), Kind::Name("b"), Kind::End]);
         assert_eq!(kinds("x>>>=1"), [Kind::Name("x"), Kind::Mark(">>>="), Kind::Number(1.0), Kind::End]);
     }
@@ -184,12 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_blanks_are_ignored() {
+    fn comments_and_spaces_are_ignored() {
         assert_eq!(kinds(" /* a */ 1 // b"), [Kind::Number(1.0), Kind::End]);
     }
 
     #[test]
-    fn unreadable_text_is_reported_at_its_place() {
+    fn unreadable_text_is_reported_with_its_location() {
         for (source, span) in [("1 + 'abc", 4..5), ("a # b", 2..3), ("3px", 0..1), ("1 /* x", 2..3), ("é@", 2..3)] {
             assert_eq!(tokens(source).unwrap_err().span, span, "{source}");
         }

@@ -11,7 +11,7 @@ use crate::chart::{
 use crate::expression::Scope;
 
 /// Warns of states that are never entered, transitions that are never taken and events that the machine sends to itself
-/// and never takes, as far as the file alone tells.
+/// and never takes, as far as the file alone shows.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     problems.extend(unheard(chart));
     let ends = Ends::of(chart);

@@ -9,7 +9,7 @@ pub(crate) use diagnostics::xml::name_span;
 /// The namespace of SCXML.
 pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
-/// The namespace of the attribute `chance` of transitions, which is no part of SCXML.
+/// The namespace of the attribute `chance` of transitions, which is not part of SCXML.
 pub(super) const CHANCE_NAMESPACE: &str = "urn:steward:chance";
 
 /// Whether the node is an element of SCXML.
@@ -90,7 +90,7 @@ impl<'a> Written<'a> {
         Walk { value: self.value, raw: self.raw, place: self.start }
     }
 
-    /// Another text in place of this one: it is in a file that the attribute names, and its problems are reported here.
+    /// Another text replaces this one: it is in a file that the attribute names, and its problems are reported here.
     pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
         Written { value: text, raw: "", start: self.start }
     }

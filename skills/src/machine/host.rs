@@ -76,9 +76,9 @@ pub enum Note {
 /// A host that records the events and notes of a machine that runs alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transcript {
-    /// What was sent, in order.
+    /// The events sent, in order.
     pub sent: Vec<Outgoing>,
-    /// What was noted, in order.
+    /// The notes, in order.
     pub notes: Vec<Note>,
 }
 

@@ -27,7 +27,7 @@ impl Machine {
         })?;
         for timer in &mut self.timers {
             form.time(&mut timer.due);
-            // What is overdue, because the machine was suspended, fires as soon as it can.
+            // A delayed event that is overdue, because the machine was suspended, fires as soon as it can.
             timer.due = timer.due.max(NormalForm::NOW);
         }
         if !self.may_look_back() {

@@ -40,7 +40,7 @@ pub enum Mutation {
         /// The state's id.
         state: String,
     },
-    /// Another message or event is sent: a success in place of a failure.
+    /// Another message or event is sent: a success instead of a failure.
     SwapSend {
         /// The original message or event.
         send: SendPlace,

@@ -1,4 +1,4 @@
-//! What stands between a machine and its channels.
+//! The adapter between a machine and its channels.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -36,7 +36,7 @@ pub trait Adapter: AdapterState + Debug + Send + Sync {
         let _ = machine;
     }
 
-    /// The adapter of a process that takes the place of this one.
+    /// The adapter of a process that replaces this one.
     fn succeeding(&self) -> Box<dyn Adapter>;
 
     /// Every communication that the process may ever perform with this machine.

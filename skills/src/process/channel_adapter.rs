@@ -19,17 +19,17 @@ use crate::machine::{Event, MAX_WAITING, Machine, Undelivered};
 ///
 /// A message of [`Role::Request`] or [`Role::Goal`] opens a conversation and numbers it; everything that belongs to it
 /// carries the number. So an answer to an abandoned request is ignored, a request is answered once, and a goal ends
-/// once. Each channel has at most one open request, and one open goal per action: a client that asks anew abandons what
-/// it asked before, and a process that serves others takes a client's next request only when it has answered the last
+/// once. Each channel has at most one open request, and one open goal per action: a client that asks again abandons its
+/// earlier request, and a process that serves others takes a client's next request only when it has answered the last
 /// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered.)
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct ChannelAdapter {
     pub(super) wiring: Arc<Wiring>,
     /// Messages to be sent, by outgoing channel.
     outboxes: Vec<VecDeque<Envelope>>,
-    /// What this process has asked and not been answered, by outgoing channel.
+    /// Unanswered requests of this process, by outgoing channel.
     asked: Vec<Open>,
-    /// What others have asked this process and not been answered, by incoming channel.
+    /// Unanswered requests to this process, by incoming channel.
     pending: Vec<Open>,
     last_request: u64,
 }
@@ -74,8 +74,7 @@ impl ChannelAdapter {
         }
     }
 
-    /// The adapter of a process that takes the place of this one: nothing is open, and answers to what this one has
-    /// asked are ignored.
+    /// The adapter of a process that replaces this one: nothing is open, and answers to earlier requests are ignored.
     #[must_use]
     pub fn succeeding(&self) -> Self {
         Self::on(Arc::clone(&self.wiring), self.last_request)
@@ -152,7 +151,7 @@ impl ChannelAdapter {
             let refused = |problem| Undelivered(format!("{} cannot publish <{head}>: {problem}", wiring.name));
             let message = wiring.published(head, data).map_err(refused)?;
             for out in wiring.subscribers(head) {
-                // A newer message takes the place of an older one here as it does in the channel.
+                // A newer message replaces an older one here as it does in the channel.
                 match self.outboxes[out].iter_mut().find(|older| older.message.head() == Some(head)) {
                     Some(older) => *older = message.clone().into(),
                     None => {

@@ -14,7 +14,7 @@ const MAX_MISHAPS: usize = 100;
 pub struct Mishap {
     /// The innermost state around the failed element; `None` outside of states, or in an invoked machine.
     pub state: Option<String>,
-    /// What went wrong, in words.
+    /// The error, in words.
     pub message: String,
     /// How often it happened.
     pub times: u64,

@@ -99,9 +99,9 @@ impl Wiring {
 }
 
 impl Incoming {
-    /// The name of the event that a message becomes, and the message's role. What a client asks is known by its own
-    /// name, `say`, whoever the client is; everything else, and what the tree asks, by its sender's, too:
-    /// `Navigation.ok`, or `Navigation` if the message does not begin with a symbol.
+    /// The name of the event that a message becomes, and the message's role. A client's request is known by its own
+    /// name, `say`, whoever the client is; everything else, including the tree's requests, is also known by the
+    /// sender's: `Navigation.ok`, or `Navigation` if the message does not begin with a symbol.
     pub(super) fn event(&self, message: &Message) -> (Arc<str>, Role) {
         match self.events.iter().find(|(head, ..)| Some(head.name()) == message.head()) {
             Some((_, name, role)) => (Arc::clone(name), *role),

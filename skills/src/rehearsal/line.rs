@@ -17,7 +17,7 @@ pub struct Line {
     pub kind: LineKind,
 }
 
-/// What can happen in a rehearsal.
+/// The events of a rehearsal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LineKind {

@@ -20,7 +20,7 @@ fn shape(first: &str, head: &str, field: Option<(&str, FieldKind)>, role: Role) 
     Shape::new(std::iter::once(head).chain(field)).with_role(role)
 }
 
-/// What passes between a client and the arm.
+/// The messages between a client and the arm.
 fn lines() -> (Domain, Domain) {
     let text = || Some(("text", FieldKind::Text));
     let number = || Some(("n", FieldKind::Int));
@@ -107,7 +107,7 @@ const TALKER: &str = "<state id='asks'>
     <transition event='Arm.ok' cond=\"_event.data.text == 'c'\" target='asks'/>
 </state>";
 
-/// Answers after a time, with what it was told; asks itself nothing.
+/// Answers after a time, with what it received; asks nothing itself.
 const LISTENER: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
 <state id='idle'>
     <transition event='say' target='busy'>
@@ -242,7 +242,7 @@ fn the_newest_value_of_a_topic_reaches_every_subscriber() {
 }
 
 #[test]
-fn what_nobody_publishes_and_what_no_channel_carries_is_refused() {
+fn unpublished_topics_and_messages_that_no_channel_carries_are_refused() {
     let refused = |content: &str| {
         let mut topology = Topology::default();
         let [client, server] = ["One", "Arm"].map(|name| topology.process(name).unwrap());
@@ -307,7 +307,7 @@ const WATCHER: &str = "<datamodel><data id='count' expr='0'/></datamodel>
 </state>";
 
 #[test]
-fn nobody_can_tell_machines_from_their_normal_forms() {
+fn machines_and_their_normal_forms_are_indistinguishable() {
     let (patient, hasty) = (picker(300), picker(100));
     let clients = [TALKER, &patient, &hasty, READER, SILENT];
     let arms = [LISTENER, ARM, PUBLISHER, FOREMAN, WATCHER];

@@ -20,7 +20,7 @@ fn load(content: &str) -> Result<std::sync::Arc<Chart>, SkillError> {
 }
 
 #[test]
-fn of_transitions_with_a_chance_each_is_taken_as_often_as_it_says() {
+fn each_transition_with_a_chance_is_taken_as_often_as_it_says() {
     let chart = load(
         "<state id=\"throw\"><transition target=\"one\" s:chance=\"0.2\"/><transition target=\"two\" s:chance=\"0.5\"/>
          <transition target=\"three\"/></state><state id=\"one\"/><state id=\"two\"/><state id=\"three\"/>",
@@ -53,7 +53,7 @@ fn the_position_in_the_sequence_is_part_of_the_state() {
 }
 
 #[test]
-fn problems_are_told_at_their_places_in_what_was_written() {
+fn problems_are_located_in_the_original_text() {
     let Err(SkillError::Load { text, problems, .. }) =
         load("<state id=\"a\"><transition s:chance=\"2\" event=\"e\"/></state>")
     else {

@@ -114,7 +114,7 @@ impl Conversation {
     }
 
     pub(crate) fn of(process: SkillProcess) -> Self {
-        // What both topologies have, they number alike.
+        // The parts that both topologies have are numbered alike.
         Self { process, topology: topology_with_blackboard(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
     }
 

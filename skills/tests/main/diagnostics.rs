@@ -63,7 +63,7 @@ fn a_report_has_file_line_text_and_help() {
 }
 
 #[test]
-fn every_mistake_of_structure_is_reported() {
+fn every_structural_mistake_is_reported() {
     insta::assert_snapshot!(problems(
         "<scxml xmlns='http://www.w3.org/2005/07/scxml' intial='a' version='2.0'>
          <stat id='a'/>
@@ -114,7 +114,7 @@ fn every_mistake_in_events_and_content_is_reported() {
 
 #[test]
 #[cfg(not(feature = "ecmascript"))]
-fn every_mistake_in_an_expression_is_reported_at_its_place() {
+fn every_mistake_in_an_expression_is_reported_with_its_location() {
     let conditions = [
         "1 +",
         "(1 + 2",
@@ -147,7 +147,7 @@ fn every_mistake_in_an_expression_is_reported_at_its_place() {
 
 #[test]
 #[cfg(not(feature = "ecmascript"))]
-fn every_mistake_in_a_script_is_reported_at_its_place() {
+fn every_mistake_in_a_script_is_reported_with_its_location() {
     insta::assert_snapshot!(problems(&file(
         "",
         "<datamodel><data id='x'/></datamodel>
@@ -197,7 +197,7 @@ fn mistakes_that_the_recommendation_forgives_are_warnings_on_request() {
 
 /// SCXML 3.5.1: a transition must have at least one of `event`, `cond` and `target`.
 #[test]
-fn a_transition_without_event_condition_and_target_is_refused() {
+fn a_transition_without_event_condition_or_target_is_refused() {
     let said = problems(&file("", "<state id='a'><transition/></state>"));
     assert_eq!(
         said,
@@ -233,7 +233,7 @@ fn a_machine_without_a_namespace_gives_one_problem() {
 
 /// Problems that SCXML makes error events (3.13, 5.4, 6.2.4) do not mean that the machine could not be loaded.
 #[test]
-fn a_machine_that_standard_scxml_runs_is_refused_as_such() {
+fn a_machine_that_standard_scxml_would_run_is_refused_as_such() {
     let forgiven = |content: &str| {
         let text = file("", &format!("<state id='a'><onentry>{content}</onentry></state>"));
         assert!(Chart::load_with("t.scxml", &text, skills::Strictness::Standard).is_ok(), "{content}");
@@ -250,7 +250,7 @@ fn a_machine_that_standard_scxml_runs_is_refused_as_such() {
 }
 
 #[test]
-fn every_mistake_of_wiring_is_reported() {
+fn every_wiring_mistake_is_reported() {
     let text = file(
         "",
         "<datamodel><data id='place' expr=\"'Moon'\"/><data id='here' expr=\"'Destination'\"/></datamodel>
@@ -344,7 +344,7 @@ fn a_foreign_dialect_is_named_once() {
 }
 
 #[test]
-fn a_blank_line_before_the_xml_declaration_is_reported_as_that() {
+fn a_blank_line_before_the_xml_declaration_is_reported_as_such() {
     let said = problems(
         "\n<?xml version='1.0'?><scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
     );

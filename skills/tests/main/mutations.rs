@@ -257,7 +257,7 @@ fn lines_are_kept_in_awkward_places() {
         let ends = |text: &str| text.lines().map(|line| line.trim_start().starts_with("</scxml")).collect::<Vec<_>>();
         assert_eq!(ends(&text), ends(AWKWARD), "{mutation}");
     }
-    // What is taken out leaves all that follows at its very byte.
+    // When something is removed, everything after it keeps its position, byte for byte.
     let text = mutant(&Mutation::DropTransition { transition: place("a", "go", 2) });
     assert_eq!(text.find("<state id=\"b\""), AWKWARD.find("<state id=\"b\""));
     assert!(!text.contains("comment") && !text.contains('é'));

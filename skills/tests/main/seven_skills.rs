@@ -1,4 +1,4 @@
-//! What the seven skills say, and when.
+//! The answers of the seven skills, and when they give them.
 
 use channels::{Message, Process, RequestNumber};
 use proptest::prelude::*;

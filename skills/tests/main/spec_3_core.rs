@@ -230,7 +230,7 @@ fn charts_know_the_kinds_of_their_states() {
 }
 
 #[test]
-fn spec_3_10_a_transition_to_the_own_history_enters_everything_it_exited() {
+fn spec_3_10_a_transition_to_its_own_history_enters_everything_it_exited() {
     // Appendix D, taken by the word, enters s2 alone here.
     let mut stage = stage(
         "<parallel id='p'><history id='h' type='deep'><transition target='s1'/></history>

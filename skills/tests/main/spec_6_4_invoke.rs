@@ -28,7 +28,7 @@ fn parent_file(machine: &str, more: &str) -> String {
     )
 }
 
-/// What the invoked machine logs.
+/// The log entries of the invoked machine.
 fn inner_log(stage: &Stage) -> Vec<String> {
     let line = |note: &Note| match note {
         Note::Invoked { id, note } => match &**note {

@@ -173,7 +173,7 @@ fn code_has_no_lasting_side_effects() {
     ] {
         assert_ne!(error(&format!("<script>{script}</script>")), "", "{script}");
     }
-    // What a script does to the engine's own objects it does to itself.
+    // If a script damages the engine's own objects, it damages only itself.
     for script in [
         "Array.prototype.first = 1",
         "Math.max = Math.min",

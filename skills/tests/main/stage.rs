@@ -60,7 +60,7 @@ impl Stage {
         self.machine.active_ids().collect::<Vec<_>>().join(" ")
     }
 
-    /// What was logged, in order.
+    /// The log entries, in order.
     pub(crate) fn log(&self) -> String {
         self.host.log_lines().collect::<Vec<_>>().join(" ")
     }

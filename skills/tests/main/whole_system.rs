@@ -54,7 +54,7 @@ fn a_leaf_without_a_skill_is_named() {
 }
 
 #[test]
-fn unread_answers_and_unheard_requests_are_reported() {
+fn answers_that_nobody_reads_and_requests_that_nobody_receives_are_reported() {
     let content = format!("<state id='s'>{ASKS}<transition event='BT.tick'/></state>");
     assert_eq!(
         complaints(&content, &["Look"]),
@@ -85,14 +85,14 @@ fn a_condition_need_not_take_halts() {
 }
 
 #[test]
-fn a_skill_may_compute_whom_it_answers() {
+fn a_skill_may_compute_the_receiver_of_its_answer() {
     let answers = ANSWERS.replace("target='BT'", "targetexpr='_event.origin'");
     let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
     assert_eq!(complaints(&content, &["Look"]), Vec::<String>::new());
 }
 
 #[test]
-fn an_invoked_machine_may_listen_and_answer() {
+fn an_invoked_machine_may_receive_and_answer() {
     let inner =
         format!("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='i'>{ANSWERS}</state></scxml>");
     let invoke = |autoforward| format!("<invoke autoforward='{autoforward}'><content>{inner}</content></invoke>");
@@ -106,7 +106,7 @@ fn an_invoked_machine_may_listen_and_answer() {
 }
 
 #[test]
-fn a_skill_with_mistakes_of_both_kinds_is_one_error() {
+fn a_skill_with_mistakes_of_both_kinds_gives_one_error() {
     let chart =
         Chart::load("Look.scxml", &file("", &format!("<state id='s'>{ASKS}<transition event='Reader.okay'/></state>")));
     let leaf = LeafOfSystem { name: "Look", is_halted: false };

@@ -1,4 +1,4 @@
-//! What the process of a node is about to do, or waits for.
+//! The next action of a node's process, or what it waits for.
 
 use crate::process::board::Question;
 use crate::process::protocol::Said;
@@ -50,7 +50,7 @@ pub(super) enum Purpose {
         status: Status,
         was_idle: bool,
     },
-    /// To decide whether the last child is ticked before this node is halted.
+    /// Decides whether the last child is ticked before this node is halted.
     Halt,
     /// This node has been halted.
     Halted {

@@ -149,7 +149,7 @@ impl Writer<'_> {
         self.tables().lines[channel].contents.get(content).as_ref().map(in_words).unwrap_or_default()
     }
 
-    /// What a message becomes of each state of the monitor: the states with each verdict afterwards.
+    /// The effect of a message on each state of the monitor: the states with each verdict afterwards.
     fn after(&self, channel: usize, content: u32) -> Vec<(u32, u32, Verdict)> {
         if !self.semantics.has_monitor || self.tables().lines[channel].is_internal {
             return Vec::new();

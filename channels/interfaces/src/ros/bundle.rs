@@ -92,7 +92,7 @@ fn is_rule(line: &str) -> bool {
     line.len() >= 3 && line.bytes().all(|byte| byte == b'=')
 }
 
-/// The type that is defined in the lines behind this one.
+/// The type that is defined in the lines after this one.
 fn title(line: &Span) -> Result<TypeName, Problem> {
     let name = line.text().strip_prefix("MSG:").and_then(|name| message_name(name.trim()));
     name.filter(|name| name.package.is_some()).ok_or_else(|| {

@@ -104,7 +104,7 @@ pub(super) struct Part {
     message: Message,
     /// Where each name stands.
     names: BTreeMap<String, Span>,
-    /// What is said of the next field.
+    /// The comments on the next field.
     marks: Marks,
 }
 
@@ -140,7 +140,7 @@ impl Part {
             }
         }
     }
-    /// The message, when there are no more lines.
+    /// The message, once there are no more lines.
     pub(super) fn end(self, problems: &mut Vec<Problem>) -> Message {
         problems.extend(self.marks.without_field());
         self.message

@@ -64,7 +64,7 @@ struct Reader<'s> {
     tokens: Vec<Range<usize>>,
     next: usize,
     types: BTreeMap<TypeName, Message>,
-    /// What `typedef` and `enum` have named.
+    /// The names defined by `typedef` and `enum`.
     names: BTreeMap<String, Type>,
 }
 
@@ -95,7 +95,7 @@ impl<'s> Reader<'s> {
         is_name.then_some(name).ok_or_else(|| self.problem(format!("expected a name, found `{name}`")))
     }
 
-    /// What stands in a file or a module; `scope` has the modules around it.
+    /// The contents of a file or a module; `scope` has the modules around it.
     fn declaration(&mut self, scope: &mut Vec<&'s str>) -> Result<(), Problem> {
         self.annotations()?;
         match self.take() {
@@ -149,7 +149,7 @@ impl<'s> Reader<'s> {
         self.expect(";")
     }
 
-    /// Passes what is said of the next declaration: `@verbatim (language="comment", text="…")`.
+    /// Skips the annotations of the next declaration: `@verbatim (language="comment", text="…")`.
     fn annotations(&mut self) -> Result<(), Problem> {
         while self.peek() == "@" {
             self.next += 1;

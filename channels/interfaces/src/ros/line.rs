@@ -8,7 +8,7 @@ use super::{Base, Constant, Count, Field, Literal, Type, TypeName, literal};
 /// The largest size: a CDR has 32 bits for it.
 const LARGEST: usize = u32::MAX as usize;
 
-/// What a line defines, and where its name stands.
+/// The definition in a line, and the position of its name.
 #[derive(Debug)]
 pub(super) enum Element {
     Constant(Constant, Span),

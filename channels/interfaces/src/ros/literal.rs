@@ -1,4 +1,4 @@
-//! Values in definitions: of constants, and what fields hold at first.
+//! Values in definitions: of constants, and initial values of fields.
 
 use diagnostics::{Problem, Span};
 
@@ -61,7 +61,7 @@ fn items(inside: &Span) -> Result<Vec<Span>, Problem> {
     }
 }
 
-/// Where a text ends that has begun with this quote: at the quote that has no backslash before it.
+/// The end of a string that begins with this quote: the next quote without a backslash before it.
 fn closing(text: &str, quote: char) -> Option<usize> {
     text.match_indices(quote).map(|(at, _)| at).find(|at| !text[..*at].ends_with('\\'))
 }

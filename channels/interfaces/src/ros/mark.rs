@@ -4,7 +4,7 @@ use diagnostics::{Problem, Span, did_you_mean};
 
 use super::stretch::{split, trimmed};
 
-/// What is said of the next field.
+/// The comments on the next field.
 #[derive(Debug, Default)]
 pub(super) struct Marks {
     pub(super) is_optional: bool,

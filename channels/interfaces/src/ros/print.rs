@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
 
-/// What separates the parts of services and actions.
+/// Separates the parts of services and actions.
 pub(super) const SEPARATOR: &str = "---";
 
 impl fmt::Display for Message {
@@ -79,8 +79,8 @@ impl fmt::Display for TypeName {
     }
 }
 
-/// As a definition writes it. ROS has no way to write a text with a `#`, a tab or the end of a line in it; in an array,
-/// one that ends with a backslash; and rosidl refuses a default value with `=` in it.
+/// As a definition writes it. ROS has no way to write a string with a `#`, a tab or the end of a line in it; in an
+/// array, one that ends with a backslash; and rosidl refuses a default value with `=` in it.
 impl fmt::Display for Literal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

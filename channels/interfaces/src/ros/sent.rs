@@ -2,7 +2,7 @@
 
 use super::{Action, Message, Service, TypeName};
 
-/// What all of these messages use. The definitions are those of `rcl_interfaces` and `unique_identifier_msgs`.
+/// Types that all of these messages use. The definitions are those of `rcl_interfaces` and `unique_identifier_msgs`.
 const KNOWN: [(&str, &str, &str); 7] = [
     ("builtin_interfaces", "Time", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces", "Duration", "int32 sec\nuint32 nanosec\n"),
@@ -68,7 +68,7 @@ impl Action {
     }
 }
 
-/// What is published of a call of the service.
+/// The event that is published for a call of the service.
 fn event(name: &str) -> Message {
     made(format!("service_msgs/ServiceEventInfo info\n{name}_Request[<=1] request\n{name}_Response[<=1] response\n"))
 }

@@ -15,7 +15,7 @@ pub(super) fn trimmed(span: &Span) -> Span {
     part(span, from, from + text.trim().len())
 }
 
-/// What comes before the first letter for which `ends` holds, and the rest.
+/// The text before the first letter for which `ends` holds, and the rest.
 pub(super) fn split(span: &Span, ends: impl Fn(char) -> bool) -> (Span, Span) {
     let at = span.text().find(ends).unwrap_or(span.text().len());
     (part(span, 0, at), part(span, at, span.text().len()))

@@ -31,7 +31,7 @@ pub(crate) struct Entry {
     pub(crate) fields: Vec<Rule>,
 }
 
-/// What the time of a message is.
+/// The source of a message's time.
 #[derive(Clone, Debug)]
 pub(crate) enum Clock {
     Log,

@@ -19,7 +19,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
         let index = survey.topic(topic);
         let counted =
             file.query_row("SELECT COUNT(*) FROM messages WHERE topic_id = ?1", [id], |row| row.get::<_, i64>(0));
-        // A damaged file has what can be read of it.
+        // A damaged file contains whatever can be read of it.
         survey.counts[index] += counted.map_or(0, |count| count.max(0) as u64);
     }
     let span = file.query_row("SELECT MIN(timestamp), MAX(timestamp) FROM messages", [], |row| {
@@ -45,7 +45,7 @@ fn open(path: &Path) -> Result<Opened, Error> {
     }
     let refused = |problem: String| Error::Sqlite { path: path.to_owned(), problem };
     let (page, pages) = pages_of(path).ok_or_else(|| refused("it ends within its first page".to_owned()))?;
-    // SQLite takes what is missing of a page for zeros, and so would read messages that nobody has sent.
+    // SQLite reads the missing part of a page as zeros, and so would read messages that nobody has sent.
     let copy = if length.is_multiple_of(page) { None } else { Some(whole_pages(path, length - length % page)) };
     let copy = copy.transpose().map_err(|error| refused(error.to_string()))?;
     let opened: &Path = copy.as_deref().unwrap_or(path);

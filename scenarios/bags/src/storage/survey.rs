@@ -1,4 +1,4 @@
-//! What a bag has, and which message is which.
+//! The contents of a bag, and the identity of its messages.
 
 /// A topic as a bag has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub struct Survey {
     pub counts: Vec<u64>,
     /// When the first message and the last one were recorded, in nanoseconds since 1970; none without messages.
     pub span_ns: Option<(i64, i64)>,
-    /// What is damaged or missing, in words.
+    /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
 }
 
@@ -52,7 +52,7 @@ impl Survey {
     }
 }
 
-/// When a message was recorded, and of which topic it is.
+/// When a message was recorded, and its topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
     /// The topic's index in the [`Survey`].

@@ -62,7 +62,7 @@ pub(super) fn onset(row: &Row) -> String {
     row.onset.map_or("never".to_owned(), |onset| format!("{:.2} s", onset.time_s))
 }
 
-/// What happened to the robot, in a word or two; a dash if there is none.
+/// The robot's result, in a word or two; a dash if there is none.
 pub(super) fn robot(row: &Row) -> String {
     let arrived = if row.arrived { "arrived" } else { "no arrival" };
     match row.collisions {

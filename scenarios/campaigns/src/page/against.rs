@@ -9,14 +9,14 @@ use super::axis::{Extent, number};
 use super::histogram::Histogram;
 use super::target::Target;
 
-/// Among so many values of the quantity the frontier is looked for.
+/// The number of values of the quantity among which the frontier is searched.
 const FINE: usize = 960;
-/// The third parameter of a formula is divided into so many slices, each with a map of its own.
+/// The third parameter of a formula is divided into this many slices, each with a map of its own.
 const SLICES: usize = 4;
-/// Parts of an axis in which a curve is looked for.
+/// The parts of an axis in which a curve is searched.
 const LOOKS: usize = 400;
 
-/// What is counted for the model.
+/// The counts for the model.
 pub(super) struct ModelSurvey {
     pub(super) layout: ModelLayout,
     /// The target's place among all.
@@ -86,7 +86,7 @@ impl ModelSurvey {
         }
     }
 
-    /// The same with its axes measured, the maps' with so many bins.
+    /// The same with its axes measured, those of the maps with this many bins.
     pub(super) fn measured(mut self, bins: usize) -> Self {
         for input in &mut self.inputs {
             let range = input.extent.range().unwrap_or(0.0..1.0);

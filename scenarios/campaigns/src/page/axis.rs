@@ -9,7 +9,7 @@ use super::super::journal::ParameterLayout;
 
 /// A parameter with more different values than this has no axis, unless they are numbers.
 const MOST_CLASSES: usize = 24;
-/// Numbers that are no more than this many different ones are an axis of single values.
+/// Up to this many different numbers are an axis of single values.
 const FEW_NUMBERS: usize = 12;
 
 /// The axis of a parameter.
@@ -89,7 +89,7 @@ impl Taken {
         }
     }
 
-    /// The axis, with so many bins if it has to be divided; none if there are too many different values.
+    /// The axis, with this many bins if it has to be divided; none if there are too many different values.
     pub(super) fn axis(mut self, parameter: &ParameterLayout, bins: usize) -> Option<Axis> {
         if self.only_numbers && self.classes.len() > FEW_NUMBERS {
             return self.extent.range().map(|range| Axis::Scale(Scale::new(range, parameter.logarithmic, bins)));

@@ -92,7 +92,7 @@ fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], numbers: bool
     plot
 }
 
-/// Lines between cells of which one has a rate of at least one half, and the other has not.
+/// Lines between cells with a rate of at least one half and cells below it.
 fn halves(plot: &mut Plot, cells: &[Vec<Count>]) {
     let mostly = |x: usize, y: usize| cells.get(x)?.get(y)?.rate().map(|rate| rate >= 0.5);
     let edge = |place: usize, bins: usize| place as f64 / bins as f64;
@@ -155,7 +155,7 @@ pub(super) fn histogram(histogram: &Histogram, title: &str, layout: Layout) -> D
     plot.finish()
 }
 
-/// What was measured against an axis: the median, and between what eight of ten runs lie.
+/// A measurement against an axis: the median, and the range of the middle eight of ten runs.
 pub(super) fn measured(axis: &Axis, histograms: &[Histogram], title: &str, layout: Layout) -> Drawing {
     let mut plot = Plot::new(Size::Half, layout, 0.5);
     let Some(scale) = histograms.first().map(|histogram| histogram.scale) else { return plot.finish() };

@@ -153,7 +153,7 @@ impl Selection {
         );
     }
 
-    /// The third pass: looks at a run. Of equals, the first stays.
+    /// The third pass: looks at a run. The first of equals stays.
     pub(super) fn consider(&mut self, survey: &Survey, record: &RunRecord) {
         for reason in &mut self.reasons {
             let Some(score) = (reason.score)(survey, record) else { continue };

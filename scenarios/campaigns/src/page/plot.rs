@@ -1,4 +1,4 @@
-//! What all charts of a report have in common: a frame with its axes.
+//! The common parts of all charts of a report: a frame with its axes.
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
 use drawing::scale::{Scale, short};
@@ -9,7 +9,7 @@ use reports::html::{Drawing, Layout, NARROW};
 use super::super::ParameterValue;
 use super::axis::Axis;
 
-/// Width of a chart that has another beside it, and of one that has not, in pixels.
+/// Width of a chart with another one beside it, and of one alone, in pixels.
 const HALF: f64 = 500.0;
 const FULL: f64 = 1060.0;
 /// Room for the labels to the left of a plot and below it, above it and to the right of it, in pixels.
@@ -25,13 +25,13 @@ const BETWEEN: f64 = 54.0;
 /// How large a chart is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Size {
-    /// With another beside it, where the page is wide.
+    /// With another one beside it, where the page is wide.
     Half,
     /// As wide as the page.
     Full,
 }
 
-/// A chart in the making: the area of its plot, and what is drawn in it.
+/// An unfinished chart: the area of its plot, and what is drawn in it.
 pub(super) struct Plot {
     pub(super) canvas: Canvas,
     pub(super) area: Area,
@@ -123,7 +123,7 @@ impl Plot {
     }
 }
 
-/// The labels of an axis and where they belong, as shares of it; at most about so many.
+/// The labels of an axis and their positions, as fractions of it; at most about this many.
 fn labels(axis: &Axis, most: usize) -> Vec<(f64, String)> {
     match axis {
         Axis::Scale(scale) => scale.ticks(most).into_iter().map(|tick| (scale.share(tick), short(tick))).collect(),

@@ -71,7 +71,7 @@ impl Page<'_> {
         values.join(" · ")
     }
 
-    /// What came of a run.
+    /// The result of a run.
     fn verdicts(&self, record: &RunRecord) -> String {
         if let Some(failure) = &record.failure {
             return failure.clone();
@@ -86,7 +86,7 @@ impl Page<'_> {
         words.join(" · ")
     }
 
-    /// The runs that did not come to an end, and the first ones that were not as expected.
+    /// The runs that did not finish, and the first ones that were not as expected.
     pub(super) fn failures(&self) -> Markup {
         let list = |title: &str, runs: &[Named]| {
             html! {

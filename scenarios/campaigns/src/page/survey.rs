@@ -1,4 +1,5 @@
-//! What a report says of a campaign: counted in passes over its journal, in memory that does not grow with the runs.
+//! The statistics of a campaign for a report: counted in passes over its journal, in memory that does not grow with the
+//! runs.
 
 use std::collections::BTreeMap;
 
@@ -12,13 +13,13 @@ use super::axis::{Axis, Extent, Taken};
 use super::histogram::Histogram;
 use super::target::Target;
 
-/// Numbers that are shown as they are, run by run, if there are no more.
+/// Up to this many numbers are shown individually, run by run.
 pub(super) const FEW_RUNS: u64 = 400;
-/// Pairs are made of so many parameters at most: the first ones.
+/// Pairs are made of at most this many parameters: the first ones.
 const PAIRED: usize = 6;
 /// Bins of a histogram that quantiles are taken from.
 const FINE: usize = 480;
-/// So many combinations of violations are told apart.
+/// The number of combinations of violations that are distinguished.
 const MOST_PATTERNS: usize = 200;
 
 /// Everything that is counted.
@@ -47,9 +48,9 @@ pub(super) struct Instructive {
     pub(super) why: Vec<String>,
 }
 
-/// What is counted for a parameter.
+/// The counts of a parameter.
 pub(super) struct ParameterSurvey {
-    /// None if it has too many values of which none lies between two others.
+    /// None if it has too many values that are not numbers.
     pub(super) axis: Option<Axis>,
     /// For each bin, how often each target happened.
     pub(super) rates: Vec<Vec<Count>>,
@@ -57,7 +58,7 @@ pub(super) struct ParameterSurvey {
     pub(super) measures: Vec<(Measure, Vec<Histogram>)>,
 }
 
-/// What is counted for two parameters together.
+/// The counts of two parameters together.
 pub(super) struct Pair {
     /// The places of the parameters.
     pub(super) across: [usize; 2],

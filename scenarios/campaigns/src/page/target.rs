@@ -1,4 +1,4 @@
-//! What can happen in a run, and is counted.
+//! Events that can happen in a run, and are counted.
 
 use monitors::Outcome;
 

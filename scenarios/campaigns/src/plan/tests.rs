@@ -1,4 +1,4 @@
-//! What a campaign file may contain, what it may not, and that a run is a function of plan and number.
+//! The allowed and forbidden contents of a campaign file; a run is a function of plan and number.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ fn plan(text: &str) -> Plan {
     Plan::parse("campaign.toml", &format!("{ERRAND}{text}")).unwrap_or_else(|error| panic!("{error:?}"))
 }
 
-/// What is wrong with a file, one line each.
+/// The problems of a file, one line each.
 fn problems(text: &str) -> Vec<String> {
     let Err(problems) = CampaignFile::parse("campaign.toml", text) else { panic!("it is taken: {text}") };
     problems.plain().lines().map(str::to_owned).collect()
@@ -181,7 +181,8 @@ fn incompatible_settings_are_refused() {
     }
 }
 
-/// What the scenario would refuse in the middle of a campaign, it refuses before the first run, for all parameters.
+/// Values that the scenario would refuse in the middle of a campaign are refused before the first run, for all
+/// parameters.
 #[test]
 fn the_scenario_refuses_values_before_the_first_run() {
     let text = "sampling = \"random\"\nruns = 3\n".to_owned()

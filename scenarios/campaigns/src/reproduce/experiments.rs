@@ -1,4 +1,4 @@
-//! What the paper says must happen, claim by claim, with where it says so; and what this project adds.
+//! The paper's claims, one by one, with their sources; and those that this project adds.
 
 use monitors::Outcome;
 use reports::report::{MonitorReport, Report};
@@ -6,7 +6,7 @@ use scenarios::scenario::Figure;
 
 use super::observed::{Observed, SafetyPath};
 
-/// A run that was carried out: its report, and what was seen on the way.
+/// A completed run: its report, and what was observed on the way.
 #[derive(Clone, Debug)]
 pub(super) struct ExperimentRun {
     pub(super) report: Report,
@@ -18,13 +18,13 @@ pub(super) struct ExperimentRun {
 pub(super) struct Experiment {
     /// The scenario's name.
     pub(super) scenario: &'static str,
-    /// What the paper calls it.
+    /// The paper's name for it.
     pub(super) title: &'static str,
     /// How it is carried out here.
     pub(super) here: &'static str,
     /// What the paper says.
     pub(super) claims: &'static [Claim],
-    /// What the paper does not say, and what should be so all the same.
+    /// Claims that the paper does not make but that should be true as well.
     pub(super) ours: &'static [Claim],
 }
 
@@ -33,9 +33,9 @@ pub(super) struct Experiment {
 pub(super) struct Claim {
     /// What, in words.
     pub(super) says: &'static str,
-    /// Where the paper says so; what it follows from, if it is ours.
+    /// Where the paper makes it; what it follows from, if it is ours.
     pub(super) source: &'static str,
-    /// `None` if it is so in that run, else what was found instead.
+    /// `None` if it is true in that run, else what was found instead.
     pub(super) differs: fn(&ExperimentRun) -> Option<String>,
 }
 
@@ -249,7 +249,7 @@ fn verdict(run: &ExperimentRun, name: &str, wanted: Outcome) -> Option<String> {
     (found != Some(wanted)).then(|| format!("{name} is {words}"))
 }
 
-/// That a property holds, and not only because there was no occasion for it to fail.
+/// That a property holds, and not only because it had no occasion to fail.
 fn holds_with_reason(run: &ExperimentRun, name: &str) -> Option<String> {
     let vacuous = monitor(run, name).and_then(|monitor| monitor.vacuous.first().cloned());
     verdict(run, name, Outcome::Satisfied).or(vacuous)
@@ -277,8 +277,8 @@ fn path(run: &ExperimentRun, wanted: impl Fn(u64) -> SafetyPath) -> Option<Strin
     })
 }
 
-/// That a property is violated so many ticks after the first level that is read once the battery's level has been set;
-/// ticks come once a second, the first just after the start.
+/// That a property is violated this many ticks after the first level that is read once the battery's level has been
+/// set; ticks come once a second, the first just after the start.
 fn at_tick_after_fault(run: &ExperimentRun, name: &str, ticks: u64) -> Option<String> {
     let Some(fault) = run.report.faults.iter().find(|fault| fault.kind == "battery_level") else {
         return Some("the battery's level was never set".to_owned());

@@ -23,7 +23,7 @@ pub(super) struct Still {
     pub(super) frame: Frame,
 }
 
-/// What is shown of a run.
+/// The parts of a run that are shown.
 #[derive(Debug)]
 pub(super) struct Film {
     /// In the order of the figures; none of moments that did not come.
@@ -32,7 +32,7 @@ pub(super) struct Film {
     pub(super) context: ExecutionContext,
 }
 
-/// Runs a scenario for what is shown of it.
+/// Runs a scenario for the parts of it that are shown.
 pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
     let shots: Vec<&'static Shot> = shots::SHOTS.iter().filter(|shot| shot.scenario == scenario.name).collect();
     let mut taken: Vec<Option<Frame>> = vec![None; shots.len()];

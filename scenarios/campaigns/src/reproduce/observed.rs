@@ -1,11 +1,11 @@
-//! What the paper mentions and no report has: what the robot knew when it set out, how it was charged, and which way
-//! the safety monitor took.
+//! Observations that the paper mentions and no report has: what the robot knew when it set out, how it was charged, and
+//! which way the safety monitor took.
 
 use channels::{Event, EventKind, Message, Symbol, Topology, Value};
 use recording::{Battery, RunView};
 use scenarios::scenario::Figure;
 
-/// What was seen of a run while it went on.
+/// Observations of a run while it was in progress.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Observed {
     /// Each command to drive somewhere.

@@ -1,5 +1,5 @@
-//! The results as a page: what the paper says and how often it was so, then its figures, one by one; what is this
-//! project's own, where the system differs from the published one, and how to run everything again.
+//! The results as a page: the paper's claims and how often they were true, then its figures, one by one; what this
+//! project adds, where the system differs from the published one, and how to run everything again.
 
 use std::path::Path;
 
@@ -64,7 +64,7 @@ fn page(reproduction: &Reproduction) -> String {
     document("The paper’s experiments, run again in simulation", &main)
 }
 
-/// What the paper says of each experiment, and in how many runs it was so.
+/// The paper's claims about each experiment, and in how many runs they were true.
 fn claims(experiments: &[ExperimentResult], seeds: u64) -> Markup {
     let all = html! {
         div.pairs {
@@ -103,7 +103,7 @@ fn claim_row(claim: &ClaimResult, seeds: u64) -> Markup {
 /// A figure of the paper with its panels.
 struct Figure {
     title: &'static str,
-    /// What a reader has to know of all panels.
+    /// What a reader has to know about all panels.
     about: Markup,
     panels: Markup,
 }
@@ -161,12 +161,12 @@ impl Figure {
         self.short().to_lowercase().replace(' ', "-")
     }
 
-    /// What the title begins with.
+    /// The beginning of the title.
     fn short(&self) -> &'static str {
         self.title.split(':').next().unwrap_or(self.title)
     }
 
-    /// The scenes two beside each other, then the machines, as in the paper.
+    /// The scenes in pairs, then the machines, as in the paper.
     fn section(&self) -> Markup {
         section(&self.id(), self.title, html! { (self.about) div.pairs { (self.panels) } })
     }
@@ -269,7 +269,7 @@ fn command(still: &Still, settings: &[String]) -> String {
     command
 }
 
-/// What else there is to say of a moment.
+/// Further remarks on a moment.
 fn below(still: &Still) -> String {
     let (shot, frame) = (still.shot, &still.frame);
     let when = format!("{}, seed {SEED}, {:.2} s", shot.scenario, frame.time.as_secs_f64());
@@ -292,7 +292,7 @@ fn below(still: &Still) -> String {
     }
 }
 
-/// What the paper does not have.
+/// The parts that the paper does not have.
 fn ours(reproduction: &Reproduction) -> Markup {
     let content = html! {
         p {

@@ -9,7 +9,7 @@ pub(super) struct Shot {
     pub(super) figure: &'static str,
     /// The panel's letter in the figure; empty if the paper has no such panel.
     pub(super) panel: &'static str,
-    /// What the paper writes under it, or what there is to see where it has no such panel.
+    /// The paper's caption, or a description where the paper has no such panel.
     pub(super) caption: &'static str,
     pub(super) when: When,
     pub(super) shows: Shows,
@@ -30,7 +30,7 @@ pub(super) enum When {
     AfterVerdict(&'static str, f64),
 }
 
-/// What a panel shows of a moment.
+/// The part of a moment that a panel shows.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shows {
     /// The behavior tree.

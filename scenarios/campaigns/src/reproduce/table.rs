@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::{ClaimResult, Reproduction};
 
-/// What the paper says, where, and in how many runs it was so, with the runs in which it was not; then what this
-/// project adds.
+/// The paper's claims, their sources, and in how many runs they were true, with the runs in which they were not; then
+/// the claims that this project adds.
 pub fn table(reproduction: &Reproduction) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

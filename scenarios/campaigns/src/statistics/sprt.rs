@@ -24,9 +24,9 @@ use super::{Count, StatisticsError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sprt {
-    /// What a run with the event adds to the log likelihood ratio.
+    /// The contribution of a run with the event to the log likelihood ratio.
     if_happened: f64,
-    /// What any other run adds.
+    /// The contribution of any other run.
     if_not: f64,
     /// The decision threshold: above this, or below its negative.
     threshold: f64,

@@ -1,4 +1,4 @@
-//! Outlines of what is on the map: as markers, and as points for viewers that draw no markers.
+//! Outlines of things on the map: as markers, and as points for viewers that draw no markers.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -25,7 +25,7 @@ pub(super) struct Outline {
     corners: Vec<Point>,
 }
 
-/// What markers are called in ROS.
+/// The name of markers in ROS.
 mod marker {
     pub(super) const LINE_STRIP: i32 = 4;
     pub(super) const TEXT: i32 = 9;
@@ -66,7 +66,7 @@ impl Outline {
     }
 }
 
-/// Markers of outlines and their names, in place of those before.
+/// Markers of outlines and their names, which replace the previous ones.
 pub(super) fn markers(time: Duration, frame: &str, outlines: &[Outline]) -> Markers {
     let header = Header::new(time, frame);
     let clear = Marker { header: header.clone(), action: marker::DELETE_ALL, ..Marker::default() };

@@ -1,4 +1,5 @@
-//! What the tree was doing, in numbered stages: the same numbers and colours on the map, on the timeline and in words.
+//! The activities of the tree, in numbered stages: the same numbers and colours on the map, on the timeline and in
+//! words.
 
 use drawing::theme::{self, Color};
 

@@ -35,7 +35,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     Drawing { canvas, width: sizes.width, height }
 }
 
-/// What the colours and signs of the timeline mean: those that are in it.
+/// The meaning of the colours and signs that appear on the timeline.
 pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
@@ -66,7 +66,7 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
 
 /// When something changes besides the battery's level.
 fn changes(timeline: &Timeline, happenings: &[Happening]) -> Vec<Duration> {
-    /// A lane that changes all the time says nothing about what is worth the room.
+    /// A lane that changes all the time shows nothing that is worth the room.
     const RESTLESS: usize = 300;
     let mut changes: Vec<Duration> = happenings.iter().map(|happening| happening.time).collect();
     let mut add = |times: Vec<Duration>| {

@@ -32,7 +32,8 @@ const COLORS: [(&str, Color, Color); 22] = [
     ("body-light", theme::BODY_LIGHT, "#3a2a49"),
 ];
 
-/// What the tree does, first to last: colours that are told apart by most eyes, and mean nothing else on the map.
+/// The stages of the tree, first to last: colours that most eyes can distinguish, and that mean nothing else on the
+/// map.
 const ACTIVITIES: [Color; 6] = [theme::LASER, theme::BUSY, theme::BODY, theme::BELIEF, theme::GOOD, theme::LINE];
 
 /// The colour of an activity, by its number.
@@ -95,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn text_can_be_read_on_its_ground_in_light_and_dark() {
+    fn text_is_legible_on_its_background_in_light_and_dark() {
         let of = |wanted: &str| COLORS.iter().find(|(name, ..)| *name == wanted).expect("a colour of the page");
         let pairs = [
             ("ink", "paper"),

@@ -7,7 +7,7 @@ use recording::RunView;
 use super::words;
 use crate::timeline::Episode;
 
-/// What is known of a violation.
+/// The evidence of a violation.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence<'a> {
     /// The property's name.
@@ -57,7 +57,7 @@ pub(super) struct Missing {
 }
 
 impl<'a> Evidence<'a> {
-    /// What is known of the violation that ended that episode.
+    /// The evidence of the violation that ended that episode.
     pub(super) fn of(episode: &'a Episode, view: &'a RunView) -> Self {
         let monitor = view.monitor(episode.property);
         let topology = view.topology();

@@ -12,7 +12,7 @@ use crate::report::Report;
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
 
-/// Of more stages than these, only so many of the first and the last ones are in the table.
+/// If there are more stages than this, the table has only this many of the first and the last ones.
 const MOST_STAGES: usize = 40;
 const FIRST_STAGES: usize = 32;
 
@@ -61,7 +61,7 @@ fn overruns(report: &Report) -> String {
     }
 }
 
-/// What went wrong, when or where first, with a head over each column; empty if nothing did.
+/// Errors, with the time or place of the first occurrence, with a head over each column; empty if there are none.
 fn troubles<const N: usize>(head: [&str; N], lines: &[[String; N]]) -> Markup {
     html! {
         @if !lines.is_empty() {
@@ -77,7 +77,7 @@ pub(super) fn faults(report: &Report) -> Markup {
     troubles(["fault", "what it did"], &lines)
 }
 
-/// What went wrong in the tree; empty if nothing did.
+/// Errors in the tree; empty if there are none.
 pub(super) fn tree_errors(report: &Report) -> Markup {
     let lines = report.tree_errors.iter().map(|error| {
         let first = words::time(Duration::from_secs_f64(error.time_s));
@@ -86,7 +86,7 @@ pub(super) fn tree_errors(report: &Report) -> Markup {
     troubles(["first at", "node of the tree", "what went wrong in it"], &lines.collect::<Vec<_>>())
 }
 
-/// What went wrong in the skills, or in the components; empty if nothing did.
+/// Errors in the skills, or in the components; empty if there are none.
 pub(super) fn skill_errors(report: &Report, kind: &str) -> Markup {
     let lines = report.skill_errors.iter().filter(|error| error.kind == kind).map(|error| {
         let first = words::time(Duration::from_secs_f64(error.time_s));
@@ -95,7 +95,7 @@ pub(super) fn skill_errors(report: &Report, kind: &str) -> Markup {
     troubles(["first at", kind, "what went wrong in it"], &lines.collect::<Vec<_>>())
 }
 
-/// What the tree was doing, stage by stage; with how far a robot drove if it `drives`.
+/// The activities of the tree, stage by stage; with how far a robot drove if it `drives`.
 pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
     let columns = if drives { 3 } else { 2 };
     let line = |activity: &Activity| {

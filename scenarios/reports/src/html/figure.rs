@@ -6,10 +6,10 @@ use maud::{Markup, html};
 
 use super::colors;
 
-/// The width of a drawing for phones, in pixels: what is left of 375 inside a panel.
+/// The width of a drawing for phones, in pixels: the inside of a panel on a screen of 375.
 pub const NARROW: f64 = 325.0;
 
-/// For which width a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
+/// The width for which a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// For tablets, desks and paper.

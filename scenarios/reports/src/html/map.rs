@@ -21,7 +21,8 @@ const MOST_NUMBERS: usize = 12;
 /// It drove if it drove so far, in metres.
 const LEAST_M: f64 = 0.5;
 
-/// What the map shows: the run's last moment without what the robot sensed and planned then. None without a map.
+/// The contents of the map: the run's last moment without the robot's readings and plans at that time. None without a
+/// map.
 pub(super) fn scene(run: &RunView) -> Option<Scene> {
     /// More faults than these are marked without words: the list beside the map has them.
     const MOST_WORDS: usize = 4;

@@ -33,7 +33,7 @@ pub(super) fn prose(words: &str) -> Markup {
     }
 }
 
-/// What came of a property as pictures know it.
+/// A property's outcome as pictures show it.
 pub(super) fn verdict_of(outcome: Outcome) -> Verdict {
     match outcome {
         Outcome::Violated => Verdict::Violated,
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_between_backticks_is_code_and_nothing_is_markup() {
+    fn text_between_backticks_is_code_and_nothing_is_markup() {
         assert_eq!(prose("A told B `[<ok>]` & left").into_string(), "A told B <code>[&lt;ok&gt;]</code> &amp; left");
     }
 }

@@ -15,7 +15,7 @@ use super::figure::{Drawing, Layout, NARROW};
 pub const HALF: f64 = 500.0;
 const MARGIN: f64 = 8.0;
 
-/// The map with everything on it. `name` tells it from the page's other drawings.
+/// The map with everything on it. `name` distinguishes it from the page's other drawings.
 pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
     let width = layout.pick(HALF, NARROW);
     let bounds = map_panel::bounds(scene);
@@ -32,7 +32,7 @@ pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
     Drawing { canvas, width, height }
 }
 
-/// A state machine: as wide as two drawings beside each other have to be, or wider where names and labels need it.
+/// A state machine: as wide as two drawings side by side, or wider where names and labels need it.
 pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
     let narrowest = layout.pick(HALF, NARROW);
     let attempt = |factor: f64| (factor * narrowest, DiagramLayout::new(diagram, factor * narrowest - 2.0 * MARGIN));

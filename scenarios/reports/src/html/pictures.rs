@@ -13,13 +13,13 @@ use crate::report::SnapshotReport;
 /// A snapshot with its PNG file.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// What the report says of it.
+    /// The report's entry for it.
     pub snapshot: SnapshotReport,
     /// The file.
     pub png: Vec<u8>,
 }
 
-/// The section of the pictures, shown as far as they fit into that many bytes, those of what happened first, and all
+/// The section of the pictures, shown as far as they fit into this many bytes, those of early events first, and all
 /// linked to their files; empty if there are none.
 pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     let mut order: Vec<usize> = (0..pictures.len()).collect();

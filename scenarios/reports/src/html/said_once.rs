@@ -1,4 +1,4 @@
-//! What was said only once in a part of a run: where everybody repeats himself at every tick, that is what made the
+//! Messages that occurred only once in a part of a run: where all others repeat at every tick, these made the
 //! difference.
 
 use std::time::Duration;
@@ -11,8 +11,8 @@ use super::words;
 /// More messages than these are counted only.
 const MOST: usize = 6;
 
-/// The messages between skills and components that were received only once between two moments, numbers not considered,
-/// as a sentence; nothing if there are none.
+/// The messages between skills and components that were received only once between two moments, ignoring numbers, as a
+/// sentence; nothing if there are none.
 pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topology: &Topology) -> Option<String> {
     let inside: Vec<&Event> = events.iter().filter(|event| (from..=to).contains(&event.time)).collect();
     let is_new = |event: &&&Event| inside.iter().filter(|other| says_the_same(event, other)).count() == 1;
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_again_with_another_number_is_not_said_once() {
+    fn a_message_repeated_with_another_number_is_not_unique() {
         let mut topology = Topology::default();
         let ids = ["Reader", "Skill", "BT"].map(|name| topology.process(name).unwrap());
         let domain = || Domain::new([Shape::new([("what", FieldKind::Symbol(Vec::new()))])]);

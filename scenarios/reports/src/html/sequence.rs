@@ -1,7 +1,7 @@
-//! A violation as a sequence chart: which messages passed between whom, tick by tick.
+//! A violation as a sequence chart: the messages between the processes, tick by tick.
 //!
 //! Only the processes that the property concerns are drawn, and the tree that ticks them. The ticks at which something
-//! happened that led to the violation are drawn in full; what lies between is summed up.
+//! happened that led to the violation are drawn in full; everything in between is summarized.
 
 mod chart;
 mod select;

@@ -1,4 +1,4 @@
-//! What was required, and what came of it.
+//! The requirements and their results.
 
 use drawing::Verdict;
 use maud::{Markup, html};
@@ -15,7 +15,7 @@ use crate::timeline::Timeline;
 pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
     let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
-    // Of more than one row of cards, what was violated comes first.
+    // If there is more than one row of cards, violated properties come first.
     let mut order: Vec<usize> = (0..report.monitors.len()).collect();
     if order.len() > 3 {
         order.sort_by_key(|index| report.monitors[*index].verdict != Outcome::Violated);
@@ -98,7 +98,7 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
     }
 }
 
-/// What happened to a property that was not violated in so many ticks.
+/// The history of a property that was not violated in this many ticks.
 fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
     html! {
         @match verdict {

@@ -35,7 +35,7 @@ pub(super) fn pictures(view: &RunView, timeline: &Timeline) -> Vec<(String, [Str
     timeline.episodes().iter().map(of).collect()
 }
 
-/// What happened, in a few sentences.
+/// The story, in a few sentences.
 pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     let mut sentences = cause_sentences(evidence, view.faults());
     sentences.extend(owed_sentence(evidence));
@@ -74,7 +74,7 @@ fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
     }
 }
 
-/// What happened, a sentence a step.
+/// The story, one sentence per step.
 fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
     let topology = view.topology();
     let decided = &evidence.episode.decided;
@@ -126,7 +126,7 @@ fn cause_sentence(evidence: &Evidence<'_>) -> String {
     format!("At tick {} ({}) {from} told {to} `{message}`{after}.", at.tick, words::time(at.time))
 }
 
-/// What had to come then.
+/// The event that had to follow.
 fn owed_sentence(evidence: &Evidence<'_>) -> Option<String> {
     let wanted = |missing: &Missing| format!("{} had to tell {} `{}`", missing.from, missing.to, missing.message);
     let wanted: Vec<String> = evidence.missing.iter().map(wanted).collect();
@@ -164,7 +164,7 @@ fn window(evidence: &Evidence<'_>) -> (Duration, Duration) {
     (first.map_or(decided, |event| event.time), decided)
 }
 
-/// What the tree and navigation were doing in the meantime, or before and after a violation that took no time.
+/// The activities of the tree and navigation in the meantime, or before and after a violation that took no time.
 fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<String> {
     let (from, to) = window(evidence);
     let stages = timeline.trail().stages(timeline.end());
@@ -200,7 +200,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     Some(format!("In the meantime the tree was running {doing}{navigation}."))
 }
 
-/// What components told the leaf that the tree was running last, while an answer was owed.
+/// Messages from components to the leaf that the tree was running last, while an answer was pending.
 fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &Timeline) -> Option<String> {
     let (from, to) = window(evidence);
     let stages = timeline.trail().stages(timeline.end());
@@ -233,7 +233,7 @@ fn last_before(evidence: &Evidence<'_>, missing: &Missing, topology: &Topology) 
     evidence.episode.events.iter().rfind(is_there).and_then(|event| Seen::of(event, topology))
 }
 
-/// What passed on the channels on which an answer was owed.
+/// Messages on the channels on which an answer was pending.
 fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let (from, _) = window(evidence);
     let decided = evidence.episode.decided.step;
@@ -263,7 +263,7 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
     evidence.missing.iter().map(sentence).collect()
 }
 
-/// How what had begun it went on.
+/// How the story continued after its beginning.
 fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<String> {
     let cause = evidence.causes.last().filter(|_| !evidence.missing.is_empty())?;
     let later = evidence.episode.events.iter().filter(|event| event.step > cause.at.step);
@@ -274,7 +274,7 @@ fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<Str
     Some(format!("{from} went on telling {to}: at tick {} it was `{message}`.", at.tick))
 }
 
-/// What the leaves that the property concerns answered the tree.
+/// The answers to the tree from the leaves that the property concerns.
 fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView) -> Option<String> {
     if evidence.missing.is_empty() {
         return None;

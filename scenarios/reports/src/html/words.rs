@@ -32,7 +32,7 @@ fn value(value: &Value) -> String {
     format!("{value:.3}")
 }
 
-/// A message that a condition asks for: as a message where the condition says so of every field, else the condition.
+/// A message that a condition requires: as a message where the condition determines every field, else the condition.
 pub(super) fn wanted(condition: &MessageCondition) -> String {
     let parts = match condition {
         MessageCondition::And(parts) => parts.as_slice(),
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_said_as_people_say_them() {
+    fn times_are_written_as_people_say_them() {
         let said = [0.02, 21.02, 120.0, 1483.94].map(|seconds| time(Duration::from_secs_f64(seconds)));
         assert_eq!(said, ["0.02 s", "21.02 s", "120 s", "1483.94 s"]);
         assert_eq!([0.25, 14.4, 1397.0].map(roughly), ["0.2 s", "14 s", "1397 s"]);

@@ -12,7 +12,7 @@ const CAPACITY: usize = 16_384;
 pub struct Episode {
     /// Which property was violated: its position in the scenario.
     pub property: usize,
-    /// The event at which the verdict fell.
+    /// The event that decided the verdict.
     pub decided: Event,
     /// The events up to the end of that step, oldest first, as far back as they are remembered.
     pub events: Vec<Event>,
@@ -25,14 +25,14 @@ pub(super) struct Recent {
 }
 
 impl Recent {
-    /// Takes in what has just happened.
+    /// Records the latest events.
     pub(super) fn see(&mut self, events: &[Event]) {
         self.events.extend(events.iter().cloned());
         let surplus = self.events.len().saturating_sub(CAPACITY);
         self.events.drain(..surplus);
     }
 
-    /// What has led to a violation that has just been found.
+    /// The events that led to a violation that has just been found.
     pub(super) fn episode(&self, property: usize, decided: Event) -> Episode {
         Episode { property, decided, events: self.events.iter().cloned().collect() }
     }
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_bounded_and_the_oldest_go_first() {
+    fn memory_is_bounded_and_the_oldest_entries_go_first() {
         let mut recent = Recent::default();
         for tick in 0..50_000 {
             recent.see(&[Event { step: 0, tick, time: Duration::ZERO, kind: EventKind::Tick }]);

@@ -1,4 +1,4 @@
-//! What a machine declares: its interfaces, timers, ports and data.
+//! The declarations of a machine: its interfaces, timers, ports and data.
 
 use std::collections::BTreeMap;
 

@@ -47,7 +47,7 @@ fn words(text: &str) -> Vec<(&str, Range<usize>)> {
     words
 }
 
-/// The kind of an expression's value, as far as it can be told from the types of the data in it.
+/// The kind of an expression's value, as far as the types of the data in it determine it.
 pub(super) fn kind(text: &str, data: &BTreeMap<String, Kind>) -> Kind {
     let text = text.trim();
     if text == "true" || text == "false" || outside(text, &["==", "!=", "<", ">", "&&", "||", "!"]) {

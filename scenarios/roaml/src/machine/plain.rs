@@ -13,9 +13,9 @@ pub(crate) struct Plain {
 #[derive(Debug)]
 struct Piece {
     start: usize,
-    /// What it stands for in the file.
+    /// The text in the file to which it corresponds.
     from: Range<usize>,
-    /// Whether it is a copy, so that places inside it can be told apart.
+    /// Whether it is a copy, so that positions inside it can be distinguished.
     copied: bool,
 }
 
@@ -45,7 +45,7 @@ impl Plain {
         from..to.max(from)
     }
 
-    /// The place of a byte, or the one behind it.
+    /// The position of a byte, or the one after it.
     fn from(&self, byte: usize, behind: bool) -> usize {
         let after = self.pieces.partition_point(|piece| piece.start <= byte);
         let Some(piece) = after.checked_sub(1).map(|index| &self.pieces[index]) else { return 0 };
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_inside_copies_are_exact_and_others_are_those_of_the_replaced_words() {
+    fn locations_inside_copies_are_exact_and_others_are_those_of_the_replaced_words() {
         let file = "if _msg.data then";
         let mut plain = Plain::default();
         plain.copy(file, 0..3);

@@ -1,4 +1,4 @@
-//! From RoAML to SCXML: each element that RoAML adds becomes a transition or a `<send>`.
+//! Translates RoAML to SCXML: each element that RoAML adds becomes a transition or a `<send>`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,7 +33,7 @@ pub(crate) struct Sent {
     pub(crate) fields: Vec<(String, Kind)>,
 }
 
-/// The elements of SCXML that stay as they are.
+/// The elements of SCXML that stay unchanged.
 const KEPT: [&str; 14] = [
     "state",
     "final",

@@ -1,6 +1,6 @@
 //! The elements that RoAML adds to SCXML, and the events that they stand for.
 
-/// What a machine declares about an interface: the elements that use it need the same role.
+/// A machine's declaration about an interface: the elements that use it need the same role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Role {
     /// Publishes on a topic.

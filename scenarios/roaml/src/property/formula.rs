@@ -143,7 +143,7 @@ impl Expression {
         match self.value(state) {
             Datum::Number(number) => number,
             Datum::Bool(truth) => f64::from(u8::from(truth)),
-            // What has not been sent yet is 0, as in AS2FM.
+            // A value that has not been sent yet is 0, as in AS2FM.
             _ => 0.0,
         }
     }

@@ -13,7 +13,7 @@ use crate::instance::Fields;
 /// The events that a model's machines send, with their fields.
 type Events = BTreeMap<String, Fields>;
 
-/// What a reader reports: the message, the words of the file that it is about, and help.
+/// A problem found by a reader: the message, the words of the file that it is about, and help.
 struct Unfit {
     message: String,
     words: Option<String>,

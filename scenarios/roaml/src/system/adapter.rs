@@ -1,4 +1,4 @@
-//! What stands between a machine and its channels: the rules of ROS.
+//! The adapter between a machine and its channels: the rules of ROS.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{Hash, Hasher};
@@ -16,7 +16,7 @@ use crate::machine::{Kind, PortDirection, TREE, Way, input_datum, nested, output
 /// More messages than this may not wait for one channel.
 const MAX_WAITING: usize = 4096;
 
-/// What connects a machine with the other processes.
+/// The connections of a machine with the other processes.
 #[derive(Debug, Default)]
 pub(super) struct Wiring {
     pub(super) name: String,
@@ -75,7 +75,7 @@ struct Post {
     serving: BTreeMap<String, usize>,
     /// Requests that came meanwhile.
     waiting: VecDeque<(String, usize, Datum)>,
-    /// The tree's request that has no answer yet.
+    /// The tree's request that has not been answered yet.
     pending: Option<RequestNumber>,
     /// The answer to the tree's request, still without the values of ports.
     answer: Option<(String, RequestNumber)>,
@@ -161,7 +161,7 @@ impl Adapter for RosAdapter {
             let action = Action::Receive(incoming.channel, Pattern::Any);
             offers.push(Offer { transition: TransitionId(index as u32), action });
         }
-        // A property sees what is sent at once, before anything follows from it.
+        // A property sees sent messages at once, before anything follows from them.
         let first = self.wiring.recorder.filter(|recorder| !self.post.outboxes[*recorder].is_empty());
         for (index, (out, waiting)) in self.wiring.outgoing.iter().zip(&self.post.outboxes).enumerate() {
             if let Some(envelope) = waiting.front().filter(|_| first.is_none_or(|first| first == index)) {

@@ -21,7 +21,7 @@ pub(super) struct Timer {
     pub(super) period_ns: u64,
 }
 
-/// What the clock sends, and where.
+/// The clock's messages, and their receivers.
 #[derive(Debug, Default)]
 pub(super) struct Wiring {
     pub(super) outgoing: Vec<ChannelId>,

@@ -29,14 +29,14 @@ pub struct Topics {
 #[error("{0}")]
 pub struct NoRobot(pub String);
 
-/// What a bag has of a robot.
+/// The data about a robot in a bag.
 #[derive(Debug)]
 pub struct RecordedBag {
     /// The robot.
     pub recording: Recording,
     /// The last map that was published, `nav_msgs/msg/OccupancyGrid`.
     pub map: Option<OccupancyGrid>,
-    /// What is missing or was left out, in words.
+    /// Missing or omitted data, in words.
     pub notes: Vec<String>,
 }
 
@@ -56,7 +56,7 @@ enum Part {
     Map,
 }
 
-/// Reads what a bag has of a robot.
+/// Reads the data about a robot in a bag.
 ///
 /// # Errors
 /// [`NoRobot`] if it has no scans with odometry, or does not say which of several topics is meant.
@@ -145,7 +145,7 @@ fn parts(bag: &Bag, topics: &Topics) -> Result<Vec<(Part, usize)>, NoRobot> {
     Ok(parts)
 }
 
-/// What has been read so far.
+/// The data read so far.
 #[derive(Default)]
 struct Reader {
     /// Each frame with the frame that it hangs on, and its pose in it.

@@ -1,4 +1,4 @@
-//! Whether a map shows the place where a log was recorded, and what its cells stand for.
+//! Whether a map shows the place where a log was recorded, and what its cells represent.
 //!
 //! The walls of a drawn map end at the faces of cells. A map made from scans has a wall in every cell in which beams
 //! ended, anywhere in the cell: its surfaces lie about half a cell behind the faces.

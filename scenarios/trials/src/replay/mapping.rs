@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
 
-    /// What a robot at (1.025, 2.025) sees to the right, ahead (along x) and to the left.
+    /// The view of a robot at (1.025, 2.025) to the right, ahead (along x) and to the left.
     fn map(ranges_m: [f32; 3]) -> Result<OccupancyGrid, MappingError> {
         let mut log = LogWriter::new("test");
         let scan = LaserScan { time: Duration::ZERO, laser: 0, ranges_m: ranges_m.to_vec() };

@@ -87,7 +87,7 @@ fn an_offset_affects_only_the_readings() {
 }
 
 #[test]
-fn noise_has_the_spread_that_is_asked_for() {
+fn noise_has_the_requested_spread() {
     let mut sim = reported(BatteryReport { sigma_pct: 3.0, ..BatteryReport::default() });
     sim.faults_mut().battery.charger_factor = 0.0;
     let told = told(&mut sim, 50 * 1000);

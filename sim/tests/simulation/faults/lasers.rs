@@ -72,7 +72,7 @@ fn some_beams_drop_out_and_the_others_are_unchanged() {
 }
 
 #[test]
-fn noise_has_the_spread_that_is_asked_for() {
+fn noise_has_the_requested_spread() {
     let mut sim = troubled(&[(Some("front"), LaserTrouble::Noise { sigma_m: 0.05 })]);
     let [_, exact] = with_and_without(LaserTrouble::Stuck);
     let scans = scans_of(&mut sim, 0, 500);

@@ -1,4 +1,4 @@
-//! What happened at one moment: faults, violations, arrivals, speeches.
+//! Events at one moment: faults, violations, arrivals, speeches.
 
 use std::time::Duration;
 
@@ -121,8 +121,8 @@ impl Chart {
         self.y += rows as f64 * pitch + if rows > 0 { 4.0 } else { 0.0 };
     }
 
-    /// Finds room: for violations first, then in the order of time. Words stand right of their sign where they can;
-    /// where there is no room at all, the sign stands alone.
+    /// Finds room: for violations first, then in the order of time. Words are to the right of their sign where they can
+    /// be; where there is no room at all, the sign is alone.
     fn placed<'a>(&self, happenings: &'a [Happening]) -> Vec<Placed<'a>> {
         let (low, high) = (1.0, self.sizes.width - 1.0);
         let mut rows: Vec<Vec<(f64, f64)>> = vec![Vec::new(); MOST_ROWS];

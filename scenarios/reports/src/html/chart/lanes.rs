@@ -138,7 +138,7 @@ fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
     Bars { name: lane.name.clone(), bars }
 }
 
-/// What the colours of the lanes mean: those that are there to be seen.
+/// The meaning of the colours of the lanes that are visible.
 pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
     let lanes = || groups[1..].iter().flat_map(|group| &group.lanes);
     let drawn = |chart: &Chart| lanes().flat_map(|lane| chart.drawable(&lane.bars)).collect::<Vec<_>>();
@@ -159,7 +159,7 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
     words::sentence(&there.join("; "))
 }
 
-/// What the states of the monitors mean whose names do not say it.
+/// The meaning of the states of the monitors whose names are not self-explanatory.
 pub(super) fn meanings(timeline: &Timeline) -> Vec<(&str, &'static str)> {
     let mut meanings: Vec<(&str, &'static str)> = Vec::new();
     for state in timeline.monitors().iter().flat_map(|lane| lane.track.spans(timeline.end())).map(|span| span.state) {

@@ -12,7 +12,7 @@ use super::super::words;
 #[derive(Clone, Copy)]
 pub(super) struct Sizes {
     pub(super) width: f64,
-    /// Where the lanes begin; their names stand left of it, or above them where there is no room.
+    /// Where the lanes begin; their names are to the left of it, or above them where there is no room.
     pub(super) left: f64,
     pub(super) font: Font,
     pub(super) small: Font,
@@ -43,7 +43,7 @@ impl Sizes {
     }
 }
 
-/// A chart on its way: what is drawn, and how far down.
+/// An unfinished chart: its drawing, and how far down it extends.
 pub(super) struct Chart {
     pub(super) canvas: Canvas,
     pub(super) axis: TimeAxis,

@@ -17,7 +17,7 @@ const MOST_AFTERWARDS: usize = 6;
 /// How much a message matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Weight {
-    /// It shows what went on.
+    /// It shows that things continued.
     Plain,
     /// It belongs to what caused the violation.
     Cause,
@@ -74,7 +74,7 @@ impl Sequence {
         Self { lifelines, rows }.without_idle_lifelines()
     }
 
-    /// Whether one of its messages matters that much.
+    /// Whether one of its messages is this important.
     pub(crate) fn has(&self, wanted: Weight) -> bool {
         self.rows.iter().any(|row| matches!(row, Row::Message { weight, .. } if *weight == wanted))
     }
@@ -156,7 +156,7 @@ struct Teller<'a> {
     topology: &'a Topology,
     lifelines: &'a [String],
     faults: &'a [FaultRecord],
-    /// What happened around the processes and is not told yet.
+    /// Events around the processes that have not been reported yet.
     moves: &'a [Moved],
     rows: Vec<Row>,
 }
@@ -194,7 +194,7 @@ impl Teller<'_> {
                 shown.insert(tick);
             }
         }
-        // Of a fault that comes again and again, the first time is enough.
+        // For a fault that repeats, the first time is sufficient.
         let firsts = FaultCourse::of(self.faults);
         let faults = firsts.iter().filter_map(|course| ticks.iter().find(|tick| tick.time >= course.first().time));
         shown.extend(faults.map(|tick| tick.tick).take(MOST_TICKS));
@@ -293,7 +293,7 @@ impl Teller<'_> {
         self.rows.push(Row::Ticks { first: first.tick, last: last.tick, words });
     }
 
-    /// What a tick looks like if numbers don't count.
+    /// The contents of a tick, ignoring numbers.
     fn outline(&self, tick: &TickEvents<'_>) -> Vec<(usize, Option<String>)> {
         let outline = |event: &&Event| match &event.kind {
             EventKind::Tick => None,

@@ -1,4 +1,4 @@
-//! What the scenario's file says, and what the command line changed.
+//! The settings of the scenario's file, and the changes from the command line.
 
 use maud::{Markup, html};
 use recording::Origin;
@@ -25,7 +25,7 @@ impl Given {
     }
 }
 
-/// What the scenario's file says, key by key as `--set` calls them, with what the command line changed.
+/// The settings of the scenario's file, key by key as `--set` names them, with the changes from the command line.
 pub(super) fn of(origin: &Origin) -> Vec<Given> {
     let mut given = Vec::new();
     // The file has been read before; a text that is not TOML cannot come this far.
@@ -47,7 +47,7 @@ pub(super) fn of(origin: &Origin) -> Vec<Given> {
     given
 }
 
-/// What keys are sorted by: part by part, numbers by their value.
+/// The sort order of keys: part by part, numbers by their value.
 fn order(key: &str) -> Vec<(Option<u64>, String)> {
     key.split('.').map(|part| (part.parse().ok(), part.to_owned())).collect()
 }
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_command_line_sets_takes_the_place_of_what_the_file_says() {
+    fn values_from_the_command_line_replace_those_from_the_file() {
         let given = of(&origin(&["battery.initial_pct=35", "faults.0.kind=other", "seed = 4"]));
         let told: Vec<_> =
             given.iter().map(|given| (given.key.as_str(), given.value.as_str(), given.overridden)).collect();
