@@ -1,5 +1,6 @@
 //! `steward localize` and `steward map` on the log of a simulated robot.
 
+use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -156,8 +157,10 @@ const GEOMETRY: &str = "===\nMSG: geometry_msgs/Pose\nPoint position\nQuaternion
     ===\nMSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\nTransform transform\n\
     ===\nMSG: nav_msgs/MapMetaData\nbuiltin_interfaces/Time map_load_time\nfloat32 resolution\nuint32 width\nuint32 height\n\
     geometry_msgs/Pose origin\n";
-const TOPICS: [(&str, &str, &str); 5] = [
-    ("/tf_static", "tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"),
+const TRANSFORMS: (&str, &str) = ("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n");
+const TOPICS: [(&str, &str, &str); 6] = [
+    ("/tf_static", TRANSFORMS.0, TRANSFORMS.1),
+    ("/tf", TRANSFORMS.0, TRANSFORMS.1),
     ("/map", "nav_msgs/msg/OccupancyGrid", "std_msgs/Header header\nMapMetaData info\nint8[] data\n"),
     (
         "/odom",
@@ -174,24 +177,27 @@ const TOPICS: [(&str, &str, &str); 5] = [
     ),
 ];
 
-/// The same drive as a bag.
-fn bag(log: &str, map: &maps::OccupancyGrid) -> Vec<u8> {
+/// The same drive as a bag: with topics for odometry and truth, or with transforms alone.
+fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
-    let channels = TOPICS.map(|(topic, kind, definition)| {
-        let text = format!("{definition}{TIME_AND_FRAME}{GEOMETRY}");
-        let schema = writer.add_schema(kind, "ros2msg", text.as_bytes()).unwrap();
-        writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()
-    });
-    let mut write = |topic: usize, time: Duration, Cdr(body): Cdr| {
+    let mut channels = BTreeMap::new();
+    let mut write = |topic: &'static str, time: Duration, Cdr(body): Cdr| {
+        let channel_id = *channels.entry(topic).or_insert_with(|| {
+            let (_, kind, definition) = TOPICS.iter().find(|(name, ..)| *name == topic).unwrap();
+            let text = format!("{definition}{TIME_AND_FRAME}{GEOMETRY}");
+            let schema = writer.add_schema(kind, "ros2msg", text.as_bytes()).unwrap();
+            writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()
+        });
         let log_time = time.as_nanos() as u64;
-        let header =
-            mcap::records::MessageHeader { channel_id: channels[topic], sequence: 0, log_time, publish_time: log_time };
+        let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
         writer.write_to_known_channel(&header, &[&[0, 1, 0, 0], body.as_slice()].concat()).unwrap();
     };
+    let transform = |time: Duration, frame: &str, child: &str, at: &maps::Pose| {
+        Cdr::default().put(1_u32.to_le_bytes()).header(time, frame).text(child).pose(at)
+    };
     let start = Duration::ZERO;
-    let mount = Cdr::default().put(1_u32.to_le_bytes()).header(start, "base_link").text("laser");
-    write(0, start, mount.pose(&pose(0.1, 0.0, 0.0)));
+    write("/tf_static", start, transform(start, "base_link", "laser", &pose(0.1, 0.0, 0.0)));
     let info = Cdr::default().header(start, "map").put([0; 4]).put([0; 4]).floats([map.resolution_m()]);
     let info =
         info.put((map.width() as u32).to_le_bytes()).put((map.height() as u32).to_le_bytes()).pose(&map.origin());
@@ -201,18 +207,27 @@ fn bag(log: &str, map: &maps::OccupancyGrid) -> Vec<u8> {
         maps::Cell::Occupied => 100,
         maps::Cell::Unknown => 255,
     }));
-    write(1, start, grid);
+    write("/map", start, grid);
     for Record { time, odometry, velocity, scan, corrected, .. } in Recording::read(log.as_bytes()).unwrap().records() {
-        let odometry = Cdr::default().header(*time, "odom").text("base_link").pose(odometry).reals(&[0.0; 36]);
-        let VelocityCommand { linear_mps, angular_radps } = velocity;
-        write(2, *time, odometry.reals(&[*linear_mps, 0.0, 0.0, 0.0, 0.0, *angular_radps]).reals(&[0.0; 36]));
+        if transforms_alone {
+            write("/tf", *time, transform(*time, "odom", "base_link", odometry));
+        } else {
+            let odometry = Cdr::default().header(*time, "odom").text("base_link").pose(odometry).reals(&[0.0; 36]);
+            let VelocityCommand { linear_mps, angular_radps } = velocity;
+            let odometry = odometry.reals(&[*linear_mps, 0.0, 0.0, 0.0, 0.0, *angular_radps]).reals(&[0.0; 36]);
+            write("/odom", *time, odometry);
+        }
         let (Some(scan), Some(corrected)) = (scan, corrected) else { continue };
-        write(3, *time, Cdr::default().header(*time, "map").pose(corrected));
+        if transforms_alone {
+            write("/tf", *time, transform(*time, "map", "odom", &(corrected * odometry.inverse())));
+        } else {
+            write("/truth", *time, Cdr::default().header(*time, "map").pose(corrected));
+        }
         let half = std::f64::consts::FRAC_PI_2;
         let message =
             Cdr::default().header(*time, "laser").floats([-half, half, 1_f64.to_radians(), 0.0, 0.5, 0.1, 30.0]);
         let message = message.put((scan.ranges_m.len() as u32).to_le_bytes());
-        write(4, *time, message.floats(scan.ranges_m.iter().map(|range| f64::from(*range))).put([0; 4]));
+        write("/scan", *time, message.floats(scan.ranges_m.iter().map(|range| f64::from(*range))).put([0; 4]));
     }
     writer.finish().unwrap();
     drop(writer);
@@ -222,15 +237,17 @@ fn bag(log: &str, map: &maps::OccupancyGrid) -> Vec<u8> {
 #[test]
 fn a_robot_is_localized_in_a_bag_as_in_a_log() {
     let folder = Folder::new();
-    std::fs::write(folder.path("drive.mcap"), bag(&log(), &maps::house::draw())).unwrap();
     let topics = ["--pose-topic", "/truth"];
     let of_log = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);
-    // The map, too, is that of the bag.
-    let of_bag = folder.json(&[&["localize", "--log", "drive.mcap", "--json"], &topics[..]].concat());
-    assert_eq!(of_bag["scans"], of_log["scans"]);
-    for (key, most) in [("median_m", 0.005), ("rmse_m", 0.005), ("driven_m", 0.01)] {
-        let [of_bag, of_log] = [&of_bag, &of_log].map(|result| result[key].as_f64().unwrap());
-        assert!((of_bag - of_log).abs() < most, "{key}: {of_bag} and {of_log}");
+    for (name, transforms_alone, topics) in [("drive.mcap", false, &topics[..]), ("transforms.mcap", true, &[])] {
+        std::fs::write(folder.path(name), bag(&log(), &maps::house::draw(), transforms_alone)).unwrap();
+        // The map, too, is that of the bag.
+        let of_bag = folder.json(&[&["localize", "--log", name, "--json"], topics].concat());
+        assert_eq!(of_bag["scans"], of_log["scans"], "{name}");
+        for (key, most) in [("median_m", 0.005), ("rmse_m", 0.005), ("driven_m", 0.01)] {
+            let [of_bag, of_log] = [&of_bag, &of_log].map(|result| result[key].as_f64().unwrap());
+            assert!((of_bag - of_log).abs() < most, "{name}: {key}: {of_bag} and {of_log}");
+        }
     }
     let (said, _) = folder.run(&[&["map", "--log", "drive.mcap", "--out", "made.yaml"], &topics[..]].concat());
     assert!(said.contains("cells of 0.05 m from"), "{said}");

@@ -16,6 +16,7 @@ import tempfile
 import numpy
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -26,6 +27,8 @@ RUNS = {
     "guide/crowd": ["--set", "execution.max_time_s=60"],
     "pick": [],
 }
+LATCHED = ("/map", "/places", "/robot", "/tf_static", "/bodies", "/tree", "/processes", "/monitors", "/navigation",
+           "/rosout")
 DRAWN = {  # what Rerun makes of types that it knows
     "sensor_msgs/msg/PointCloud2": "Points3D",
     "nav_msgs/msg/OccupancyGrid": "GridMap",
@@ -214,6 +217,10 @@ def run_and_read(scenario, more, folder):
         own = get_typestore(Stores.EMPTY)
         for connection in reader.connections:
             own.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
+            [profile] = connection.ext.offered_qos_profiles
+            assert (profile.history, profile.reliability) == (QosHistory.KEEP_LAST, QosReliability.RELIABLE)
+            is_latched = profile.durability == QosDurability.TRANSIENT_LOCAL
+            assert is_latched == connection.topic.startswith(LATCHED) and is_latched == (profile.depth == 1), profile
         for connection, time, raw in reader.messages():
             at, expected = topics[connection.topic][read[connection.topic]]
             read[connection.topic] += 1

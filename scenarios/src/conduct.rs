@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use recording::{Archive, Detail, Ended, Record, RunView};
+use recording::{Archive, Detail, Ended, RecordRef, RunView};
 
 use crate::Error;
 use crate::ending::Ending;
@@ -41,7 +41,7 @@ pub fn conduct<E: From<Error>>(
         let step = live.record(detail);
         // A failed step is recorded, too: it may show the reason.
         if let Some(archive) = &mut archive {
-            archive.record(|| Record::Step(step.clone())).map_err(Error::from)?;
+            archive.record(RecordRef::Step(&step)).map_err(Error::from)?;
         }
         view.apply(step).expect(FITS);
         if let Some(failure) = failure {
@@ -55,7 +55,7 @@ pub fn conduct<E: From<Error>>(
         if let Some(why) = ending.reached(&scenario.file, &view).or(over).or(interrupted) {
             let end = live.end(why, detail);
             if let Some(archive) = &mut archive {
-                archive.record(|| Record::End(Box::new(end.clone()))).map_err(Error::from)?;
+                archive.record(RecordRef::End(&end)).map_err(Error::from)?;
             }
             view.finish(end).expect(FITS);
         }

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""How fast bags are read, ours and Python's readers in one sitting: `speed.py CHECK_BAG FOLDER [GIGABYTES]`.
+"""How fast bags are judged, by us, Python's readers and reelay in one sitting: `speed.py CHECK_BAG FOLDER [GIGABYTES]`.
 
-Needs `pip install rosbags mcap mcap-ros2-support`, GNU time, room in FOLDER for the bags, and a release build:
-`cargo build --release -p bags --example check_bag`.
+Needs `pip install rosbags mcap mcap-ros2-support reelay`, GNU time, room in FOLDER for the bags, and a release build:
+`cargo build --release -p steward -p bags --example check_bag`.
 """
-import re, subprocess, sys, time
+import os, resource, subprocess, sys, time
 from pathlib import Path
 
+import reelay
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer as Mcap
 from mcap_ros2.decoder import DecoderFactory
@@ -17,6 +18,7 @@ CHECK_BAG, FOLDER = sys.argv[1], Path(sys.argv[2])
 GIGABYTES = float(sys.argv[3]) if len(sys.argv) > 3 else 5
 STORE = get_typestore(Stores.ROS2_JAZZY)
 SMALL = 300_000
+ROUNDS = 3
 IMAGE = 2_000_000
 TWIST, CAMERA = "geometry_msgs/msg/Twist", "sensor_msgs/msg/Image"
 
@@ -52,7 +54,7 @@ def write(name, images, messages, compression):
                 if written < messages:
                     speed = 0.5 + (written % 10) / 100
                     small = STORE.types[TWIST](linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.1))
-                    stamp = at * 33_000_000 + written % every * (3_300_000_000 // every)
+                    stamp = at * 33_000_000 + written % every * (3_300_000_000 // every if images else 1_000_000)
                     bag.add_message(channels[TWIST], stamp, bytes(STORE.serialize_cdr(small, TWIST)), stamp)
                     written += 1
         bag.finish()
@@ -75,47 +77,87 @@ def ours(folder, name):
                        'fields = { x = "linear.x", turn = "angular.z" }\n')
     scope = FOLDER / "speed.scope"
     scope.write_text("property speed := always (controller, base, m.x <= 2)\n")
-    began = time.perf_counter()
-    command = ["/usr/bin/time", "-v", CHECK_BAG, folder / f"{name}.mcap", mapping, scope]
-    done = subprocess.run(command, capture_output=True, text=True)
-    took = time.perf_counter() - began
-    assert done.returncode == 0, done.stderr
-    count = int(done.stdout.split()[0])
-    kilobytes = int(re.search(r"Maximum resident set size \(kbytes\): (\d+)", done.stderr).group(1))
-    print(f"  ours                {took:8.2f} s  {count / took:12.0f} messages/s  at most {kilobytes / 1024:.0f} MiB")
-    return count / took
+    command = ["/usr/bin/time", "-f", "%M", CHECK_BAG, folder / f"{name}.mcap", mapping, scope]
+    began, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert "satisfied" in done.stdout, done
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return int(done.stdout.split()[0]), used, time.perf_counter() - began, int(done.stderr.split()[-1])
 
 
-def python(folder, name):
-    def with_rosbags():
-        with Reader(folder) as bag:
-            wanted = [connection for connection in bag.connections if connection.topic == "/cmd_vel"]
-            return sum(STORE.deserialize_cdr(data, TWIST).linear.x <= 2 for _, _, data in bag.messages(wanted))
+def decoded_by_rosbags(folder):
+    with Reader(folder) as bag:
+        wanted = [connection for connection in bag.connections if connection.topic == "/cmd_vel"]
+        for _, _, data in bag.messages(wanted):
+            yield STORE.deserialize_cdr(data, TWIST).linear.x
 
-    def with_mcap():
-        with (folder / f"{name}.mcap").open("rb") as stream:
-            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            return sum(found[3].linear.x <= 2 for found in reader.iter_decoded_messages(topics=["/cmd_vel"]))
 
-    rates = []
-    for reader, read in (("rosbags", with_rosbags), ("mcap-ros2-support", with_mcap)):
-        began = time.perf_counter()
-        count = read()
-        took = time.perf_counter() - began
-        rates.append(count / took)
-        print(f"  {reader:<18}  {took:8.2f} s  {count / took:12.0f} messages/s")
-    return max(rates)
+def decoded_by_mcap(folder):
+    with next(folder.glob("*.mcap")).open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        for found in reader.iter_decoded_messages(topics=["/cmd_vel"]):
+            yield found[3].linear.x
+
+
+def judged_by_reelay(values):
+    monitor = reelay.discrete_timed_monitor(pattern="historically{x <= 2}", semantics="boolean", condense=False)
+    return sum(monitor.update({"x": value})["value"] for value in values)
+
+
+def theirs(folder):
+    """Programs in Python, each with what it does; the last one has its messages already."""
+    yield "rosbags", lambda: sum(value <= 2 for value in decoded_by_rosbags(folder))
+    yield "mcap-ros2-support", lambda: sum(value <= 2 for value in decoded_by_mcap(folder))
+    yield "rosbags, reelay", lambda: judged_by_reelay(decoded_by_rosbags(folder))
+    values = list(decoded_by_rosbags(folder))
+    yield "reelay alone", lambda: judged_by_reelay(values)
+
+
+def compare(folder, name):
+    """In turn, since other programs may run: the least processor time of each counts."""
+    least = {}
+    for _ in range(ROUNDS):
+        count, used, _, kilobytes = ours(folder, name)
+        least["ours"] = min(used, least.get("ours", used))
+        for who, judge in theirs(folder):
+            began = time.process_time()
+            assert judge() == count, who
+            used = time.process_time() - began
+            least[who] = min(used, least.get(who, used))
+    print(f"{name}: {count} small messages, at most {kilobytes / 1024:.0f} MiB")
+    for who, used in least.items():
+        print(f"  {who:<18} {used:7.3f} s of processor time {count / used:10.0f} messages/s "
+              f"{used / least['ours']:6.1f} ×")
+
+
+def stream(folder, name):
+    """The large bag, from the disk if its cache may be emptied, beside `dd`."""
+    path = folder / f"{name}.mcap"
+
+    def forget():
+        os.sync()
+        try:
+            Path("/proc/sys/vm/drop_caches").write_text("3")
+            return "from the disk"
+        except OSError:
+            return "perhaps from memory"
+
+    where = forget()
+    count, used, took, kilobytes = ours(folder, name)
+    print(f"{name}: {path.stat().st_size / 1e9:.2f} GB, {where}: {took:.2f} s, {used:.2f} s of processor time, "
+          f"{count} small messages, at most {kilobytes / 1024:.0f} MiB")
+    where, began = forget(), time.perf_counter()
+    subprocess.run(["dd", f"if={path}", "of=/dev/null", "bs=1M", "status=none"], check=True)
+    print(f"  dd of the same file, {where}: {time.perf_counter() - began:.2f} s")
 
 
 def main():
     for name, compression in (("small", CompressionType.NONE), ("small-zstd", CompressionType.ZSTD)):
-        folder = write(name, 0, SMALL, compression)
-        print(f"{name}: {SMALL} small messages")
-        print(f"  {ours(folder, name) / python(folder, name):.0f} times the faster of Python's readers")
-    images = int(GIGABYTES * 1e9 / IMAGE)
-    folder = write("camera", images, 20_000, CompressionType.NONE)
-    print(f"camera: {GIGABYTES:g} GB of images, 20000 small messages")
-    ours(folder, "camera")
+        compare(write(name, 0, SMALL, compression), name)
+    if GIGABYTES:
+        images = int(GIGABYTES * 1e9 / IMAGE)
+        stream(write("camera", images, 20_000, CompressionType.NONE), "camera")
 
 
 main()

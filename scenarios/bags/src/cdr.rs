@@ -60,11 +60,65 @@ pub enum Mismatch {
 /// # Errors
 /// [`Mismatch`] if the bytes are not a message of that type, whatever is wanted of it.
 pub fn decode(bytes: &[u8], layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
+    let mut value = Value::Passed;
+    decode_into(bytes, layout, want, &mut value).map(|()| value)
+}
+
+/// The same into a value, whose memory is used again if a message of that type is in it.
+pub(crate) fn decode_into(bytes: &[u8], layout: &Layout, want: &Want, value: &mut Value) -> Result<(), Mismatch> {
     let [0, order @ (0 | 1), _, _, body @ ..] = bytes else { return Err(Mismatch::Encoding) };
     let mut cdr = Cdr { bytes: body, at: 0, is_big: *order == 0 };
-    let value = cdr.message(layout, want)?;
+    cdr.message(layout, want.of(value))?;
     // Some writers fill the last eight bytes.
-    if cdr.bytes.len() - cdr.at < 8 { Ok(value) } else { Err(Mismatch::Long) }
+    if cdr.bytes.len() - cdr.at < 8 { Ok(()) } else { Err(Mismatch::Long) }
+}
+
+/// What is wanted of a value, and where it goes; none if it is passed.
+type Place<'p> = Option<(&'p Want, &'p mut Value)>;
+
+impl Want {
+    fn of<'p>(&'p self, value: &'p mut Value) -> Place<'p> {
+        if *self == Self::Nothing { None } else { Some((self, value)) }
+    }
+
+    /// What is wanted of a field of the message.
+    fn field(&self, index: usize) -> &Self {
+        match self {
+            Self::Fields(wants) => &wants[index],
+            whole => whole,
+        }
+    }
+}
+
+impl Value {
+    /// As a message with that many fields.
+    fn fields(&mut self, count: usize) -> &mut [Self] {
+        if !matches!(self, Self::Message(fields) if fields.len() == count) {
+            *self = Self::Message(vec![Self::Passed; count]);
+        }
+        let Self::Message(fields) = self else { return &mut [] };
+        fields
+    }
+
+    /// As an array with that many items.
+    fn items(&mut self, count: usize) -> &mut [Self] {
+        if !matches!(self, Self::List(_)) {
+            *self = Self::List(Vec::new());
+        }
+        let Self::List(items) = self else { return &mut [] };
+        items.resize(count, Self::Passed);
+        items
+    }
+
+    fn set_text(&mut self, text: &str) {
+        match self {
+            Self::Text(before) => {
+                before.clear();
+                before.push_str(text);
+            }
+            other => *other = Self::Text(text.to_owned()),
+        }
+    }
 }
 
 struct Cdr<'b> {
@@ -97,29 +151,22 @@ impl<'b> Cdr<'b> {
         self.take(N)?.try_into().map_err(|_| Mismatch::Short)
     }
 
-    fn message(&mut self, layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
+    fn message(&mut self, layout: &Layout, place: Place<'_>) -> Result<(), Mismatch> {
         // In IDL, a struct without members has one of one byte.
         if layout.fields.is_empty() {
             self.take(1)?;
         }
-        match want {
-            Want::Nothing => {
-                layout.fields.iter().try_for_each(|slot| self.slot(slot, want).map(drop))?;
-                Ok(Value::Passed)
-            }
-            Want::All => {
-                layout.fields.iter().map(|slot| self.slot(slot, want)).collect::<Result<_, _>>().map(Value::Message)
-            }
-            Want::Fields(wants) => {
-                let fields = layout.fields.iter().zip(wants);
-                fields.map(|(slot, want)| self.slot(slot, want)).collect::<Result<_, _>>().map(Value::Message)
-            }
-        }
+        let Some((want, value)) = place else {
+            return layout.fields.iter().try_for_each(|slot| self.slot(slot, None));
+        };
+        let mut fields = layout.fields.iter().zip(value.fields(layout.fields.len())).enumerate();
+        fields.try_for_each(|(index, (slot, value))| self.slot(slot, want.field(index).of(value)))
     }
 
-    fn slot(&mut self, slot: &Slot, want: &Want) -> Result<Value, Mismatch> {
+    fn slot(&mut self, slot: &Slot, place: Place<'_>) -> Result<(), Mismatch> {
         let count = match slot.count {
-            Count::One => return self.item(&slot.item, want),
+            Count::One if place.is_some() => return self.item(&slot.item, place),
+            Count::One => return self.pass(&slot.item, 1),
             Count::Exactly(count) => count,
             Count::UpTo(bound) => self.length(bound)?,
             Count::Any => self.length(usize::MAX)?,
@@ -128,18 +175,22 @@ impl<'b> Cdr<'b> {
         if count > self.bytes.len().saturating_sub(self.at) {
             return Err(Mismatch::Short);
         }
-        if *want != Want::Nothing {
-            return (0..count).map(|_| self.item(&slot.item, want)).collect::<Result<_, _>>().map(Value::List);
+        if let Some((want, value)) = place {
+            return value.items(count).iter_mut().try_for_each(|value| self.item(&slot.item, want.of(value)));
         }
-        match &slot.item {
-            Item::Plain(base) if count > 0 && size(base).is_some() => {
-                let size = size(base).unwrap_or(1);
+        self.pass(&slot.item, count)
+    }
+
+    /// Passes items.
+    fn pass(&mut self, item: &Item, count: usize) -> Result<(), Mismatch> {
+        let size = if let Item::Plain(base) = item { size(base) } else { None };
+        match size {
+            Some(size) if count > 0 => {
                 self.align(size);
-                self.take(count.checked_mul(size).ok_or(Mismatch::Short)?)?;
+                self.take(count.checked_mul(size).ok_or(Mismatch::Short)?).map(drop)
             }
-            item => (0..count).try_for_each(|_| self.item(item, want).map(drop))?,
+            _ => (0..count).try_for_each(|_| self.item(item, None)),
         }
-        Ok(Value::Passed)
     }
 
     fn length(&mut self, bound: usize) -> Result<usize, Mismatch> {
@@ -147,15 +198,15 @@ impl<'b> Cdr<'b> {
         if length > bound { Err(Mismatch::Bound) } else { Ok(length) }
     }
 
-    fn item(&mut self, item: &Item, want: &Want) -> Result<Value, Mismatch> {
+    fn item(&mut self, item: &Item, place: Place<'_>) -> Result<(), Mismatch> {
         match item {
-            Item::Message(layout) => self.message(layout, want),
-            Item::Plain(base) => self.plain(base, *want != Want::Nothing),
+            Item::Message(layout) => self.message(layout, place),
+            Item::Plain(base) => self.plain(base, place.map(|(_, value)| value)),
         }
     }
 
-    fn plain(&mut self, base: &Base, is_wanted: bool) -> Result<Value, Mismatch> {
-        Ok(match base {
+    fn plain(&mut self, base: &Base, place: Option<&mut Value>) -> Result<(), Mismatch> {
+        let found = match base {
             Base::Bool => match self.take(1)?[0] {
                 byte @ (0 | 1) => Value::Bool(byte == 1),
                 _ => return Err(Mismatch::Bool),
@@ -174,8 +225,10 @@ impl<'b> Cdr<'b> {
                 // The length includes a zero at the end. Some writers leave both out of an empty text.
                 let length = self.length(bound.map_or(usize::MAX, |bound| bound.saturating_add(1)))?;
                 let text = self.take(length)?;
-                let text = text.strip_suffix(&[0]).unwrap_or(text);
-                if is_wanted { Value::Text(String::from_utf8_lossy(text).into_owned()) } else { Value::Passed }
+                if let Some(value) = place {
+                    value.set_text(&String::from_utf8_lossy(text.strip_suffix(&[0]).unwrap_or(text)));
+                }
+                return Ok(());
             }
             Base::WString(bound) => {
                 // ROS gives each unit of UTF-16 four bytes.
@@ -187,7 +240,11 @@ impl<'b> Cdr<'b> {
                 Value::Text(String::from_utf16_lossy(&units))
             }
             Base::Message(_) => Value::Passed,
-        })
+        };
+        if let Some(value) = place {
+            *value = found;
+        }
+        Ok(())
     }
 }
 

@@ -1,11 +1,11 @@
 //! The events of a bag, in order.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
 
-use crate::cdr::{self, decode};
+use crate::cdr::{self, decode_into};
 use crate::mapping::{Clock, Compiled, Entry, Mapping, Rule};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
@@ -22,9 +22,10 @@ pub struct Events {
     compiled: Compiled,
     topics: Vec<String>,
     body: Vec<u8>,
+    /// By topic, the last message decoded: its memory is used again.
+    decoded: Vec<cdr::Value>,
     /// What has been read and not yet given, by time and order in the bag.
-    waiting: BTreeMap<(i64, u64), (ChannelId, Message)>,
-    read: u64,
+    waiting: VecDeque<(i64, ChannelId, Message)>,
     /// The latest time that has been read.
     newest_ns: i64,
     is_over: bool,
@@ -64,8 +65,8 @@ impl Events {
             compiled,
             topics: bag.survey().topics.iter().map(|topic| topic.name.clone()).collect(),
             body: Vec::new(),
-            waiting: BTreeMap::new(),
-            read: 0,
+            decoded: vec![cdr::Value::Passed; bag.survey().topics.len()],
+            waiting: VecDeque::new(),
             newest_ns: i64::MIN,
             is_over: false,
             tick_ns: ns(mapping.tick).max(1),
@@ -118,10 +119,10 @@ impl Events {
             return;
         };
         for (channel, entry) in &self.compiled.entries[head.topic] {
-            match event(entry, head, &self.body) {
+            match event(entry, head, &self.body, &mut self.decoded[head.topic]) {
                 Ok(None) => {}
                 Ok(Some((time_ns, message))) => {
-                    let reference = self.waiting.keys().next().map_or(self.last_ns, |(time_ns, _)| *time_ns);
+                    let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
                     let is_first = self.start_ns.is_none() && self.waiting.is_empty();
                     let pause = time_ns.saturating_sub(reference).saturating_abs() / self.tick_ns;
                     if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause > LONGEST_PAUSE {
@@ -132,8 +133,8 @@ impl Events {
                         note(&mut self.left_out, head.topic, Reason::Channel, || message.to_string());
                     } else {
                         self.newest_ns = self.newest_ns.max(time_ns);
-                        self.waiting.insert((time_ns, self.read), (*channel, message));
-                        self.read += 1;
+                        let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
+                        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, *channel, message));
                     }
                 }
                 Err((reason, first)) => note(&mut self.left_out, head.topic, reason, || first),
@@ -151,8 +152,7 @@ impl Iterator for Events {
 
     fn next(&mut self) -> Option<Event> {
         loop {
-            let first = self.waiting.first_key_value().map(|((time_ns, _), _)| *time_ns);
-            match first {
+            match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
                     let start_ns = *self.start_ns.get_or_insert(time_ns);
                     let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
@@ -165,7 +165,7 @@ impl Iterator for Events {
                         self.last_ns = tick_ns;
                         return Some(Event { step: self.steps, tick, time, kind: EventKind::Tick });
                     }
-                    let (_, (channel, message)) = self.waiting.pop_first()?;
+                    let (_, channel, message) = self.waiting.pop_front()?;
                     if time_ns < now_ns {
                         self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
                     }
@@ -192,11 +192,16 @@ fn note(
 }
 
 /// The time and the message of an event; none if the mapping's tests say that it is none.
-fn event(entry: &Entry, head: Head, body: &[u8]) -> Result<Option<(i64, Message)>, (Reason, String)> {
-    let decoded = decode(body, &entry.layout, &entry.want)
+fn event(
+    entry: &Entry,
+    head: Head,
+    body: &[u8],
+    decoded: &mut cdr::Value,
+) -> Result<Option<(i64, Message)>, (Reason, String)> {
+    decode_into(body, &entry.layout, &entry.want, decoded)
         .map_err(|mismatch| (Reason::Mismatch(mismatch), format!("{} s", crate::seconds(head.log_ns))))?;
     let holds = entry.tests.iter().all(|test| {
-        let value = value_at(&decoded, &test.path, None);
+        let value = value_at(decoded, &test.path, None);
         test.values.iter().any(|wanted| is_same(wanted, &value))
     });
     if !holds {
@@ -206,22 +211,26 @@ fn event(entry: &Entry, head: Head, body: &[u8]) -> Result<Option<(i64, Message)
         Clock::Log => head.log_ns,
         Clock::Publish => head.publish_ns,
         // The item that has the stamp may be missing.
-        Clock::Field(path) => path.find(&decoded).and_then(stamp_ns).unwrap_or(0),
+        Clock::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
     };
-    let mut values = Vec::with_capacity(entry.fields.len());
-    for rule in &entry.fields {
-        values.push(match rule {
-            Rule::Constant(value) => value.clone(),
-            Rule::Path { path, scale } => value_at(&decoded, path, *scale),
-            Rule::Symbols { path, text, symbols } => {
-                let value = as_written(&value_at(&decoded, path, None));
-                let symbol = symbols.iter().find(|(written, _)| *written == value);
-                let (_, symbol) = symbol.ok_or_else(|| (Reason::Symbol, format!("`{text}` is {value}")))?;
-                Value::Symbol(symbol.clone())
+    // Collected at once, values need no memory but that of the message.
+    let mut refused = None;
+    let message = Message::new(entry.fields.iter().map(|rule| match rule {
+        Rule::Constant(value) => value.clone(),
+        Rule::Path { path, scale } => value_at(decoded, path, *scale),
+        Rule::Symbols { path, text, symbols } => {
+            let value = value_at(decoded, path, None);
+            let written = as_written(&value);
+            match symbols.iter().find(|(known, _)| *known == written) {
+                Some((_, symbol)) => Value::Symbol(symbol.clone()),
+                None => {
+                    refused.get_or_insert_with(|| (Reason::Symbol, format!("`{text}` is {written}")));
+                    value
+                }
             }
-        });
-    }
-    Ok(Some((time_ns, Message::new(values))))
+        }
+    }));
+    refused.map_or(Ok(Some((time_ns, message))), Err)
 }
 
 /// The value at a path. What no value of a channel can be is `<none>`.

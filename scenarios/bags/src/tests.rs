@@ -310,6 +310,33 @@ fn wherever_a_file_is_cut_off_everything_before_is_read() {
 }
 
 #[test]
+fn a_chunk_with_a_wrong_checksum_is_lost_and_the_rest_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bag.mcap");
+    // The second chunk does not fit into memory as a whole.
+    for size in [10, (1 << 24) + 1] {
+        let messages = [("/camera", ODD, 0, vec![7; size]), ("/cmd_vel", TWIST, 1, twist(1.0))];
+        let mut bytes = written(&messages, mcap::WriteOptions::new().chunk_size(Some(1)));
+        let read = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("room for a file");
+            let (mut messages, mut body, mut times) =
+                (Bag::open(&path).expect("a bag").messages(&[0, 1]), vec![], vec![]);
+            while let Some(head) = messages.next_into(&mut body) {
+                times.push(head.log_ns / 1_000_000);
+            }
+            (times, messages.lost().concat())
+        };
+        assert_eq!(read(&bytes), (vec![0, 1], String::new()));
+        let at = bytes.windows(8).position(|bytes| bytes == [7; 8]).expect("the message");
+        bytes[at] ^= 1;
+        let (times, lost) = read(&bytes);
+        let said = "has a damaged chunk before its first message (its checksum is not that of its messages): the rest of it \
+                    is lost";
+        assert!(times == [1] && lost.ends_with(said), "{times:?}: {lost}");
+    }
+}
+
+#[test]
 fn a_folder_is_read_in_the_order_of_its_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let part = |name: &str, ms| {

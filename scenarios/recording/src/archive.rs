@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::Unfinished;
 
 use crate::mcap_file::McapWriter;
-use crate::{EventLogWriter, Header, Record, RunView, Step, Writer};
+use crate::{EventLogWriter, Header, RecordRef, RunView, Step, Writer};
 
 /// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools open, too, and any
 /// other file a recording. Unless it is finished, nothing remains of it.
@@ -37,8 +37,8 @@ impl Archive {
             Writer::begin(output).map(Form::Recording)
         };
         let mut archive = Self { path: path.to_owned(), form: form.map_err(|source| unwritten(path, source))? };
-        archive.record(|| Record::Header(Box::new(header.clone())))?;
-        archive.record(|| Record::Step(start.clone()))?;
+        archive.record(RecordRef::Header(header))?;
+        archive.record(RecordRef::Step(start))?;
         Ok(archive)
     }
 
@@ -46,11 +46,11 @@ impl Archive {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn record(&mut self, record: impl FnOnce() -> Record) -> Result<(), diagnostics::Error> {
+    pub fn record(&mut self, record: RecordRef<'_>) -> Result<(), diagnostics::Error> {
         let written = match &mut self.form {
             Form::Log(_) => Ok(()),
-            Form::Mcap(writer) => writer.write(&record()),
-            Form::Recording(writer) => writer.write(&record()),
+            Form::Mcap(writer) => writer.write(record),
+            Form::Recording(writer) => writer.write(record),
         };
         written.map_err(|source| unwritten(&self.path, source))
     }

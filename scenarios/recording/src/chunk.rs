@@ -2,39 +2,56 @@
 
 use std::io::{self, Read, Write};
 
-use lz4_flex::frame::{FrameDecoder, FrameEncoder, FrameInfo};
+use lz4_flex::frame::{BlockSize, FrameDecoder, FrameEncoder, FrameInfo};
 
-use crate::Record;
+use crate::RecordRef;
 
 /// No chunk takes more bytes than this, compressed or not; a step is at most a part of one.
 pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
 /// Records on their way to a file, several at a time.
-#[derive(Debug, Default)]
-pub(crate) struct Chunk(Vec<u8>);
+pub(crate) struct Chunk {
+    records: Vec<u8>,
+    /// Compresses one chunk after the other in the same memory.
+    packer: FrameEncoder<Vec<u8>>,
+}
+
+impl Default for Chunk {
+    fn default() -> Self {
+        // Damage would show in the checksum.
+        let info = FrameInfo::new().content_checksum(true).block_size(BlockSize::Max256KB);
+        Self { records: Vec::new(), packer: FrameEncoder::with_frame_info(info, Vec::new()) }
+    }
+}
+
+impl std::fmt::Debug for Chunk {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Chunk").field("records", &self.records).finish_non_exhaustive()
+    }
+}
 
 impl Chunk {
-    pub(crate) fn push(&mut self, record: &Record) -> io::Result<()> {
-        let records = std::mem::take(&mut self.0);
-        self.0 = postcard::to_extend(record, records).map_err(io::Error::other)?;
+    pub(crate) fn push(&mut self, record: RecordRef<'_>) -> io::Result<()> {
+        let records = std::mem::take(&mut self.records);
+        self.records = postcard::to_extend(&record, records).map_err(io::Error::other)?;
         Ok(())
     }
 
     /// The records so far, compressed; none if there are none.
-    pub(crate) fn pack(&mut self) -> io::Result<Option<Vec<u8>>> {
-        if self.0.is_empty() {
+    pub(crate) fn pack(&mut self) -> io::Result<Option<&[u8]>> {
+        if self.records.is_empty() {
             return Ok(None);
         }
-        // Damage would show in the checksum.
-        let mut packed = FrameEncoder::with_frame_info(FrameInfo::new().content_checksum(true), Vec::new());
-        packed.write_all(&self.0)?;
-        self.0.clear();
-        packed.finish().map(Some).map_err(io::Error::other)
+        self.packer.get_mut().clear();
+        self.packer.write_all(&self.records)?;
+        self.packer.try_finish().map_err(io::Error::other)?;
+        self.records.clear();
+        Ok(Some(self.packer.get_ref()))
     }
 
     /// How many bytes they take.
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.records.len()
     }
 }
 

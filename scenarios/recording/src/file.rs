@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
 
 use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
-use crate::{FORMAT, Record};
+use crate::{FORMAT, RecordRef};
 
 /// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
@@ -36,7 +36,7 @@ impl<W: Write> Writer<W> {
     ///
     /// # Errors
     /// If writing fails.
-    pub fn write(&mut self, record: &Record) -> io::Result<()> {
+    pub fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
         self.chunk.push(record)?;
         if self.chunk.len() >= CHUNK_BYTES { self.flush() } else { Ok(()) }
     }
@@ -45,7 +45,7 @@ impl<W: Write> Writer<W> {
         let Some(packed) = self.chunk.pack()? else { return Ok(()) };
         let length = u32::try_from(packed.len()).map_err(io::Error::other)?;
         self.output.write_all(&length.to_le_bytes())?;
-        self.output.write_all(&packed)?;
+        self.output.write_all(packed)?;
         self.output.flush()
     }
 

@@ -40,7 +40,7 @@
 //!
 //! ```
 //! use std::time::Duration;
-//! use recording::{Record, Recording, Writer};
+//! use recording::{RecordRef, Recording, Writer};
 //! # use std::sync::Arc;
 //! # use recording::{End, Ended, Expected, Header, Origin, RobotState, Snapshots, Step};
 //! # fn header() -> Header {
@@ -64,10 +64,10 @@
 //! # };
 //!
 //! let mut writer = Writer::begin(std::fs::File::create(&path)?)?;
-//! writer.write(&Record::Header(Box::new(header())))?;
-//! writer.write(&Record::Step(step_at(Duration::ZERO)))?;
-//! writer.write(&Record::Step(step_at(Duration::from_millis(20))))?;
-//! writer.write(&Record::End(Box::new(end)))?;
+//! writer.write(RecordRef::Header(&header()))?;
+//! writer.write(RecordRef::Step(&step_at(Duration::ZERO)))?;
+//! writer.write(RecordRef::Step(&step_at(Duration::from_millis(20))))?;
+//! writer.write(RecordRef::End(&end))?;
 //! writer.finish()?;
 //!
 //! let mut recording = Recording::open(&path)?;
@@ -123,7 +123,7 @@ pub use header::{
 pub use judge::Judge;
 pub use logged::LoggedRecording;
 pub use monitor::{Graph, Location, MonitorState, Transition};
-pub use record::{FORMAT, Record};
+pub use record::{FORMAT, Record, RecordRef};
 pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
 pub use step::{

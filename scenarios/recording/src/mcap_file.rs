@@ -12,7 +12,7 @@ use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
 use crate::topics::Topics;
 use crate::topics::output::{Output, Topic};
 use crate::topics::ros;
-use crate::{FORMAT, Record, RunView};
+use crate::{FORMAT, RecordRef, RunView};
 
 /// The topic with the records.
 const TOPIC: &str = "/steward/records";
@@ -36,7 +36,7 @@ impl<W: Write> McapWriter<W> {
         Ok(Self { output, chunk: Chunk::default(), records, topics: None, flushed: None })
     }
 
-    pub(crate) fn write(&mut self, record: &Record) -> io::Result<()> {
+    pub(crate) fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
         self.chunk.push(record)
     }
 
@@ -62,7 +62,7 @@ impl<W: Write> McapWriter<W> {
 
     fn write_chunk(&mut self, time: Duration) -> io::Result<()> {
         let Some(records) = self.chunk.pack()? else { return Ok(()) };
-        self.output.write(&self.records, time, &ros::Records { format: FORMAT, records })
+        self.output.write(&self.records, time, &ros::Records { format: FORMAT, records: records.to_vec() })
     }
 
     pub(crate) fn finish(mut self) -> io::Result<W> {
@@ -224,14 +224,14 @@ mod tests {
         let disk = Disk::default();
         let mut writer = McapWriter::begin(disk.clone()).unwrap();
         let start = step(Duration::ZERO);
-        writer.write(&Record::Header(Box::new(header()))).unwrap();
-        writer.write(&Record::Step(start.clone())).unwrap();
+        writer.write(RecordRef::Header(&header())).unwrap();
+        writer.write(RecordRef::Step(&start)).unwrap();
         let mut view = RunView::new(header(), start).unwrap();
         writer.follow(&view).unwrap();
         let mut told = Vec::new();
         for number in 1..=150 {
             let step = step(Duration::from_millis(20 * number));
-            writer.write(&Record::Step(step.clone())).unwrap();
+            writer.write(RecordRef::Step(&step)).unwrap();
             view.apply(step).unwrap();
             writer.follow(&view).unwrap();
             let on_disk = disk.0.borrow().clone();
@@ -250,7 +250,7 @@ mod tests {
             messages_hit: vec![],
             scene: None,
         };
-        writer.write(&Record::End(Box::new(end.clone()))).unwrap();
+        writer.write(RecordRef::End(&end)).unwrap();
         view.finish(end).unwrap();
         writer.follow(&view).unwrap();
         writer.finish().unwrap();

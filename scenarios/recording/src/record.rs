@@ -17,3 +17,14 @@ pub enum Record {
     /// The end; the last record.
     End(Box<End>),
 }
+
+/// A [`Record`] on its way to a file, which is written alike.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub enum RecordRef<'r> {
+    /// What does not change during the run; the first record.
+    Header(&'r Header),
+    /// A step.
+    Step(&'r Step),
+    /// The end; the last record.
+    End(&'r End),
+}

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::chunk::{ChunkError, unpack};
 use crate::file::FileChunks;
 use crate::mcap_file::McapChunks;
-use crate::{Archive, End, FORMAT, Header, Inconsistent, Record, RunView, Step};
+use crate::{Archive, End, FORMAT, Header, Inconsistent, Record, RecordRef, RunView, Step};
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -201,9 +201,9 @@ impl Recording {
             }
             let (step, end) = self.step(&view)?;
             if let Some(archive) = &mut archive {
-                archive.record(|| Record::Step(step.clone()))?;
+                archive.record(RecordRef::Step(&step))?;
                 if let Some(end) = &end {
-                    archive.record(|| Record::End(end.clone()))?;
+                    archive.record(RecordRef::End(end))?;
                 }
             }
             self.apply(&mut view, step, end)?;

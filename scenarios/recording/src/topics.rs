@@ -3,6 +3,7 @@
 //! `docs/src/reference/recordings.md` lists them.
 
 pub(crate) mod cdr;
+mod container;
 mod messages;
 mod outlines;
 pub(crate) mod output;
@@ -69,7 +70,7 @@ struct OutlineTopics(Topic<ros::Markers>, Topic<PointCloud>);
 
 impl OutlineTopics {
     fn new<W: Write>(name: &str, output: &mut Output<W>) -> io::Result<Self> {
-        Ok(Self(output.topic(name)?, output.topic(&format!("{name}/points"))?))
+        Ok(Self(output.latched(name)?, output.latched(&format!("{name}/points"))?))
     }
 
     fn write<W: Write>(
@@ -98,11 +99,11 @@ impl Topics {
             world: header.robot.is_some().then(|| World::begin(header, output)).transpose()?,
             channels: channel_topics(view.topology(), output)?,
             ticks: output.topic("/ticks")?,
-            tree: output.topic("/tree")?,
-            processes: output.topic("/processes")?,
-            monitors: output.topic("/monitors")?,
-            navigation: output.topic("/navigation")?,
-            log: output.topic("/rosout")?,
+            tree: output.latched("/tree")?,
+            processes: output.latched("/processes")?,
+            monitors: output.latched("/monitors")?,
+            navigation: output.latched("/navigation")?,
+            log: output.latched("/rosout")?,
             told: Told::default(),
         })
     }
@@ -110,7 +111,9 @@ impl Topics {
     /// Writes what the last step of a run added. What moves all the time is written if it `is_due`, too.
     pub(crate) fn follow<W: Write>(&mut self, view: &RunView, is_due: bool, output: &mut Output<W>) -> io::Result<()> {
         self.write_events(view, output)?;
-        self.write_states(view, output)?;
+        if view.has_new_states() {
+            self.write_states(view, output)?;
+        }
         if let Some(world) = &self.world {
             world.follow(view, &self.told.robot, is_due, output)?;
             self.told.robot = *view.robot();
@@ -135,7 +138,7 @@ impl Topics {
                 }
                 EventKind::Received { channel, message } => {
                     if let Some((topic, of)) = &self.channels[channel.index()] {
-                        output.write_bytes(*topic, event.time, &of.encode(event, message))?;
+                        output.write_with(*topic, event.time, |cdr| of.write(event, message, cdr))?;
                     }
                 }
             }
@@ -191,7 +194,7 @@ impl World {
             .iter()
             .map(|laser| TransformStamped::new(Duration::ZERO, BASE, &laser_frame(laser), &laser.mount));
         let mounts = Transforms { transforms: mounts.collect() };
-        let topic = output.topic("/tf_static")?;
+        let topic = output.latched("/tf_static")?;
         output.write(&topic, Duration::ZERO, &mounts)?;
         let body = header.robot.iter().map(|robot| Outline::disc("robot", &Pose::identity(), robot.radius_m));
         OutlineTopics::new("/robot", output)?.write(Duration::ZERO, BASE, &body.collect::<Vec<_>>(), output)?;
@@ -319,7 +322,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
         Cell::Unknown => -1,
     };
     let data = map.cells().iter().map(occupancy).collect();
-    let topic = output.topic("/map")?;
+    let topic = output.latched("/map")?;
     output.write(&topic, Duration::ZERO, &ros::OccupancyGrid { header: header.clone(), info, data })?;
     let grey = |cell: &Cell| match cell {
         Cell::Free => 254,
@@ -328,16 +331,17 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     };
     // The first row of an image is its uppermost.
     let rows = map.cells().chunks(map.width().max(1)).rev();
-    let data: Vec<u8> = rows.flatten().flat_map(|cell| [grey(cell); 3]).collect();
+    let mut data = Vec::with_capacity(3 * map.cells().len());
+    rows.flatten().for_each(|cell| data.extend([grey(cell); 3]));
     // Viewers take an image with one number per pixel for distances.
     let encoding = "rgb8".to_owned();
     let image = ros::Image { header, height, width, encoding, is_bigendian: 0, step: 3 * width, data };
-    let topic = output.topic("/map/image")?;
+    let topic = output.latched("/map/image")?;
     output.write(&topic, Duration::ZERO, &image)?;
     let cells = map.cells().iter().enumerate().filter(|(_, cell)| **cell == Cell::Occupied);
     let centres =
         cells.map(|(place, _)| map.center(maps::CellIndex { column: place % map.width(), row: place / map.width() }));
-    let topic = output.topic("/map/points")?;
+    let topic = output.latched("/map/points")?;
     output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centres))
 }
 

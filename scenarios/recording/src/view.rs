@@ -37,6 +37,8 @@ pub struct RunView {
     scene: Scene,
     /// Whether the last step had it.
     has_new_scene: bool,
+    /// Whether the last step may have changed outcomes, locations, monitors or navigation.
+    has_new_states: bool,
     faults: Vec<FaultRecord>,
     undone: Vec<UndoneFault>,
     tree_errors: Vec<TreeError>,
@@ -79,6 +81,7 @@ impl RunView {
             navigation: None,
             scene: Scene::default(),
             has_new_scene: false,
+            has_new_states: true,
             faults: Vec::new(),
             undone: Vec::new(),
             tree_errors: Vec::new(),
@@ -93,6 +96,7 @@ impl RunView {
         };
         view.tally.note_battery(&start.robot);
         view.take(start)?;
+        view.has_new_states = true;
         Ok(view)
     }
 
@@ -111,6 +115,7 @@ impl RunView {
         self.robot = robot;
         self.events.clear();
         self.has_new_scene = false;
+        self.has_new_states = !happenings.is_empty();
         for happening in &happenings {
             self.note(happening)?;
         }
@@ -163,6 +168,8 @@ impl RunView {
         let Details { events, outcomes, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
         self.events = events;
+        self.has_new_states |=
+            outcomes.is_some() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some();
         if let Some(outcomes) = outcomes {
             check(outcomes.len() == self.header.tree.len())?;
             self.outcomes = outcomes;
@@ -207,6 +214,7 @@ impl RunView {
         for (monitor, said) in end.monitors.iter().enumerate() {
             self.set_monitor(monitor, said.state.clone())?;
         }
+        self.has_new_states = true;
         if let Some(scene) = end.scene.take() {
             self.set_scene(scene)?;
         }
@@ -336,6 +344,11 @@ impl RunView {
     #[must_use]
     pub fn new_scene(&self) -> Option<&Scene> {
         self.has_new_scene.then_some(&self.scene)
+    }
+
+    /// Whether outcomes, locations, monitors or navigation may have changed in the last step.
+    pub(crate) fn has_new_states(&self) -> bool {
+        self.has_new_states
     }
 
     /// What was visible in the last scene.

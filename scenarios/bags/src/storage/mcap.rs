@@ -1,12 +1,12 @@
 //! Files in the format MCAP.
 //!
-//! A file is read from start to end, record by record, and chunks are decompressed as a stream, so memory does not
-//! depend on the size of either. Chunks of unwanted topics and unwanted messages are passed over without reading them,
-//! as far as the file has an index of its chunks.
+//! A file is read from start to end, record by record, and large chunks as a stream, so memory does not depend on the
+//! size of either. Chunks of unwanted topics are passed over without reading them, as far as the file has an index of
+//! its chunks, and so are unwanted messages where nothing is compressed or has a checksum.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use mcap::parse_record;
@@ -17,6 +17,9 @@ use crate::Error;
 
 /// Larger records are read only if they are messages: no definition is that long.
 const LONGEST: u64 = 1 << 26;
+
+/// Chunks of up to this size are in memory as a whole; larger ones are read twice if they have a checksum.
+const LARGEST_WHOLE: u64 = 1 << 24;
 
 /// The bytes of a message's record before its data.
 const MESSAGE_HEAD: u64 = 22;
@@ -124,8 +127,10 @@ struct Walk {
     path: PathBuf,
     file: BufReader<File>,
     length: u64,
-    /// The chunk that is being decompressed.
-    chunk: Option<BufReader<Box<dyn Read>>>,
+    /// The chunk that is being read, unless its records are simply the next ones of the file.
+    chunk: Option<Chunk>,
+    /// Memory for the next chunk.
+    spare: Vec<u8>,
     /// Where the file goes on after the last chunk.
     after_chunk: u64,
     /// Where chunks begin that have no wanted message.
@@ -134,6 +139,13 @@ struct Walk {
     /// When the last message was recorded.
     last: Option<u64>,
     is_over: bool,
+}
+
+/// The records of a chunk, decompressed.
+enum Chunk {
+    /// All of them, and why they end too early, if they do.
+    Whole(Cursor<Vec<u8>>, Option<io::Error>),
+    Stream(BufReader<Box<dyn Read>>),
 }
 
 /// What messages refer to.
@@ -161,6 +173,7 @@ impl Walk {
             file,
             length,
             chunk: None,
+            spare: Vec::new(),
             after_chunk: 0,
             needless: BTreeSet::new(),
             known: Known::default(),
@@ -257,13 +270,19 @@ impl Walk {
     /// Reads the next record of the chunk, or of the file itself.
     fn step(&mut self, chooses: &mut impl Chooses, body: &mut Vec<u8>) -> io::Result<Step> {
         if let Some(chunk) = &mut self.chunk {
-            let step = self.known.step(chunk, chooses, body)?;
-            if matches!(step, Step::End) {
-                self.chunk = None;
-                self.file.seek(SeekFrom::Start(self.after_chunk))?;
-                return Ok(Step::Other);
+            let step = match chunk {
+                Chunk::Whole(records, _) => self.known.step(records, chooses, body)?,
+                Chunk::Stream(records) => self.known.step(records, chooses, body)?,
+            };
+            if !matches!(step, Step::End) {
+                return Ok(step);
             }
-            return Ok(step);
+            if let Some(Chunk::Whole(records, damage)) = self.chunk.take() {
+                self.spare = records.into_inner();
+                damage.map_or(Ok(()), Err)?;
+            }
+            self.file.seek(SeekFrom::Start(self.after_chunk))?;
+            return Ok(Step::Other);
         }
         match self.file.fill_buf()?.first() {
             None => Err(io::ErrorKind::UnexpectedEof.into()),
@@ -283,31 +302,74 @@ impl Walk {
         }
     }
 
-    /// Enters a chunk. The records of one without compression are simply the next ones of the file.
+    /// Enters a chunk.
     fn enter(&mut self) -> io::Result<()> {
-        let mut times_size_and_checksum = [0; 8 + 8 + 8 + 4];
-        self.file.read_exact(&mut times_size_and_checksum)?;
-        let (mut length, mut compression) = ([0; 4], Vec::new());
+        let mut times = [0; 8 + 8];
+        self.file.read_exact(&mut times)?;
+        let (mut size, mut checksum, mut length) = ([0; 8], [0; 4], [0; 4]);
+        self.file.read_exact(&mut size)?;
+        self.file.read_exact(&mut checksum)?;
         self.file.read_exact(&mut length)?;
+        let mut compression = Vec::new();
         read_body(&mut self.file, u32::from_le_bytes(length).into(), &mut compression)?;
         let mut length = [0; 8];
         self.file.read_exact(&mut length)?;
-        if compression.is_empty() {
+        let (size, checksum, length) =
+            (u64::from_le_bytes(size), u32::from_le_bytes(checksum), u64::from_le_bytes(length));
+        if compression.is_empty() && checksum == 0 {
             return Ok(());
         }
-        let mut file = File::open(&self.path)?;
-        file.seek(SeekFrom::Start(self.file.stream_position()?))?;
-        let packed = BufReader::with_capacity(1 << 16, file.take(u64::from_le_bytes(length)));
-        let plain: Box<dyn Read> = match compression.as_slice() {
-            b"zstd" => Box::new(ruzstd::decoding::StreamingDecoder::new(packed).map_err(io::Error::other)?),
-            b"lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
-            other => {
-                let other = String::from_utf8_lossy(other);
-                return Err(io::Error::other(format!("the compression `{other}` is not known")));
+        let at = self.file.stream_position()?;
+        let wrong = || Err(io::Error::other("its checksum is not that of its messages"));
+        let mut plain = decompressed(&self.path, at, length, &compression)?;
+        if size > LARGEST_WHOLE {
+            let is_other = |(read, found)| read == size && found != checksum;
+            if checksum != 0 && size_and_checksum(&mut plain).is_ok_and(is_other) {
+                return wrong();
             }
-        };
-        self.chunk = Some(BufReader::with_capacity(1 << 16, plain));
+            let plain = decompressed(&self.path, at, length, &compression)?;
+            self.chunk = Some(Chunk::Stream(BufReader::with_capacity(1 << 16, plain)));
+            return Ok(());
+        }
+        let mut whole = std::mem::take(&mut self.spare);
+        whole.clear();
+        let read = plain.take(LARGEST_WHOLE).read_to_end(&mut whole);
+        let is_short = whole.len() as u64 != size;
+        let damage = read.err().or_else(|| is_short.then(|| io::ErrorKind::UnexpectedEof.into()));
+        if damage.is_none() && checksum != 0 && crc32fast::hash(&whole) != checksum {
+            return wrong();
+        }
+        self.chunk = Some(Chunk::Whole(Cursor::new(whole), damage));
         Ok(())
+    }
+}
+
+/// The records of a chunk whose bytes are at that place of a file.
+fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Result<Box<dyn Read>> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(at))?;
+    let packed = BufReader::with_capacity(1 << 16, file.take(length));
+    match compression {
+        b"" => Ok(Box::new(packed)),
+        b"zstd" => Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(packed).map_err(io::Error::other)?)),
+        b"lz4" => Ok(Box::new(lz4_flex::frame::FrameDecoder::new(packed))),
+        other => {
+            let other = String::from_utf8_lossy(other);
+            Err(io::Error::other(format!("the compression `{other}` is not known")))
+        }
+    }
+}
+
+fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
+    let (mut size, mut hasher, mut buffer) = (0, crc32fast::Hasher::new(), [0; 1 << 13]);
+    loop {
+        match input.read(&mut buffer)? {
+            0 => return Ok((size, hasher.finalize())),
+            read => {
+                size += read as u64;
+                hasher.update(&buffer[..read]);
+            }
+        }
     }
 }
 
@@ -376,6 +438,14 @@ trait Pass {
     fn pass(&mut self, length: u64) -> io::Result<()>;
 }
 
+impl Pass for Cursor<Vec<u8>> {
+    fn pass(&mut self, length: u64) -> io::Result<()> {
+        let end = self.position().checked_add(length).filter(|end| *end <= self.get_ref().len() as u64);
+        self.set_position(end.ok_or(io::ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
+}
+
 impl Pass for BufReader<Box<dyn Read>> {
     fn pass(&mut self, length: u64) -> io::Result<()> {
         let passed = io::copy(&mut self.take(length), &mut io::sink())?;
@@ -391,29 +461,34 @@ impl Pass for BufReader<File> {
 }
 
 /// The kind of the next record and its length; none at the end.
-fn record_head(input: &mut impl Read) -> io::Result<Option<(u8, u64)>> {
-    let mut kind = [0];
-    if input.read(&mut kind)? == 0 {
+fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
+    if input.fill_buf()?.is_empty() {
         return Ok(None);
     }
-    let mut length = [0; 8];
-    input.read_exact(&mut length)?;
-    Ok(Some((kind[0], u64::from_le_bytes(length))))
+    let mut head = [0; 1 + 8];
+    input.read_exact(&mut head)?;
+    let [kind, length @ ..] = head;
+    Ok(Some((kind, u64::from_le_bytes(length))))
 }
 
-fn read_body(input: &mut impl Read, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
+fn read_body(input: &mut impl BufRead, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
     body.clear();
+    // Most are in the buffer.
+    if let Some(whole) = input.fill_buf()?.get(..usize::try_from(length).unwrap_or(usize::MAX)) {
+        body.extend_from_slice(whole);
+        input.consume(body.len());
+        return Ok(());
+    }
     input.take(length).read_to_end(body)?;
     if body.len() as u64 == length { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
 fn message_head(bytes: &[u8; MESSAGE_HEAD as usize]) -> MessageHeader {
-    let number =
-        |range: std::ops::Range<usize>| bytes[range].iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte));
+    let number = |from: usize| u64::from_le_bytes(std::array::from_fn(|place| bytes[from + place]));
     MessageHeader {
-        channel_id: number(0..2) as u16,
-        sequence: number(2..6) as u32,
-        log_time: number(6..14),
-        publish_time: number(14..22),
+        channel_id: u16::from_le_bytes([bytes[0], bytes[1]]),
+        sequence: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
+        log_time: number(6),
+        publish_time: number(14),
     }
 }

@@ -7,17 +7,23 @@ pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 /// A message on its way to bytes.
 #[derive(Debug)]
-pub(crate) struct Cdr(Vec<u8>);
+pub(crate) struct Cdr {
+    bytes: Vec<u8>,
+    /// Where it begins, after its header.
+    start: usize,
+}
 
 impl Cdr {
-    pub(crate) fn new() -> Self {
-        Self(HEADER.to_vec())
+    /// A message that is added to bytes.
+    pub(crate) fn after(mut bytes: Vec<u8>) -> Self {
+        bytes.extend(HEADER);
+        Self { start: bytes.len(), bytes }
     }
 
     /// A number's bytes, after padding.
     pub(crate) fn number<const SIZE: usize>(&mut self, bytes: [u8; SIZE]) {
         self.align::<SIZE>();
-        self.0.extend(bytes);
+        self.bytes.extend(bytes);
     }
 
     /// The bytes of several numbers: after the first, each is where it belongs.
@@ -26,13 +32,15 @@ impl Cdr {
             return;
         }
         self.align::<SIZE>();
-        self.0.reserve(SIZE * numbers.len());
-        numbers.for_each(|bytes| self.0.extend_from_slice(&bytes));
+        let at = self.bytes.len();
+        self.bytes.resize(at + SIZE * numbers.len(), 0);
+        let (places, _) = self.bytes[at..].as_chunks_mut::<SIZE>();
+        places.iter_mut().zip(numbers).for_each(|(place, bytes)| *place = bytes);
     }
 
     fn align<const SIZE: usize>(&mut self) {
-        let after_header = (self.0.len() - HEADER.len()).next_multiple_of(SIZE);
-        self.0.resize(HEADER.len() + after_header, 0);
+        let length = (self.bytes.len() - self.start).next_multiple_of(SIZE);
+        self.bytes.resize(self.start + length, 0);
     }
 
     /// The length of a sequence.
@@ -43,11 +51,11 @@ impl Cdr {
     /// Text, with its length and a zero at the end.
     pub(crate) fn text(&mut self, text: &str) {
         self.length(text.len() + 1);
-        self.0.extend(text.as_bytes());
-        self.0.push(0);
+        self.bytes.extend(text.as_bytes());
+        self.bytes.push(0);
     }
 
     pub(crate) fn bytes(self) -> Vec<u8> {
-        self.0
+        self.bytes
     }
 }

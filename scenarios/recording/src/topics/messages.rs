@@ -13,6 +13,8 @@ use super::ros::{Field, Moment, add_definition};
 pub(super) struct MessageType {
     domain: Domain,
     fields: Vec<TypeField>,
+    /// By shape and field, where the shape has the field.
+    places: Vec<Vec<Option<usize>>>,
 }
 
 /// A field of the type.
@@ -75,7 +77,15 @@ impl MessageType {
                 |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind)) == (&field.of.0, (field.of.1, false));
             field.is_optional = !domain.shapes().iter().all(|shape| shape.fields().iter().any(always));
         }
-        Self { domain: domain.clone(), fields }
+        let places = domain.shapes().iter().map(|shape| {
+            let place = |field: &TypeField| {
+                let is_it =
+                    |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind).0) == (&field.of.0, field.of.1);
+                shape.fields().iter().position(is_it)
+            };
+            fields.iter().map(place).collect()
+        });
+        Self { places: places.collect(), domain: domain.clone(), fields }
     }
 
     /// The definition as the encoding `ros2msg` has it.
@@ -91,14 +101,13 @@ impl MessageType {
         text
     }
 
-    /// A message that was received.
-    pub(super) fn encode(&self, event: &Event, message: &Message) -> Vec<u8> {
-        let mut cdr = Cdr::new();
-        Moment { step: event.step, tick: event.tick }.write(&mut cdr);
-        let declared = self.domain.shape_of(message).map_or(&[][..], |shape| shape.fields());
-        for field in &self.fields {
-            let is_it = |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind).0) == (&field.of.0, field.of.1);
-            let value = declared.iter().position(is_it).map(|place| (&declared[place].1, &message.fields()[place]));
+    /// Writes a message that was received.
+    pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut Cdr) {
+        Moment { step: event.step, tick: event.tick }.write(cdr);
+        let shape = self.domain.shapes().iter().zip(&self.places).find(|(shape, _)| shape.contains(message));
+        for (index, field) in self.fields.iter().enumerate() {
+            let place = shape.and_then(|(shape, places)| Some((shape, places[index]?)));
+            let value = place.map(|(shape, place)| (&shape.fields()[place].1, &message.fields()[place]));
             let is_none = |kind: &FieldKind, value: &Value| {
                 matches!(kind, FieldKind::Optional(_)) && value.is_symbol(FieldKind::NONE)
             };
@@ -106,9 +115,8 @@ impl MessageType {
             if field.is_optional {
                 cdr.length(usize::from(value.is_some()));
             }
-            value.into_iter().for_each(|value| write_value(value, &mut cdr));
+            value.into_iter().for_each(|value| write_value(value, cdr));
         }
-        cdr.bytes()
     }
 }
 
@@ -163,7 +171,9 @@ mod tests {
         let encoded = |values: Vec<Value>| {
             let message = Message::new(values);
             let event = Event { step: 5, tick: 2, time: Duration::ZERO, kind: EventKind::Tick };
-            channel.encode(&event, &message)
+            let mut cdr = Cdr::after(Vec::new());
+            channel.write(&event, &message, &mut cdr);
+            cdr.bytes()
         };
         let start = [&[0, 1, 0, 0][..], &5_u64.to_le_bytes(), &2_u64.to_le_bytes()].concat();
         let failed = encoded(vec![Value::symbol("error"), "no".into()]);

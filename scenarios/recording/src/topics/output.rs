@@ -1,20 +1,15 @@
-//! A file in MCAP with topics of ROS 2.
+//! A recording with topics of ROS 2.
 
-use std::collections::BTreeMap;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::marker::PhantomData;
 use std::time::Duration;
 
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
-
 use super::cdr::Cdr;
+use super::container::Container;
 use super::ros::{Field, definition};
 
 /// A file in MCAP that is being written.
-pub(crate) struct Output<W: Write> {
-    mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
-}
+pub(crate) struct Output<W: Write>(Container<W>);
 
 /// A topic of a file.
 pub(crate) struct Topic<T> {
@@ -24,54 +19,75 @@ pub(crate) struct Topic<T> {
 
 impl<W: Write> Output<W> {
     pub(crate) fn begin(output: W) -> io::Result<Self> {
-        let options = mcap::WriteOptions::new()
-            .compression(None)
-            .profile("ros2")
-            .library(concat!("steward/", env!("CARGO_PKG_VERSION")))
-            .disable_seeking(true);
-        Ok(Self { mcap: options.create(NoSeek::new(BufWriter::new(output))).map_err(unwritten)? })
+        let mut container = Container::begin(output, "ros2", concat!("steward/", env!("CARGO_PKG_VERSION")))?;
+        // By this, later distributions know that profiles are written as in Humble.
+        container.metadata("rosbag2", "ROS_DISTRO", "humble")?;
+        Ok(Self(container))
     }
 
     /// Adds a topic.
     pub(crate) fn topic<T: Field>(&mut self, topic: &str) -> io::Result<Topic<T>> {
-        let channel = self.channel(topic, &T::name(), &definition::<T>())?;
+        self.typed(topic, Durability::Volatile)
+    }
+
+    /// Adds a topic whose last message holds until the next: who subscribes later gets it, too.
+    pub(crate) fn latched<T: Field>(&mut self, topic: &str) -> io::Result<Topic<T>> {
+        self.typed(topic, Durability::TransientLocal)
+    }
+
+    fn typed<T: Field>(&mut self, topic: &str, durability: Durability) -> io::Result<Topic<T>> {
+        let channel = self.add(topic, &T::name(), &definition::<T>(), durability)?;
         Ok(Topic { channel, of: PhantomData })
     }
 
     /// Adds a topic whose type is not known here.
     pub(crate) fn channel(&mut self, topic: &str, name: &str, definition: &str) -> io::Result<u16> {
+        self.add(topic, name, definition, Durability::Volatile)
+    }
+
+    fn add(&mut self, topic: &str, name: &str, definition: &str, durability: Durability) -> io::Result<u16> {
         let name = name.replacen('/', "/msg/", 1);
-        let schema = self.mcap.add_schema(&name, "ros2msg", definition.as_bytes()).map_err(unwritten)?;
-        self.mcap.add_channel(schema, topic, "cdr", &BTreeMap::new()).map_err(unwritten)
+        self.0.channel(topic, (&name, definition), ("offered_qos_profiles", &durability.profiles()))
     }
 
     pub(crate) fn write<T: Field>(&mut self, topic: &Topic<T>, time: Duration, message: &T) -> io::Result<()> {
-        let mut cdr = Cdr::new();
-        message.write(&mut cdr);
-        self.write_bytes(topic.channel, time, &cdr.bytes())
+        self.write_with(topic.channel, time, |cdr| message.write(cdr))
     }
 
-    pub(crate) fn write_bytes(&mut self, channel_id: u16, time: Duration, bytes: &[u8]) -> io::Result<()> {
-        let log_time = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;
-        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
-        self.mcap.write_to_known_channel(&header, bytes).map_err(unwritten)
+    /// Writes a message whose type is not known here.
+    pub(crate) fn write_with(&mut self, channel: u16, time: Duration, write: impl FnOnce(&mut Cdr)) -> io::Result<()> {
+        let time_ns = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;
+        self.0.message(channel, time_ns, write);
+        Ok(())
     }
 
     /// Makes what has been written so far readable, whatever happens next.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.mcap.flush().map_err(unwritten)
+        self.0.flush()
     }
 
     /// Ends the file and returns it.
-    pub(crate) fn finish(mut self) -> io::Result<W> {
-        self.mcap.finish().map_err(unwritten)?;
-        self.mcap.into_inner().into_inner().into_inner().map_err(io::IntoInnerError::into_error)
+    pub(crate) fn finish(self) -> io::Result<W> {
+        self.0.finish()
     }
 }
 
-fn unwritten(error: mcap::McapError) -> io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        error => io::Error::other(error),
+/// What becomes of messages that were sent before somebody subscribes, by its number in ROS 2.
+#[derive(Clone, Copy, Debug)]
+enum Durability {
+    TransientLocal = 1,
+    Volatile = 2,
+}
+
+impl Durability {
+    /// The profile of the publisher, for players of bags: reliable, and the rest as usual.
+    fn profiles(self) -> String {
+        const FOREVER: &str = "{sec: 9223372036, nsec: 854775807}";
+        let depth = if let Self::TransientLocal = self { 1 } else { 10 };
+        format!(
+            "- {{history: 1, depth: {depth}, reliability: 1, durability: {}, deadline: {FOREVER}, lifespan: {FOREVER}, \
+             liveliness: 1, liveliness_lease_duration: {FOREVER}, avoid_ros_namespace_conventions: false}}\n",
+            self as u8
+        )
     }
 }
