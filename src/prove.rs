@@ -90,11 +90,6 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     if args.mutants {
         return mutants(args, proofs, stop);
     }
-    let has_faults = |proof: &&Proof| !proof.scenario().file.prove.faults.allowed.is_empty();
-    if let Some(proof) = proofs.iter().find(has_faults).filter(|_| args.out.is_some() || args.replay) {
-        let message = format!("runs of {} cannot be followed, since faults may occur in them", proof.scenario().name);
-        return Err(Error::refused(message, "leave out `--out` and `--replay`, or `prove.faults`"));
-    }
     let mut all = Vec::new();
     for (found_here, proof) in found.iter().zip(proofs) {
         let mut findings = Vec::new();

@@ -281,6 +281,21 @@ fn without_a_property_whatever_is_never_reached_is_listed_with_its_location() {
 }
 
 #[test]
+fn a_machine_that_counts_without_end_is_named() {
+    let (folder, scenario) = planted();
+    let knock = std::fs::read_to_string(folder.path().join("Knock.scxml")).expect("a machine");
+    let counts = "<datamodel><data id=\"count\" expr=\"0\"/></datamodel>\n<state id=\"here\">";
+    let knock = knock.replacen("<state id=\"here\">", counts, 1).replacen(
+        "<transition event=\"BT.tick\"><send",
+        "<transition event=\"BT.tick\"><assign location=\"count\" expr=\"count + 1\"/><send",
+        1,
+    );
+    std::fs::write(folder.path().join("Knock.scxml"), knock).expect("room for a machine");
+    let said = refusal(&["prove", &scenario]);
+    assert!(said.contains("Knock has more than 65536 states: something in it may grow forever"), "{said}");
+}
+
+#[test]
 fn whatever_is_never_reached_does_not_depend_on_the_form_of_the_tree() {
     let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
     assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
@@ -368,6 +383,12 @@ fn faults_of_the_catalogue_may_occur_in_a_proof() {
     assert_eq!(run["replayed"], true);
     let steps = run["steps"].as_array().expect("steps");
     assert!(steps.iter().any(|it| it["environment"] == mistake), "{run:#}");
+    // The run can be written and followed: where it does not come to the same verdict, the command fails.
+    let folder = tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("a path in UTF-8");
+    self::proof(1, &["nav2/halted_early_fixed", "--property", "stands_still", "--set", &faults, "--out", out]);
+    let schedule = std::fs::read_to_string(folder.path().join("stands_still/schedule.toml")).expect("a schedule");
+    assert!(schedule.contains(&format!("begins = {{ skill_mutant = \"{mistake}\" }}")), "{schedule}");
     // A server that hangs or restarts does no harm.
     for fault in ["component_frozen", "component_crash"] {
         let faults = format!("prove.faults={{{fault}='ControllerServer'}}");

@@ -52,6 +52,12 @@ impl BatteryReader {
         Some((level.as_number()?, *charging == true.into()))
     }
 
+    /// Whether a client waits for an answer.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.service.is_asked()
+    }
+
     fn answer(&self, request: &Message) -> Option<Message> {
         let latest = self.latest.as_ref()?;
         let value = if request.head() == Some("get_charging") { &latest.charging } else { &latest.level };

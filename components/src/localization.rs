@@ -1,6 +1,7 @@
 //! Localization: reports whether the robot is at a place.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
@@ -17,7 +18,7 @@ use crate::service::Service;
 pub struct Localization {
     service: Service,
     /// Whether the robot is at each place; empty before the first estimate.
-    at: BTreeMap<String, bool>,
+    at: Arc<BTreeMap<String, bool>>,
 }
 
 impl Localization {
@@ -26,29 +27,39 @@ impl Localization {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Ok(Self { service: Service::new(topology, process)?, at: BTreeMap::new() })
+        Ok(Self { service: Service::new(topology, process)?, at: Arc::default() })
     }
 
     /// Returns it to its initial state.
     pub(crate) fn restart(&mut self) {
         self.service.forget();
-        self.at.clear();
+        self.at = Arc::default();
     }
 
     /// Receives the latest estimate of the robot's pose, in the `map` frame, and the known places from its driver.
     pub fn update(&mut self, places: &Places, pose: &Pose) {
-        self.at = places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
+        self.at = Arc::new(places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect());
     }
 
     /// Receives where the robot is among the known places: at one of them, or at none.
     pub fn set_place<'p>(&mut self, places: impl IntoIterator<Item = &'p str>, place: Option<&str>) {
-        self.at = places.into_iter().map(|known| (known.to_owned(), Some(known) == place)).collect();
+        let there = self.at.iter().filter(|(_, there)| **there).map(|(name, _)| name.as_str());
+        if self.at.is_empty() || there.ne(place) {
+            let places = places.into_iter().map(|known| (known.to_owned(), Some(known) == place));
+            self.at = Arc::new(places.collect());
+        }
     }
 
     /// The place at which the robot is, if it is at one that is known.
     #[must_use]
     pub fn place(&self) -> Option<&str> {
         self.at.iter().find(|(_, there)| **there).map(|(name, _)| name.as_str())
+    }
+
+    /// Whether a client waits for an answer.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.service.is_asked()
     }
 
     fn answer(&self, request: &Message) -> Option<Message> {

@@ -152,6 +152,12 @@ impl Navigation {
         self.stops == StopRule::AnyTrip || trip.place == *place
     }
 
+    /// Whether a client waits for an answer.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.service.is_asked()
+    }
+
     fn answer(&self, request: &Message) -> Message {
         let trip = self.trip.as_ref().filter(|trip| request.field(2) == Some(&trip.place.clone().into()));
         let status = match (request.head(), trip) {

@@ -37,14 +37,24 @@ pub(crate) fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Opti
 impl DriverData {
     /// What the components of a system have been told last.
     pub(crate) fn of(system: &ChannelSystem) -> Self {
-        let battery = process_of::<BatteryReader>(system, BATTERY_READER);
-        let localization = process_of::<Localization>(system, LOCALIZATION);
-        let navigation = process_of::<Navigation>(system, NAVIGATION);
-        let place = localization.and_then(|id| system.process::<Localization>(id)?.place());
+        let id = |name| system.topology().find_process(name);
+        Self::known_to(
+            id(BATTERY_READER).and_then(|id| system.process(id)),
+            id(LOCALIZATION).and_then(|id| system.process(id)),
+            id(NAVIGATION).and_then(|id| system.process(id)),
+        )
+    }
+
+    /// What these components have been told last.
+    pub(crate) fn known_to(
+        battery: Option<&BatteryReader>,
+        localization: Option<&Localization>,
+        navigation: Option<&Navigation>,
+    ) -> Self {
         Self {
-            battery: battery.and_then(|id| system.process::<BatteryReader>(id)?.reading()),
-            place: place.map(str::to_owned),
-            trip: navigation.and_then(|id| system.process::<Navigation>(id)?.trip_status()),
+            battery: battery.and_then(BatteryReader::reading),
+            place: localization.and_then(Localization::place).map(str::to_owned),
+            trip: navigation.and_then(Navigation::trip_status),
         }
     }
 

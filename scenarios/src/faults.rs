@@ -18,6 +18,7 @@ mod catalogue;
 mod effect;
 mod injector;
 mod kind;
+mod switched;
 mod timetable;
 mod trigger;
 
@@ -31,6 +32,7 @@ pub use catalogue::{KINDS, kind};
 pub(crate) use effect::{Effect, MachineChange, TickTrouble};
 pub(crate) use injector::{Happening, Injector, SystemUnderTest, opposite};
 pub use kind::{FaultKind, Place};
+pub(crate) use switched::{Switchboard, Switched, SwitchedEffect, restart};
 pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};
 

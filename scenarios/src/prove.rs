@@ -28,7 +28,7 @@ use robot::Streams;
 use self::coverage::Coverage;
 pub use self::coverage::{Unreachable, Unreached};
 use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
-use self::faults::{Fault, WithFaults};
+use self::faults::WithFaults;
 use self::levels::{Levels, Rates, micros};
 pub use self::mutants::Mutant;
 pub use self::physics::Physical;
@@ -36,6 +36,7 @@ pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 use crate::Error;
 use crate::driven::process_of;
 use crate::error::Complaints;
+use crate::faults::Switched;
 use crate::monitoring::Monitoring;
 use crate::names::unknown;
 use crate::scenario::{ALL_REACHED, BatteryAssumption, GENERAL, PROGRESS, Passes, ProofOutcome, STEP, Scenario};
@@ -52,7 +53,7 @@ pub struct Proof {
     thresholds: BTreeSet<i64>,
     damaged: Vec<ChannelId>,
     /// The faults that may occur.
-    faults: Vec<Fault>,
+    faults: Vec<Switched>,
     questions: Vec<Question>,
 }
 

@@ -15,6 +15,7 @@ use diagnostics::{FileProblems, Spanned};
 use explorer::{Damage, PathStep};
 
 use crate::driven::DriverData;
+use crate::scenario::AllowedFault;
 
 pub(crate) use player::{Part, Player};
 
@@ -27,14 +28,33 @@ pub struct Schedule {
 /// A step of a schedule.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Step {
-    /// Something happens around the system: in words, and what the components are told of it.
-    Environment(String, DriverData),
+    /// Something happens around the system.
+    Environment(Happening),
     /// Time passes; timers that are due fire.
     Wait(Duration),
     /// A tick comes; whether the tree takes it.
     Tick(bool),
     /// A process takes a transition.
     Take(Taken),
+}
+
+/// Something that happens around the system.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Happening {
+    pub(crate) words: String,
+    /// What the components are told of it.
+    pub(crate) told: DriverData,
+    /// A fault begins or ends.
+    pub(crate) change: Option<FaultChange>,
+}
+
+/// A fault begins or ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FaultChange {
+    pub(crate) begins: bool,
+    pub(crate) kind: AllowedFault,
+    /// The component, or the skill with its mistake.
+    pub(crate) name: String,
 }
 
 /// A transition of the channel system, by the names of its processes.
@@ -100,19 +120,21 @@ impl Schedule {
         })
     }
 
-    /// A run of a channel system as the text of a schedule. `told` says what the environment told in each of its
-    /// steps; a message that is held back is held for that time.
+    /// A run of a channel system as the text of a schedule: its steps, with what the environment tells in each of them,
+    /// and which fault begins or ends. A message that is held back is held for that time.
     pub(crate) fn text<'p>(
         about: &str,
-        steps: impl IntoIterator<Item = (&'p PathStep, Option<DriverData>)>,
+        steps: impl IntoIterator<Item = (&'p PathStep, DriverData, Option<FaultChange>)>,
         held: Duration,
         system: &ChannelSystem,
     ) -> String {
         let mut text = format!("about = {}\nsteps = [\n", quoted(about));
         let mut tick = 0;
-        for (step, told) in steps {
+        for (step, told, change) in steps {
             let step = match step {
-                PathStep::Environment { words, .. } => Step::Environment(words.clone(), told.unwrap_or_default()),
+                PathStep::Environment { words, .. } => {
+                    Step::Environment(Happening { words: words.clone(), told, change })
+                }
                 PathStep::Wait(span) => Step::Wait(*span),
                 PathStep::Tick { delivered } => Step::Tick(*delivered),
                 PathStep::Take { enabled, damage } => Step::Take(Taken::of(enabled, *damage, held, system.topology())),
@@ -133,8 +155,12 @@ impl Schedule {
 fn line(step: &Step) -> String {
     let mut parts = Vec::new();
     match step {
-        Step::Environment(words, DriverData { battery, place, trip }) => {
+        Step::Environment(Happening { words, told: DriverData { battery, place, trip }, change }) => {
             parts.push(format!("environment = {}", quoted(words)));
+            if let Some(FaultChange { begins, kind, name }) = change {
+                let happens = if *begins { "begins" } else { "ends" };
+                parts.push(format!("{happens} = {{ {} = {} }}", kind.name(), quoted(name)));
+            }
             if let Some((level_pct, charging)) = battery {
                 parts.push(format!("level_pct = {level_pct}, charging = {charging}"));
             }
@@ -175,7 +201,9 @@ fn read_step(table: Table<'_>) -> Option<Step> {
         let place = table.text("place").optional();
         let trip = table.one_of("trip", &TRIPS).optional();
         let battery = level.map(|level| (level, charging));
-        return Some(Step::Environment(words?, DriverData { battery, place, trip }));
+        let change = read_change(table, "begins").or_else(|| read_change(table, "ends"));
+        let told = DriverData { battery, place, trip };
+        return Some(Step::Environment(Happening { words: words?, told, change }));
     }
     if table.has("wait_s") {
         return Some(Step::Wait(table.seconds("wait_s").required()?));
@@ -208,6 +236,19 @@ fn read_step(table: Table<'_>) -> Option<Step> {
     }
     let held = held.unwrap_or_default();
     Some(Step::Take(Taken { process: process?, transition: transition?, to, from, receiving, damage, held }))
+}
+
+/// The fault that begins or ends, as `[prove.faults]` names it.
+fn read_change(table: Table<'_>, key: &str) -> Option<FaultChange> {
+    let fault = table.table(key).optional()?;
+    let mut named = AllowedFault::ALL.into_iter().filter_map(|kind| Some((kind, fault.text(kind.name()).optional()?)));
+    if let (Some((kind, name)), None) = (named.next(), named.next()) {
+        return Some(FaultChange { begins: key == "begins", kind, name });
+    }
+    let kinds = AllowedFault::ALL.map(AllowedFault::name).join(", ");
+    let problem = fault.span().problem("this names no fault, or more than one").with_label("this fault");
+    fault.report(problem.with_help(format!("give one of {kinds}")));
+    None
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
 
 use campaigns::Error;
-use explorer::Limits;
+use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Mutant, Proof, Question, Subject};
+use scenarios::prove::{Answer, Mutant, Proof, Question, Subject};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
@@ -28,7 +28,14 @@ enum Fate {
     Misfit(String),
     Survives,
     /// These properties are not decided, and none is violated.
-    Undecided(Vec<String>),
+    Undecided(Vec<Open>),
+}
+
+/// A property that is not decided.
+struct Open {
+    property: String,
+    /// How many states were explored, and to which depth; or why none were.
+    reason: String,
 }
 
 impl Fate {
@@ -53,7 +60,9 @@ impl Mutants {
     pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Self, Error> {
         let mutants = proof.mutants()?;
         let threads = limits.threads;
-        let limits = Limits { threads: 1, memory: limits.memory / threads, ..limits.clone() };
+        // What is not decided within this would take long, and mutants are many. Nobody looks at the runs.
+        let memory = limits.memory / threads.max(8);
+        let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
         let bar = Bar::new(silent, "mutants");
         let mut fates = Vec::with_capacity(mutants.len());
         batch::in_order(
@@ -108,16 +117,19 @@ impl Mutants {
         killers.extend((misfits > 0).then(|| format!("before anything runs {misfits}")));
         let _ = writeln!(text, "killed by: {}", killers.join(", "));
         for (title, style, wanted) in [("survives", BAD, "survives"), ("not decided", OPEN, "not decided")] {
-            let such: Vec<&Mutant> =
-                self.mutants.iter().filter(|(_, fate)| fate.word() == wanted).map(|(mutant, _)| mutant).collect();
+            let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, fate)| fate.word() == wanted).collect();
             if such.is_empty() {
                 continue;
             }
             let _ = writeln!(text);
             text.paint(style, title, 0);
             let _ = writeln!(text);
-            for mutant in such {
+            for (mutant, fate) in such {
                 let _ = writeln!(text, "  {}", in_words(mutant));
+                let open = if let Fate::Undecided(open) = fate { open.as_slice() } else { &[] };
+                for Open { property, reason } in open {
+                    let _ = writeln!(text, "    {property}: {reason}");
+                }
             }
         }
         if survive + open == 0 {
@@ -130,7 +142,8 @@ impl Mutants {
     pub(super) fn as_json(&self) -> Value {
         let of = |(mutant, fate): &(Mutant, Fate)| {
             let killed_by: &[String] = if let Fate::Killed(by) = fate { by } else { &[] };
-            let undecided: &[String] = if let Fate::Undecided(by) = fate { by } else { &[] };
+            let open = if let Fate::Undecided(open) = fate { open.as_slice() } else { &[] };
+            let undecided: Vec<&str> = open.iter().map(|open| open.property.as_str()).collect();
             let reason = if let Fate::Misfit(reason) = fate { Some(reason) } else { None };
             json!({
                 "skill": mutant.skill(),
@@ -184,16 +197,45 @@ fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
     };
     let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
     for question in about.questions().iter().filter(counts) {
-        let outcome = about.prove(question, limits, &mut |_| ()).ok().and_then(|answer| answer.outcome());
-        match outcome {
-            Some(ProofOutcome::Proved) => {}
-            Some(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
-            None => undecided.push(question.property.clone()),
+        match outcome(&about, question, limits) {
+            Ok(ProofOutcome::Proved) => {}
+            Ok(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
+            Err(reason) => undecided.push(Open { property: question.property.clone(), reason }),
         }
     }
     match (killed_by.as_slice(), undecided.as_slice()) {
         ([], []) => Fate::Survives,
         ([], _) => Fate::Undecided(undecided),
         _ => Fate::Killed(killed_by),
+    }
+}
+
+/// Whether a mutant violates a property; or why that is not decided.
+///
+/// Most mutants are decided by the first states. What takes long to be violated, such as a deadline, is found depth
+/// first. But that finds long runs: if no battery can have the levels of one, or messages pile up in it, others may do.
+fn outcome(about: &Proof, question: &Question, limits: &Limits) -> Result<ProofOutcome, String> {
+    let first = Limits { memory: limits.memory / 16, ..limits.clone() };
+    let deep = Limits { order: Order::Depth, ..limits.clone() };
+    let mut reason = String::new();
+    for (limits, next_if_full) in [(&first, true), (&deep, false), (limits, false)] {
+        let answer = about.prove(question, limits, &mut |_| ()).map_err(|error| error.reasons())?;
+        if let Some(outcome) = answer.outcome() {
+            return Ok(outcome);
+        }
+        reason = undecided(&answer);
+        if matches!(answer.exploration.outcome, Outcome::Undecided) != next_if_full {
+            break;
+        }
+    }
+    Err(reason)
+}
+
+fn undecided(answer: &Answer) -> String {
+    let Progress { states, depth, .. } = answer.exploration.progress;
+    match answer.exploration.outcome {
+        _ if answer.is_spurious => "no battery can have the levels of the run".to_owned(),
+        Outcome::Endless(_) => "messages pile up without end".to_owned(),
+        _ => format!("explored {states} states to depth {depth}"),
     }
 }

@@ -70,6 +70,20 @@ fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
     bencher.counter(ItemsCount::new(found.states)).bench(run);
 }
 
+/// More than 100 million states within 4 GB: only when asked for, since it takes minutes.
+#[divan::bench(args = [8], sample_count = 1, sample_size = 1, ignore)]
+fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
+    let model = Model::new(&table(guests), None, Arc::new(Closed));
+    let limits = Limits { memory: 4 << 30, reduction: Reduction::Off, ..Limits::default() };
+    bencher.bench_local(|| {
+        let found = explore(&model, None, &limits, &mut |_| ()).expect("a finite system");
+        let explorer::Progress { states, memory, depth, .. } = found.progress;
+        let bytes = memory as f64 / states as f64;
+        eprintln!("{guests} guests: {states} states to depth {depth}, {bytes:.1} bytes each, {memory} bytes in all");
+        assert!(states > 100_000_000, "{states}");
+    });
+}
+
 /// The same model in SPIN, without its reduction: the items are the same states.
 #[divan::bench(args = [5, 6], sample_count = 3)]
 fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {

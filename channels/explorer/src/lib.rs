@@ -49,13 +49,26 @@
 //!
 //! # What the reduction leaves out
 //!
-//! With a [`Reduction`], a state with a single successor, in which no time passes, is passed through: the search goes
+//! With a [`Reduction`], a process that can do nothing but send does so before all others move, where its channel is
+//! empty, nobody else sends on it, and no fault can act on the message. Nobody can keep it from sending, the send keeps
+//! nobody from anything, and no monitor sees it: monitors see what is received. So a run in which it sends later is
+//! equivalent to one in which it sends now (the send is a persistent set): the same processes take the same steps, and
+//! the same messages are received in the same order. No send is put off forever, since sends alone do not go around in
+//! circles: each fills a channel.
+//!
+//! A state with a single successor, in which no time passes, is passed through: the search goes
 //! on to its successor and stores that. Every run of the model is still a run through the stored states, with the same
 //! transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the search
 //! does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the states in
 //! which time passes, none of which is passed through. Nothing is passed through forever, since every 64th state in a
 //! row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so a run that the
 //! search finds may not be a shortest one.
+//!
+//! # Depth first
+//!
+//! [`Order::Depth`] expands the state that was found last. It stores the same states, so its verdicts are the same, and
+//! it comes across violations that take long, such as a deadline of many ticks that is missed, without all that may
+//! happen earlier. The run that it shows is a long one.
 //!
 //! # Asking SPIN
 //!
@@ -79,4 +92,4 @@ pub use error::Refused;
 pub use model::{Closed, Damage, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
 pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError};
 pub use promela::{NotExported, Promela, promela};
-pub use search::{Exploration, Limits, Outcome, Progress, Reduction, explore};
+pub use search::{Exploration, Limits, Order, Outcome, Progress, Reduction, explore};

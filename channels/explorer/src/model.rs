@@ -76,6 +76,12 @@ pub trait Environment: fmt::Debug + Send + Sync {
     /// The possible moves before a tick, or at any other moment, in an order that depends only on the arguments.
     /// Without a move, time stands still. `driven` are the processes that it drives, in their normal form.
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
+
+    /// Whether a move may let a process move that could not. If not, the moves while time stands still are never asked
+    /// for.
+    fn may_stir(&self, _state: &[i64], _driven: &[&dyn Process]) -> bool {
+        true
+    }
 }
 
 /// When an environment moves.

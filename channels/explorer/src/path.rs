@@ -27,6 +27,8 @@ pub enum PathStep {
         words: String,
         /// What it does to the processes that it drives.
         update: Update,
+        /// Its state afterwards.
+        state: Vec<i64>,
     },
     /// Time passes; timers that are due at its end fire.
     Wait(Duration),

@@ -1,5 +1,6 @@
-//! The search: breadth first, layer by layer, so that the first violation is a shortest one.
+//! The search: breadth first, layer by layer, so that the first violation is a shortest one; or depth first.
 
+mod deep;
 mod runs;
 
 use std::ops::Range;
@@ -23,8 +24,10 @@ pub struct Limits {
     pub memory: usize,
     /// The number of threads; the result is the same with any number.
     pub threads: usize,
-    /// Whether states with a single successor are passed through without being stored.
+    /// Whether equivalent runs, and states on the way, are left out.
     pub reduction: Reduction,
+    /// Which state is expanded next.
+    pub order: Order,
     /// Once this is set, the search ends, with what it has found so far.
     pub stop: Option<&'static AtomicBool>,
 }
@@ -35,8 +38,8 @@ impl Limits {
     }
 }
 
-/// When states with a single successor are passed through without being stored: that takes less memory and more time,
-/// and a run that violates the property is not a shortest one.
+/// When equivalent runs are left out, and states with a single successor are passed through without being stored: that
+/// takes less memory, and a run that violates the property is not a shortest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Reduction {
     /// Never.
@@ -48,9 +51,20 @@ pub enum Reduction {
     WhenNeeded,
 }
 
+/// Which state a search expands next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Order {
+    /// The one that was found first: breadth first, so that the first violation is a shortest one.
+    #[default]
+    Breadth,
+    /// The one that was found last: depth first, so that violations which take long are found soon. A run that violates
+    /// the property is not a shortest one. It takes one thread; without a property, the order is always `Breadth`.
+    Depth,
+}
+
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default(), stop: None }
+        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default(), order: Order::default(), stop: None }
     }
 }
 
@@ -61,7 +75,7 @@ pub struct Progress {
     pub states: u64,
     /// Those of them in which nothing happens before time passes.
     pub quiet: u64,
-    /// The number of the current layer.
+    /// The number of the current layer; depth first, the length of the longest run.
     pub depth: u64,
     /// The memory taken, in bytes.
     pub memory: usize,
@@ -144,6 +158,7 @@ fn search(
     let end = match property.map_or(Verdict::Inconclusive, Monitor::verdict) {
         Verdict::True => End::Complete,
         Verdict::False => End::Bad { from: None, kind: Bad::Violated },
+        Verdict::Inconclusive if property.is_some() && limits.order == Order::Depth => search.run_deep(progress)?,
         Verdict::Inconclusive => search.run(progress)?,
     };
     Ok(search.conclude(end, property.is_some()))
@@ -208,6 +223,10 @@ struct Search<'a> {
     stuck: Vec<u32>,
     /// Whether it goes on where it finds something bad.
     goes_on: bool,
+    /// Depth first: from which state each was found.
+    origins: Option<Vec<u32>>,
+    /// Depth first: the length of the longest run.
+    deepest: u64,
 }
 
 /// What became of states that were expanded without changing anything.
@@ -251,18 +270,20 @@ impl<'a> Search<'a> {
             hold: model.faults.delayed.1,
             anywhere: model.anywhere,
             has_monitor: property.is_some(),
+            sends_first: reduce && !model.anywhere,
             tables,
             slots,
         };
         let (layers, stuck) = (vec![0], Vec::new());
-        Ok(Self { semantics, store, limits, reduce, layers, quiet: 0, transitions: 0, stuck, goes_on: false })
+        let (quiet, transitions, goes_on, origins, deepest) = (0, 0, false, None, 0);
+        Ok(Self { semantics, store, limits, reduce, layers, quiet, transitions, stuck, goes_on, origins, deepest })
     }
 
     fn progress(&self) -> Progress {
         Progress {
             states: u64::from(self.store.len()),
             quiet: self.quiet,
-            depth: self.layers.len() as u64 - 1,
+            depth: self.deepest.max(self.layers.len() as u64 - 1),
             memory: self.store.bytes() + self.semantics.tables.bytes(),
         }
     }

@@ -1,12 +1,11 @@
 //! What a system can do next: the rules of channel systems, on numbers.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 
-use crate::local::{Local, REFUSED, Step, UNKNOWN, entry};
-use crate::model::{Damage, Instant};
+use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, entry};
+use crate::model::{Damage, Instant, Move};
 use crate::path::PathStep;
 use crate::store::Change;
 use crate::tables::{Clock, ENDLESS, Gap, Moved, Start, Tables, Transit};
@@ -146,6 +145,8 @@ pub(crate) struct Semantics {
     /// Whether the environment also moves while processes communicate.
     pub(crate) anywhere: bool,
     pub(crate) hold: Duration,
+    /// Whether a process that can do nothing but send does so before the others move.
+    pub(crate) sends_first: bool,
 }
 
 /// A vector with changes that are being made.
@@ -174,6 +175,9 @@ impl Semantics {
     pub(crate) fn expand(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
         out.clear();
         let transit = self.transit(state);
+        if self.sends_first && self.send_first(state, transit, out)? {
+            return Ok(());
+        }
         for (index, line) in self.tables.locals.iter().enumerate() {
             if line.len() == 0 {
                 continue; // it is composed of others
@@ -194,6 +198,33 @@ impl Semantics {
         self.drive(state, out)
     }
 
+    /// The first process that can do nothing but send does so: whether there is one. Nobody can keep it from sending,
+    /// or tell when it did: the channel is empty, nobody else sends on it, nothing happens to its messages, and no
+    /// numbers change.
+    fn send_first(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<bool, Gap> {
+        for (process, line) in self.tables.locals.iter().enumerate().filter(|(_, line)| line.len() > 0) {
+            let number = state[self.slots.processes[process] as usize];
+            let local = line.get(number);
+            let ([Own { sends: Some((channel, _)), step, .. }], []) = (local.own.as_slice(), local.receives.as_slice())
+            else {
+                continue;
+            };
+            let line = &self.tables.lines[*channel];
+            let is_safe = !line.may_fail || (transit.losses == 0 && transit.delays == 0);
+            let is_free = line.has_sole_sender && state[self.slots.channels[*channel] as usize] == 0;
+            if line.capacity == Capacity::One && is_safe && is_free {
+                if *step == Step::UNKNOWN {
+                    return Err(Gap::Own { process, state: number, own: 0 });
+                }
+                if step.renaming == 0 && step.next != ENDLESS {
+                    self.take_own(state, transit, process, (number, local), 0, out)?;
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
     /// Whether nothing but the environment can help: no timer is set, and the tick is lost.
     pub(crate) fn is_stuck(&self, state: &[u32], successors: &Successors) -> bool {
         let is_lost = |label: &Label| matches!(label, Label::Wait { delivered: false, .. });
@@ -206,9 +237,8 @@ impl Semantics {
     /// The steps that a label stands for, in a state.
     pub(crate) fn path_steps(&self, state: &[u32], label: &Label) -> Vec<PathStep> {
         let moved = |instant, index: usize| {
-            let moves = self.moves(state, instant).expect("what was expanded once is known");
-            let told = &moves[index].told;
-            PathStep::Environment { words: told.words.clone(), update: Arc::clone(&told.update) }
+            let Move { state, update, words } = self.tables.told(&self.key(state), instant).swap_remove(index);
+            PathStep::Environment { words, update, state }
         };
         let local = |process: u32| self.local(state, process as usize);
         let channel = |channel: usize| self.tables.lines[channel].id;
@@ -456,6 +486,9 @@ impl Semantics {
         if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
             return Ok(());
         }
+        if !self.anywhere && !self.tables.may_stir(&self.key(state)) {
+            return Ok(());
+        }
         let mut vector = state.to_vec();
         for (index, moved) in self.moves(state, Instant::Between)?.iter().enumerate() {
             if moved.processes.is_empty() && !self.anywhere {
@@ -482,7 +515,7 @@ impl Semantics {
     fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
         let transit = self.transit(vector);
         let mut out = Successors::default();
-        let changed = moved.processes.iter().map(|(process, _)| *process);
+        let changed = moved.processes.iter().map(|(process, _)| *process as usize);
         for process in changed.chain(self.tables.shakers.iter().copied()) {
             let number = vector[self.slots.processes[process] as usize];
             let local = self.tables.locals[process].get(number);
@@ -500,19 +533,24 @@ impl Semantics {
     }
 
     fn moves(&self, state: &[u32], instant: Instant) -> Result<&[Moved], Gap> {
-        let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
-        let key: Vec<u32> = std::iter::once(state[self.slots.environment as usize]).chain(driven).collect();
+        let key = self.key(state);
         match self.tables.moves[instant as usize].get(&key) {
             Some(moves) => Ok(moves),
             None => Err(Gap::Moves { key, instant }),
         }
     }
 
+    /// What the moves of the environment depend on: its state, and those of the processes that it drives.
+    fn key(&self, state: &[u32]) -> Vec<u32> {
+        let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
+        std::iter::once(state[self.slots.environment as usize]).chain(driven).collect()
+    }
+
     fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {
         draft.set(self.slots.environment, moved.state);
         let steps = moved.processes.iter();
         steps
-            .map(|(process, step)| self.follow(draft, *process, *step))
+            .map(|(process, step)| self.follow(draft, *process as usize, *step))
             .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))
     }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use channels::{
     Action, Capacity, ChannelId, Envelope, Event, EventKind, Message, Monitor, NoNormalForm, NormalForm, Offer,
-    Process, ProcessId, RequestNumber, Role, Symbol, TickGenerator, Topology,
+    Process, ProcessId, RequestNumber, Role, Symbol, TickGenerator, Topology, Use,
 };
 
 use crate::error::Refused;
@@ -50,6 +50,8 @@ pub(crate) struct Line {
     pub(crate) may_fail: bool,
     /// The processes that receive from it.
     pub(crate) receivers: Vec<usize>,
+    /// Whether only one process ever sends on it.
+    pub(crate) has_sole_sender: bool,
     pub(crate) opposite: Option<usize>,
     /// Number 0 is no message.
     pub(crate) contents: Interner<Option<Envelope>>,
@@ -59,13 +61,12 @@ pub(crate) struct Line {
     pub(crate) renamed: Vec<Vec<u32>>,
 }
 
-/// A move of the environment: the changed slots.
+/// A move of the environment: the changed slots. There may be millions, so its words are not kept.
 #[derive(Debug)]
 pub(crate) struct Moved {
-    pub(crate) told: Move,
     pub(crate) state: u32,
     /// The driven processes that change, and to what.
-    pub(crate) processes: Vec<(usize, Step)>,
+    pub(crate) processes: Box<[(u32, Step)]>,
 }
 
 /// Something that has not been computed yet.
@@ -138,6 +139,8 @@ pub(crate) struct Tables {
     pub(crate) environments: Interner<Vec<i64>>,
     pub(crate) monitors: Interner<Watching>,
     pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>>; 2],
+    /// How many moves there are in all.
+    move_count: usize,
     pub(crate) driven: Vec<usize>,
     /// The processes that send on channels of capacity 0.
     pub(crate) shakers: Vec<usize>,
@@ -160,6 +163,12 @@ impl Tables {
             let target = topology.get(channel).target;
             topology.processes().filter(|&id| topology.is_part_of(id, target)).map(ProcessId::index).collect()
         };
+        let has_sole_sender = |channel| {
+            let source = topology.get(channel).source;
+            let parts = topology.processes().filter(|&id| topology.is_part_of(id, source));
+            let uses = parts.filter_map(|id| Some(model.start.clone_process(id)?.uses()));
+            uses.filter(|uses| uses.iter().any(|used| matches!(used, Use::Sends(on, _) if *on == channel))).count() <= 1
+        };
         let lines = topology.channels().map(|id| {
             let channel = topology.get(id);
             Line {
@@ -169,6 +178,7 @@ impl Tables {
                 has_topics: channel.domain.shapes().iter().any(|shape| shape.role() == Role::Topic),
                 may_fail: model.faults.channels.contains(&id),
                 receivers: receivers(id),
+                has_sole_sender: has_sole_sender(id),
                 opposite: topology.opposite(id).map(ChannelId::index),
                 contents: Interner::default(),
                 heads: Vec::new(),
@@ -188,6 +198,7 @@ impl Tables {
             environments: Interner::default(),
             monitors: Interner::default(),
             moves: [HashMap::new(), HashMap::new()],
+            move_count: 0,
             driven: model.environment.driven().iter().map(|id| id.index()).collect(),
             shakers: topology.processes().filter(|id| shakes_hands(&topology, *id)).map(ProcessId::index).collect(),
             environment: Arc::clone(&model.environment),
@@ -484,29 +495,40 @@ impl Tables {
         self.watching(monitor)
     }
 
-    /// Lists the moves of the environment. The key is its state and the states of the processes that it drives.
+    /// What the environment may do. The key is its state and the states of the processes that it drives.
+    pub(crate) fn told(&self, key: &[u32], instant: Instant) -> Vec<Move> {
+        self.environment.moves(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
+    }
+
+    /// Whether the environment may let a process move.
+    pub(crate) fn may_stir(&self, key: &[u32]) -> bool {
+        self.environment.may_stir(self.environments.get(key[0]), &self.driven_in(&key[1..]))
+    }
+
+    /// The processes that the environment drives, in these states.
+    fn driven_in(&self, states: &[u32]) -> Vec<&dyn Process> {
+        self.driven.iter().zip(states).map(|(p, state)| self.locals[*p].get(*state).process.as_ref()).collect()
+    }
+
+    /// Lists the moves of the environment.
     fn list_moves(&mut self, key: &[u32], instant: Instant) -> Result<(), Refused> {
-        let (environment, states) = (key[0], &key[1..]);
         let driven = self.driven.clone();
-        let moves = {
-            let processes: Vec<&dyn Process> =
-                driven.iter().zip(states).map(|(p, state)| self.locals[*p].get(*state).process.as_ref()).collect();
-            self.environment.moves(self.environments.get(environment), &processes, instant)
-        };
+        let moves = self.told(key, instant);
         let mut list = Vec::with_capacity(moves.len());
         for told in moves {
             let mut processes = Vec::new();
-            for (process, state) in driven.iter().zip(states) {
+            for (process, state) in driven.iter().zip(&key[1..]) {
                 let mut after = self.locals[*process].get(*state).process.clone();
                 (told.update)(self.id(*process), after.as_mut(), NormalForm::NOW);
                 if !after.same_state(self.locals[*process].get(*state).process.as_ref()) {
                     let step = self.settle(*process, *state, after)?;
-                    processes.push((*process, step));
+                    processes.push((*process as u32, step));
                 }
             }
-            let state = self.environments.intern(told.state.clone());
-            list.push(Moved { told, state, processes });
+            let state = self.environments.intern(told.state);
+            list.push(Moved { state, processes: processes.into() });
         }
+        self.move_count += list.len();
         self.moves[instant as usize].insert(key.to_vec(), list);
         Ok(())
     }
@@ -528,8 +550,8 @@ impl Tables {
     pub(crate) fn bytes(&self) -> usize {
         let locals: usize = self.locals.iter().map(Interner::len).sum();
         let contents: usize = self.lines.iter().map(|line| line.contents.len()).sum();
-        let moves: usize = self.moves.iter().flat_map(HashMap::values).map(Vec::len).sum();
-        2048 * locals + 512 * contents + 256 * moves + 1024 * self.monitors.len()
+        let environment = 64 * self.move_count + 256 * self.environments.len();
+        2048 * locals + 512 * contents + environment + 1024 * self.monitors.len()
     }
 }
 

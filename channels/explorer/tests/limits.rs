@@ -25,7 +25,7 @@ fn run(graph: channels::GraphBuilder, start: channels::LocationId) -> Box<dyn Pr
     Box::new(GraphProcess::new(Arc::new(graph.initial(start).build().expect("a sound graph"))))
 }
 
-/// Counts up to a limit, over and over.
+/// Counts up to a limit.
 fn counter(limit: i64) -> Box<dyn Process> {
     let mut graph = ProgramGraph::builder("Counter");
     let here = graph.location("counting");
@@ -54,6 +54,24 @@ fn a_search_ends_where_its_memory_does() {
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
     assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
     assert!(found.progress.states > 100 && found.progress.depth > 100, "{:?}", found.progress);
+}
+
+#[test]
+fn a_trillion_states_end_in_an_answer_within_the_memory() {
+    let mut topology = Topology::default();
+    let ids: Vec<_> = (0..12).map(|index| topology.process(&format!("Counter{index}")).expect("a new name")).collect();
+    let system = ChannelSystem::new(Arc::new(topology), ids.into_iter().map(|id| (id, counter(9))));
+    let model = Model::new(&system.expect("a sound system"), None, Arc::new(Closed));
+    for (reduction, threads) in [(Reduction::Off, 1), (Reduction::WhenNeeded, 2)] {
+        let limits = Limits { memory: 20_000_000, reduction, threads, ..Limits::default() };
+        let (mut most, mut last) = (0, 0);
+        let mut look = |progress: &Progress| (most, last) = (most.max(progress.memory), progress.states);
+        let found = explore(&model, None, &limits, &mut look).expect("a finite model");
+        assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+        assert!(found.progress.states > 300_000 && found.progress.depth > 5, "{:?}", found.progress);
+        // The search ends with the batch in which the memory does.
+        assert!(most < 2 * limits.memory && last == found.progress.states, "{most} bytes");
+    }
 }
 
 #[test]

@@ -11,8 +11,8 @@ use channels::{
     Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
 };
 use explorer::{
-    Closed, Environment, Instant, Limits, MessageFaults, Model, Move, Onlooker, Outcome, Progress, Reduction, Ticks,
-    explore,
+    Closed, Environment, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order, Outcome, Progress, Reduction,
+    Ticks, explore,
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -439,6 +439,19 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
             Outcome::Proved => {
                 assert_eq!(reduced.progress.quiet, found.progress.quiet, "seed {seed}");
                 passed_through += found.progress.states - reduced.progress.states;
+            }
+            Outcome::Violated(path) => {
+                let replay = path.replay(&model, property).expect("a run of the channel system");
+                assert_eq!(replay.verdict(), Verdict::False, "seed {seed}: {path:#?}");
+            }
+            _ => {}
+        }
+        let deep = explore(&model, property, &Limits { order: Order::Depth, ..limits(1) }, &mut |_| ());
+        let deep = deep.expect("a finite model");
+        assert_eq!(discriminant(&deep.outcome), discriminant(&found.outcome), "seed {seed}");
+        match &deep.outcome {
+            Outcome::Proved => {
+                assert_eq!((deep.progress.states, deep.transitions), (found.progress.states, found.transitions))
             }
             Outcome::Violated(path) => {
                 let replay = path.replay(&model, property).expect("a run of the channel system");

@@ -4,14 +4,15 @@ use channels::ChannelSystem;
 use components::{BATTERY_READER, BatteryReader, NAVIGATION, Navigation};
 use recording::decimals;
 
-use super::faults::{self, Fault};
+use super::faults;
 use crate::driven::process_of;
+use crate::faults::Switched;
 use crate::scenario::{
     BatteryAssumption, Drained, MessageAssumption, Passes, Premises, ProveEntry, Scenario, TripAssumption,
 };
 
 /// What a proof of the scenario's properties assumes, one sentence each.
-pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Fault]) -> Vec<String> {
+pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Switched]) -> Vec<String> {
     let ProveEntry { battery, trips, messages, drivers_anywhere, components, faults: allowed, .. } =
         &scenario.file.prove;
     let mut words = Vec::new();

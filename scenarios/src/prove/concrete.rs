@@ -58,7 +58,8 @@ pub(super) fn run(
     let found = solve(&all_bounds(&moments, levels, bounds), moments.len() + 1)?;
     let mut steps = steps.to_vec();
     for (Moment { step, told, .. }, level_pct) in moments.into_iter().zip(found) {
-        let (Some((class_pct, charging)), PathStep::Environment { words, update }) = (told.battery, &mut steps[step])
+        let (Some((class_pct, charging)), PathStep::Environment { words, update, .. }) =
+            (told.battery, &mut steps[step])
         else {
             continue;
         };

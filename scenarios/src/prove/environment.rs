@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use channels::{Process, ProcessId};
-use components::{BatteryReader, Navigation, TripStatus};
+use components::{BatteryReader, Localization, Navigation, TripStatus};
 use explorer::{Environment, Instant, Move};
 
+use super::faults::{inside, is_out};
 use super::levels::{Class, FULL, Levels, Micros, Rates};
 use crate::driven::DriverData;
 
@@ -153,19 +154,31 @@ impl RobotEnvironment {
     }
 
     fn process<'p, P: Process>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p P> {
+        inside(self.outside(driven, id)?).as_any().downcast_ref()
+    }
+
+    /// The process, with what a fault has put around it.
+    fn outside<'p>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p dyn Process> {
         let index = self.driven.iter().position(|known| Some(*known) == id)?;
-        driven[index].as_any().downcast_ref()
+        Some(driven[index])
     }
 
     /// How the trip may go on.
-    fn legs(&self, state: State, navigation: Option<&Navigation>, instant: Instant) -> Vec<Leg> {
+    fn legs(&self, state: State, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
+        let navigation: Option<&Navigation> = self.process(driven, self.trips.process);
         let trip = navigation.and_then(|navigation| Some((navigation.trip_place()?, navigation.trip_status()?)));
+        let is_new = navigation.is_some_and(Navigation::has_orders);
+        if self.outside(driven, self.trips.process).is_some_and(is_out) {
+            // Nobody commands the base, so it stands still, and orders wait.
+            let is_under_way = matches!(trip, Some((_, TripStatus::Running))) && !is_new;
+            let elapsed = if is_under_way { state.elapsed } else { 0 };
+            return vec![Leg { at: state.at, elapsed, status: trip.map(|(_, status)| status) }];
+        }
         let Some((to, TripStatus::Running)) = trip else {
             let status = trip.map(|(_, status)| status);
             return vec![Leg { at: state.at, elapsed: 0, status }];
         };
         let to = self.places.iter().position(|place| place == to.name());
-        let is_new = navigation.is_some_and(Navigation::has_orders);
         let bound = self.trips.ticks;
         let ticked = bound.is_some() && instant == Instant::Tick;
         let elapsed = if is_new { 0 } else { state.elapsed } + i64::from(ticked);
@@ -325,11 +338,20 @@ impl Environment for RobotEnvironment {
         let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
         let told = Told { battery, navigation };
         let mut moves = Vec::new();
-        for leg in self.legs(state, navigation, instant) {
+        for leg in self.legs(state, driven, instant) {
             for reading in self.readings(state, leg, instant) {
                 moves.push(self.made(state, leg, reading, &told));
             }
         }
         moves
+    }
+
+    /// Components move when they are asked, or when they have an answer.
+    fn may_stir(&self, _state: &[i64], driven: &[&dyn Process]) -> bool {
+        driven.iter().map(|process| inside(*process).as_any()).any(|process| {
+            process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)
+                && process.downcast_ref::<Localization>().is_none_or(Localization::is_asked)
+                && process.downcast_ref::<Navigation>().is_none_or(Navigation::is_asked)
+        })
     }
 }

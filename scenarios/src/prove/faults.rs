@@ -8,121 +8,28 @@ use channels::{
     Action, ChannelId, ChannelSystem, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber,
     Topology, TransitionId, Use,
 };
-use components::{BatteryReader, LOCALIZATION, Navigation};
-use devices::DeviceProcess;
-use diagnostics::Spanned;
-use explorer::{Environment, Instant, Move};
-use skills::{Chart, SkillProcess, mutate, mutations};
+use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
+use explorer::{Environment, Instant, Move, Path, PathStep};
+use skills::SkillProcess;
 
+use crate::driven::DriverData;
 use crate::error::Complaints;
-use crate::faults::opposite;
-use crate::names::unknown;
-use crate::scenario::{AllowedFault, Scenario};
-
-/// A fault that may begin and end at any time.
-#[derive(Clone, Debug)]
-pub(super) struct Fault {
-    pub(super) process: ProcessId,
-    pub(super) effect: Effect,
-    /// In words.
-    pub(super) begins: String,
-    pub(super) ends: String,
-}
-
-/// What a fault does, as in a run.
-#[derive(Clone, Debug)]
-pub(super) enum Effect {
-    /// The process does nothing; if it has crashed, it begins anew when the fault ends.
-    Outage { crashed: bool },
-    /// Its messages say the opposite.
-    WrongReply,
-    /// It runs another machine, from its initial state.
-    Machine { mutant: Box<SkillProcess>, sound: Box<SkillProcess> },
-}
+use crate::faults::{Switched, SwitchedEffect as Effect, opposite, restart};
+use crate::scenario::Scenario;
 
 /// The faults that a scenario's `[prove.faults]` allows.
-pub(super) fn of(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    for (kind, name) in &scenario.file.prove.faults.allowed {
-        let fault = match kind {
-            AllowedFault::Mutant => mutated(scenario, system, name, complaints),
-            _ => of_component(scenario, system, *kind, name, complaints),
-        };
-        faults.extend(fault);
-    }
-    faults
-}
-
-fn of_component(
-    scenario: &Scenario,
-    system: &ChannelSystem,
-    kind: AllowedFault,
-    name: &Spanned<String>,
-    complaints: &mut Complaints,
-) -> Option<Fault> {
-    let known = || scenario.component_names();
-    let Some(process) =
-        known().find(|known| *known == name.value).and_then(|name| system.topology().find_process(name))
-    else {
-        complaints.push(unknown("component", name, known()));
-        return None;
-    };
-    let is_builtin = !scenario.components.contains_key(&name.value);
-    if kind == AllowedFault::Crash && name.value == LOCALIZATION && is_builtin {
-        let problem = name.span.problem("after a crash, Localization believes that the robot is where it started");
-        let help = "that depends on the map; allow `component_frozen` or `component_wrong_reply` instead";
-        complaints.push(problem.with_label("a proof cannot know what it says then").with_help(help));
-        return None;
-    }
-    let (effect, begins, ends) = match kind {
-        AllowedFault::Crash => (Effect::Outage { crashed: true }, "crashes", "begins anew"),
-        AllowedFault::Frozen => (Effect::Outage { crashed: false }, "hangs", "goes on"),
-        _ => (Effect::WrongReply, "reports the opposite of the truth", "reports the truth again"),
-    };
-    let words = |what: &str| format!("{} {what}", name.value);
-    Some(Fault { process, effect, begins: words(begins), ends: words(ends) })
-}
-
-fn mutated(
-    scenario: &Scenario,
-    system: &ChannelSystem,
-    name: &Spanned<String>,
-    complaints: &mut Complaints,
-) -> Option<Fault> {
-    let (skill, mistake) = name.value.split_once(": ").unwrap_or((&name.value, ""));
-    let Some((_, sound)) = scenario.machine_processes().find(|(known, _)| *known == skill) else {
-        let named = Spanned { value: skill.to_owned(), span: name.span.clone() };
-        complaints.push(unknown("skill", &named, scenario.machine_processes().map(|(known, _)| known)));
-        return None;
-    };
-    let file = sound.machine.file();
-    let all = complaints.note(mutations(file.name(), file.text()))?;
-    let Some(found) = all.iter().find(|mutation| mutation.to_string() == mistake) else {
-        let all: Vec<String> = all.iter().map(|mutation| format!("{skill}: {mutation}")).collect();
-        complaints.push(unknown("mutant", name, all.iter().map(String::as_str)));
-        return None;
-    };
-    let text = complaints.note(mutate(file.name(), file.text(), found))?;
-    let chart = complaints.note(Chart::load(&format!("{} ({mistake})", file.name()), &text))?;
-    let topology = system.topology();
-    let mutant = complaints.note(SkillProcess::new(skill, &chart, topology, sound.data_of(&chart)))?;
-    let process = topology.find_process(skill)?;
-    let sound = system.process::<SkillProcess>(process)?.clone();
-    Some(Fault {
-        process,
-        effect: Effect::Machine { mutant: Box::new(mutant), sound: Box::new(sound) },
-        begins: name.value.clone(),
-        ends: format!("{skill} runs its own machine again"),
-    })
+pub(super) fn of(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<Switched> {
+    let allowed = scenario.file.prove.faults.allowed.iter();
+    allowed.filter_map(|(kind, name)| Switched::named(*kind, name, scenario, system, complaints)).collect()
 }
 
 /// What the faults are, to follow "may begin at any time".
-pub(super) fn in_words(faults: &[Fault]) -> String {
+pub(super) fn in_words(faults: &[Switched]) -> String {
     faults.iter().map(|fault| fault.begins.as_str()).collect::<Vec<_>>().join("; ")
 }
 
 /// Gives a system processes that may fail.
-pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Fault]) {
+pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Switched]) {
     for fault in faults.iter().filter(|fault| !matches!(fault.effect, Effect::Machine { .. })) {
         let Some(inner) = system.clone_process(fault.process).filter(|process| impaired(process.as_ref()).is_none())
         else {
@@ -137,6 +44,11 @@ pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Fault]) {
 /// A process without what [`prepare`] has put around it.
 pub(super) fn inside(process: &dyn Process) -> &dyn Process {
     impaired(process).map_or(process, |impaired| impaired.inner.as_ref())
+}
+
+/// Whether a process does nothing, and its driver neither.
+pub(super) fn is_out(process: &dyn Process) -> bool {
+    impaired(process).is_some_and(|impaired| impaired.is_out)
 }
 
 fn impaired(process: &dyn Process) -> Option<&Impaired> {
@@ -164,22 +76,6 @@ impl Hash for Impaired {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.inner.hash(state);
         (self.is_out, self.is_wrong).hash(state);
-    }
-}
-
-impl Impaired {
-    /// Begins anew, as after a crash.
-    fn restart(&mut self, now: Duration) {
-        let process = self.inner.as_any_mut();
-        if let Some(skill) = process.downcast_mut::<SkillProcess>() {
-            *skill = skill.succeeding(skill, now);
-        } else if let Some(device) = process.downcast_mut::<DeviceProcess>() {
-            device.restart(now);
-        } else if let Some(battery) = process.downcast_mut::<BatteryReader>() {
-            battery.restart();
-        } else if let Some(navigation) = process.downcast_mut::<Navigation>() {
-            navigation.restart();
-        }
     }
 }
 
@@ -230,21 +126,48 @@ impl Process for Impaired {
 #[derive(Debug)]
 pub(super) struct WithFaults {
     inner: Arc<dyn Environment>,
-    faults: Arc<[Fault]>,
+    faults: Arc<[Switched]>,
     /// How many may begin in a run.
     count: u8,
     driven: Vec<ProcessId>,
 }
 
 /// A fault begins or ends.
-#[derive(Clone, Copy, Debug)]
-struct Change {
-    index: usize,
-    begins: bool,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Change {
+    /// Its number.
+    pub(super) index: usize,
+    pub(super) begins: bool,
+}
+
+/// What happens to the faults in each step of a run.
+pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Change>> {
+    let mut active = vec![0; faults.len()];
+    let change = |step: &PathStep| {
+        let PathStep::Environment { state, .. } = step else { return None };
+        let now = &state[state.len().checked_sub(faults.len())?..];
+        let index = active.iter().zip(now).position(|(was, is)| was != is)?;
+        active.copy_from_slice(now);
+        Some(Change { index, begins: active[index] == 1 })
+    };
+    run.steps().iter().map(change).collect()
+}
+
+/// What the components of a system have been told last, whatever faults have put around them.
+pub(super) fn told(system: &ChannelSystem) -> DriverData {
+    let process = |name| system.clone_process(system.topology().find_process(name)?);
+    let processes = [BATTERY_READER, LOCALIZATION, NAVIGATION].map(process);
+    let [battery, localization, navigation] =
+        processes.each_ref().map(|process| Some(inside(process.as_deref()?).as_any()));
+    DriverData::known_to(
+        battery.and_then(|battery| battery.downcast_ref()),
+        localization.and_then(|localization| localization.downcast_ref()),
+        navigation.and_then(|navigation| navigation.downcast_ref()),
+    )
 }
 
 impl WithFaults {
-    pub(super) fn new(inner: Arc<dyn Environment>, faults: Vec<Fault>, count: u8) -> Self {
+    pub(super) fn new(inner: Arc<dyn Environment>, faults: Vec<Switched>, count: u8) -> Self {
         let mut driven = inner.driven().to_vec();
         for fault in &faults {
             if !driven.contains(&fault.process) {
@@ -303,8 +226,8 @@ impl WithFaults {
                     });
                     impaired.is_out = of_it(|effect| matches!(effect, Effect::Outage { .. }));
                     impaired.is_wrong = of_it(|effect| matches!(effect, Effect::WrongReply));
-                    if let Some((Fault { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
-                        impaired.restart(now);
+                    if let Some((Switched { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
+                        restart(impaired.inner.as_mut(), now);
                     }
                     if !(was_out && impaired.is_out) {
                         drive(impaired.inner.as_mut());
@@ -312,7 +235,7 @@ impl WithFaults {
                 }
                 None => drive(process),
             }
-            if let Some((Fault { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed {
+            if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed {
                 let process = match process.as_any_mut().is::<Impaired>() {
                     true => process.as_any_mut().downcast_mut::<Impaired>().map(|it| it.inner.as_any_mut()),
                     false => Some(process.as_any_mut()),
@@ -340,11 +263,15 @@ impl Environment for WithFaults {
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
         let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
         let (left, active) = (faults[0], &faults[1..]);
-        let driven: Vec<&dyn Process> = driven[..self.inner.driven().len()].iter().map(|it| inside(*it)).collect();
         let changes = self.changes(left, active);
-        let moves = self.inner.moves(state, &driven, instant);
+        let moves = self.inner.moves(state, &driven[..self.inner.driven().len()], instant);
         let with =
             |told: &Move| changes.iter().map(|change| self.with(told, *change, left, active)).collect::<Vec<_>>();
         moves.iter().flat_map(with).collect()
+    }
+
+    fn may_stir(&self, state: &[i64], driven: &[&dyn Process]) -> bool {
+        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
+        faults.iter().any(|more| *more > 0) || self.inner.may_stir(state, &driven[..self.inner.driven().len()])
     }
 }

@@ -1,7 +1,7 @@
 //! A run that was found, with the physics: the environment's moves as settings and faults of the scenario.
 //!
-//! Levels and damaged messages happen at the same times as in the run; where the robot is, and how long its trips take,
-//! is up to the physics, and the order of the messages to the scheduler.
+//! Levels, damaged messages and other faults happen at the same times as in the run. Where the robot is, and how long
+//! its trips take, is up to the physics, and the order of the messages to the scheduler.
 
 use std::time::Duration;
 
@@ -10,11 +10,14 @@ use components::TripStatus;
 use explorer::{Damage, Path, PathStep};
 use monitors::Outcome;
 
+use super::faults::{self, Change};
 use super::{Answer, Proof, Question, subject};
 use crate::Error;
 use crate::driven::DriverData;
+use crate::faults::Switched;
 use crate::live::Live;
-use crate::scenario::{Found, STEP, Scenario};
+use crate::scenario::{AllowedFault, Found, STEP, Scenario};
+use crate::schedule::quoted;
 
 /// How much longer it may take with the physics.
 const LONGER: Duration = Duration::from_secs(60);
@@ -84,7 +87,7 @@ impl Proof {
     /// What the components know after each tick of the run.
     fn after_ticks(&self, answer: &Answer, run: &Path) -> Result<Vec<DriverData>, Error> {
         let (steps, mut known) = (run.steps(), Vec::new());
-        self.replayed(answer, run, |_, system| known.push(DriverData::of(system)))?;
+        self.replayed(answer, run, |_, system| known.push(faults::told(system)))?;
         let is_later = |step: &PathStep| matches!(step, PathStep::Environment { .. } | PathStep::Wait(_));
         let ticks = (0..steps.len()).filter(|step| matches!(steps[*step], PathStep::Tick { .. }));
         let ends = ticks.map(|tick| tick + steps[tick..].iter().position(is_later).unwrap_or(steps.len() - tick) - 1);
@@ -94,22 +97,35 @@ impl Proof {
     /// The moves of the environment as settings and faults.
     fn realized(&self, run: &Path, told: &[Option<DriverData>]) -> Vec<String> {
         let topology = self.system.topology();
+        let changes = faults::changes(run, &self.faults);
         let mut faults = Vec::new();
+        // When those began that are active.
+        let mut active: Vec<(usize, Duration)> = Vec::new();
         let (mut now, mut level, mut first) = (Duration::ZERO, None, None);
-        let mut steps = run.steps().iter().zip(told).peekable();
-        while let Some((step, told)) = steps.next() {
+        let mut steps = run.steps().iter().zip(told).zip(changes).peekable();
+        while let Some(((step, told), change)) = steps.next() {
             match step {
                 PathStep::Wait(span) => now += *span,
                 PathStep::Tick { .. } => {}
                 PathStep::Environment { .. } => {
+                    let wait = match steps.peek() {
+                        Some(((PathStep::Wait(span), _), _)) => *span,
+                        _ => Duration::ZERO,
+                    };
+                    let felt = now + wait;
+                    if let Some(Change { index, begins }) = change {
+                        match active.iter().position(|(other, _)| *other == index).filter(|_| !begins) {
+                            Some(found) => {
+                                let (_, began) = active.remove(found);
+                                faults.push(self.as_fault(index, began, Some(felt)));
+                            }
+                            None => active.push((index, felt)),
+                        }
+                    }
                     let Some((level_pct, _)) = told.as_ref().and_then(|told| told.battery) else { continue };
                     first = first.or(Some(level_pct));
                     if level.is_some_and(|level: f64| level.total_cmp(&level_pct).is_ne()) {
-                        let wait = match steps.peek() {
-                            Some((PathStep::Wait(span), _)) => *span,
-                            _ => Duration::ZERO,
-                        };
-                        let at = before(now + wait);
+                        let at = before(felt);
                         faults.push(format!("{{ kind = 'battery_level', at_s = {at}, level_pct = {level_pct} }}"));
                     }
                     level = Some(level_pct);
@@ -131,6 +147,7 @@ impl Proof {
                 }
             }
         }
+        faults.extend(active.into_iter().map(|(index, began)| self.as_fault(index, began, None)));
         let mut overrides = vec![format!("faults = [{}]", faults.join(", "))];
         if let Some(first) = first {
             // Nothing but the faults changes the level.
@@ -139,6 +156,15 @@ impl Proof {
             overrides.extend(rates.map(|rate| format!("battery.{rate} = 0")));
         }
         overrides
+    }
+
+    /// A fault of the run as one of the catalogue, with its times.
+    fn as_fault(&self, index: usize, began: Duration, ended: Option<Duration>) -> String {
+        let Switched { kind, name, .. } = &self.faults[index];
+        let key = if *kind == AllowedFault::Mutant { "mutant" } else { "component" };
+        let lasts = ended.map(|ended| format!(", lasts_s = {}", ended.saturating_sub(began).max(STEP).as_secs_f64()));
+        let (name, at, lasts) = (quoted(name), before(began), lasts.unwrap_or_default());
+        format!("{{ kind = '{}', at_s = {at}, {key} = {name}{lasts} }}", kind.name())
     }
 }
 

@@ -1,14 +1,12 @@
 //! Proofs about the paper's system.
 
 use std::sync::Arc;
-use std::time::Duration;
 
-use channels::{Disturbance, Enabled, EnabledKind, Event, Verdict};
-use explorer::{Limits, Outcome, Path, PathStep};
-use skills::SkillProcess;
+use channels::{Event, Verdict};
+use explorer::{Limits, Order, Outcome, Path};
 
-use super::Proof;
-use super::faults::Effect;
+use super::{Answer, Proof, Question, SCHEDULE};
+use crate::live::Live;
 use crate::scenario::{ProofOutcome, Scenario, find};
 
 /// What comes of the first property of `nominal` with these settings. A run that violates it is replayed.
@@ -42,91 +40,63 @@ fn a_free_battery_falls_within_a_tick() {
     assert_eq!(outcome(&[&PHI1[..], &["prove={}"]].concat()), Some(ProofOutcome::Violated));
 }
 
-/// A proof of the shipped scenario with this name.
-fn proof(name: &str, overrides: &[&str]) -> Proof {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let found = find::find(name).expect("it is shipped");
-    let scenario = Scenario::load_for_proof(&found, &overrides).expect("a sound scenario");
-    Proof::new(Arc::new(scenario), &[]).expect("it can be proved")
-}
-
-/// What happens in a system without anything around its processes, in which faults do what those of a run do.
-fn by_the_catalogue(proof: &Proof, path: &Path) -> Vec<Event> {
-    let mut system = proof.system.fork();
-    let topology = Arc::clone(system.topology());
-    let generator = proof.ids.tree.expect("a tree").tick_generator;
-    let (mut now, mut events, mut disturbances) = (Duration::ZERO, Vec::new(), Vec::new());
-    for step in path.steps() {
-        match step {
-            PathStep::Environment { words, .. } => {
-                for fault in &proof.faults {
-                    let (begins, ends) = (words.contains(&fault.begins), words.contains(&fault.ends));
-                    let id = fault.process;
-                    match &fault.effect {
-                        Effect::Outage { crashed } if begins || ends => {
-                            system.suspend(id, begins);
-                            if ends && *crashed {
-                                let before = system.process::<SkillProcess>(id).expect("a machine");
-                                let after = before.succeeding(before, now);
-                                system.replace(id, Box::new(after)).expect("the same channels");
-                            }
-                        }
-                        Effect::WrongReply if begins => {
-                            for channel in topology.channels().filter(|channel| topology.get(*channel).source == id) {
-                                let effect = channels::Effect::Replace(crate::faults::opposite(&topology, channel));
-                                disturbances.push(system.disturb(Disturbance::all(channel, effect)));
-                            }
-                        }
-                        Effect::WrongReply if ends => disturbances.drain(..).for_each(|id| _ = system.calm(id)),
-                        Effect::Machine { mutant, sound } if begins || ends => {
-                            let before = system.process::<SkillProcess>(id).expect("a machine");
-                            let after = if begins { mutant } else { sound }.succeeding(before, now);
-                            system.replace(id, Box::new(after)).expect("the same channels");
-                        }
-                        _ => {}
-                    }
-                }
-            }
-            PathStep::Wait(span) => {
-                now += *span;
-                system.advance(now);
-            }
-            PathStep::Tick { delivered } => {
-                let (event, taken) = system.generate_tick(generator);
-                assert_eq!(taken, *delivered);
-                events.push(event);
-            }
-            PathStep::Take { enabled, .. } => {
-                assert!(system.enabled().contains(enabled), "{step:?}");
-                events.extend(system.take(enabled).expect("a message within its domain"));
-                let hits = |enabled: &Enabled| matches!(enabled.kind, EnabledKind::Disturb(_));
-                if let Some(acts) = system.enabled().into_iter().find(hits) {
-                    system.take(&acts).expect("nothing is sent");
-                }
-            }
-        }
+/// What happens when the run is written and followed: in a system without anything around its processes, in which
+/// faults do what those of the catalogue do.
+///
+/// The text of the schedule, and the events.
+fn followed(proof: &Proof, question: &Question, answer: &Answer, path: &Path) -> (String, Vec<Event>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = proof.write_run(question, answer, path, folder.path()).expect("room for a run");
+    let found = find::find(file.to_str().expect("a path in UTF-8")).expect("it was written");
+    let scenario = Scenario::load(&found, &[]).expect("a sound scenario");
+    let (mut live, mut events) = (Live::new(Arc::new(scenario), 1, true).expect("a sound scenario"), Vec::new());
+    while !live.is_over() {
+        live.step().expect("the schedule fits");
+        events.extend_from_slice(live.events());
     }
-    events
+    (std::fs::read_to_string(folder.path().join(SCHEDULE)).expect("it was written"), events)
 }
 
 #[test]
 fn the_faults_of_a_proof_are_those_of_the_catalogue() {
+    let mistake = "skill_mutant='FollowPath: no transition leaves `following`', count=2";
     let mut seen = Vec::new();
-    for faults in [
-        "skill_mutant='FollowPath: the transition in `halting` on `ControllerServer.follow_path.accepted` is removed'",
-        "skill_mutant='FollowPath: no transition leaves `following`', component_frozen='ControllerServer', count=2",
+    for (name, property, faults) in [
+        ("nav2/halted_early_fixed", "stands_still", format!("{mistake}, component_frozen='ControllerServer'")),
+        ("nav2/halted_early_fixed", "stands_still", format!("{mistake}, component_crash='ControllerServer'")),
+        ("nominal", "phi1", "component_wrong_reply='BatteryReader'".to_owned()),
     ] {
-        let set = format!("prove.faults={{{faults}}}");
-        let proof = proof("nav2/halted_early_fixed", &[&set]);
-        for question in proof.questions() {
-            let answer = proof.prove(question, &Limits::default(), &mut |_| {}).expect("it can be explored");
-            let Outcome::Violated(path) = &answer.exploration.outcome else { continue };
+        let set = [format!("prove.faults={{{faults}}}")];
+        let found = find::find(name).expect("it is shipped");
+        let scenario = Scenario::load_for_proof(&found, &set).expect("a sound scenario");
+        let proof = Proof::new(Arc::new(scenario), &[property.to_owned()]).expect("it can be proved");
+        let question = &proof.questions()[0];
+        // Long runs come across more faults.
+        for order in [Order::Breadth, Order::Depth] {
+            let limits = Limits { order, ..Limits::default() };
+            let answer = proof.prove(question, &limits, &mut |_| {}).expect("it can be explored");
+            let Outcome::Violated(path) = &answer.exploration.outcome else { panic!("{faults}: {order:?}") };
             let replay = path.replay(&answer.model, proof.monitor(question)).expect("a run of the system");
             assert_eq!(replay.verdict(), Verdict::False);
             let events: Vec<Event> = replay.events.into_iter().map(|(_, event)| event).collect();
-            assert_eq!(by_the_catalogue(&proof, path), events, "{faults}");
-            seen.push(question.property.clone());
+            let (schedule, followed) = followed(&proof, question, &answer, path);
+            assert_eq!(followed, events, "{faults}, {order:?}");
+            let kinds = ["component_frozen", "component_crash", "component_wrong_reply", "skill_mutant"];
+            for happens in ["begins", "ends"] {
+                let written = |kind: &&&str| schedule.contains(&format!("{happens} = {{ {kind} = "));
+                seen.extend(kinds.iter().filter(written).map(|kind| (*kind, happens)));
+            }
         }
     }
-    assert_eq!(seen, ["stands_still", "stands_still"]);
+    seen.sort_unstable();
+    seen.dedup();
+    let expected = [
+        ("component_crash", "begins"),
+        ("component_crash", "ends"),
+        ("component_frozen", "begins"),
+        ("component_frozen", "ends"),
+        ("component_wrong_reply", "begins"),
+        ("skill_mutant", "begins"),
+    ];
+    assert_eq!(seen, expected);
 }

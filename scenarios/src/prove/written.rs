@@ -8,10 +8,12 @@ use diagnostics::Staging;
 use explorer::{Path as Run, PathStep};
 use monitors::Outcome;
 
+use super::faults::{self, Change};
 use super::{Answer, Physical, Proof, Question};
 use crate::Error;
 use crate::driven::DriverData;
-use crate::schedule::{Schedule, quoted};
+use crate::faults::Switched;
+use crate::schedule::{FaultChange, Schedule, quoted};
 
 /// The name of the file with the schedule.
 pub const SCHEDULE: &str = "schedule.toml";
@@ -30,7 +32,14 @@ impl Proof {
         let name = &self.scenario.name;
         let about = format!("A run of {name} against {}, found by `steward prove`", question.property);
         let hold = self.scenario.file.prove.messages.hold;
-        let schedule = Schedule::text(&about, run.steps().iter().zip(told), hold, &self.system);
+        let changes = faults::changes(run, &self.faults).into_iter().map(|change| {
+            let Change { index, begins } = change?;
+            let Switched { kind, name, .. } = &self.faults[index];
+            Some(FaultChange { begins, kind: *kind, name: name.clone() })
+        });
+        let steps = run.steps().iter().zip(told).zip(changes);
+        let steps = steps.map(|((step, told), change)| (step, told.unwrap_or_default(), change));
+        let schedule = Schedule::text(&about, steps, hold, &self.system);
         let staging = Staging::begin(folder)?;
         staging.write(SCHEDULE, schedule)?;
         staging.write(COUNTEREXAMPLE, self.counterexample(&about, answer, run)?)?;
@@ -44,7 +53,7 @@ impl Proof {
         let mut told = vec![None; steps.len()];
         self.replayed(answer, run, |step, system| {
             let is_told = matches!(steps[step], PathStep::Environment { .. });
-            told[step] = is_told.then(|| DriverData::of(system));
+            told[step] = is_told.then(|| faults::told(system));
         })?;
         Ok(told)
     }

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Event, ProcessId};
+use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId};
 use diagnostics::{Problem, Span, Spanned};
 use explorer::{Damage, PathStep, Performer};
 
-use super::{Schedule, Step, Taken};
+use super::{FaultChange, Happening, Schedule, Step, Taken};
 use crate::driven::driven;
 use crate::error::{Complaints, StepError};
+use crate::faults::{Switchboard, Switched};
 use crate::names::unknown;
 use crate::scenario::Scenario;
 
@@ -23,6 +24,8 @@ pub(crate) struct Player {
     performer: Performer,
     /// The places that Localization knows.
     known: Arc<[String]>,
+    /// The faults that begin and end.
+    switchboard: Switchboard,
 }
 
 /// What happens between two moments at which the environment moves or time passes.
@@ -51,6 +54,8 @@ impl Player {
             .iter()
             .flat_map(|premises| premises.places.iter().map(|(name, _)| name.to_owned()))
             .collect();
+        let mut switchboard = Switchboard::default();
+        let (mut misnamed, mut misfits) = (BTreeSet::new(), Complaints::default());
         let mut complained = BTreeSet::new();
         let mut check = |what, name: &str, span: &Span, is_known: bool, all: Vec<&str>| {
             if !is_known && complained.insert(name.to_owned()) {
@@ -65,16 +70,25 @@ impl Player {
                         check("process", name, span, topology.find_process(name).is_some(), all);
                     }
                 }
-                Step::Environment(_, told) => {
+                Step::Environment(Happening { told, change, .. }) => {
                     if let Some(place) = &told.place {
                         check("place", place, span, known.contains(place), known.iter().map(String::as_str).collect());
+                    }
+                    if let Some(FaultChange { kind, name, .. }) = change
+                        && switchboard.find(*kind, name).is_none()
+                        && misnamed.insert((kind.name(), name))
+                    {
+                        let name = Spanned { value: name.clone(), span: span.clone() };
+                        let fault = Switched::named(*kind, &name, scenario, system, &mut misfits);
+                        fault.into_iter().for_each(|fault| _ = switchboard.add(fault));
                     }
                 }
                 Step::Wait(_) | Step::Tick(_) => {}
             }
         }
+        complaints.take(misfits.check());
         let performer = Performer { generator, driven: driven(system), hold: Duration::ZERO, now: Duration::ZERO };
-        Self { schedule: Arc::clone(schedule), next: 0, performer, known: known.into() }
+        Self { schedule: Arc::clone(schedule), next: 0, performer, known: known.into(), switchboard }
     }
 
     /// Whether there is nothing more to come.
@@ -97,11 +111,19 @@ impl Player {
                 break;
             }
             may_begin &= matches!(step, Step::Environment(..));
+            let mut begun = None;
             let step = match step {
-                Step::Environment(words, told) => {
+                Step::Environment(Happening { words, told, change }) => {
                     part.words.extend((!words.is_empty()).then(|| words.clone()));
+                    // What ends has ended when the drivers act, and what begins has not begun.
+                    if let Some(FaultChange { begins, kind, name }) = change {
+                        let fault = self.switchboard.find(*kind, name);
+                        begun = fault.filter(|_| *begins);
+                        let ended = fault.filter(|_| !begins);
+                        ended.into_iter().for_each(|it| self.switchboard.switch(it, false, system, self.performer.now));
+                    }
                     let update = told.clone().update(Arc::clone(&self.known));
-                    PathStep::Environment { words: String::new(), update }
+                    PathStep::Environment { words: String::new(), update, state: Vec::new() }
                 }
                 Step::Wait(span) => PathStep::Wait(*span),
                 Step::Tick(delivered) => {
@@ -116,7 +138,19 @@ impl Player {
                 _ => misfit(span, "the tree takes the tick here"),
             })?;
             part.events.extend(performed.event);
+            self.damage(&step, system)?;
+            begun.into_iter().for_each(|fault| self.switchboard.switch(fault, true, system, self.performer.now));
             self.next += 1;
+        }
+        Ok(())
+    }
+
+    /// A fault acts on a message as soon as it is sent.
+    fn damage(&self, step: &PathStep, system: &mut ChannelSystem) -> Result<(), StepError> {
+        let PathStep::Take { enabled: Enabled { kind: EnabledKind::Send(_), .. }, .. } = step else { return Ok(()) };
+        let acts = |enabled: &Enabled| matches!(enabled.kind, EnabledKind::Disturb(_));
+        while let Some(enabled) = system.enabled().into_iter().find(acts) {
+            system.take(&enabled)?;
         }
         Ok(())
     }

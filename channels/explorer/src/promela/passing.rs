@@ -118,9 +118,9 @@ impl Writer<'_> {
         for (instant, name) in [(Instant::Between, "TIMER"), (Instant::Tick, "TICK")] {
             for (key, moves) in semantics.tables.sorted_moves(instant) {
                 let here = self.driven_in(key);
-                for moved in moves {
+                for (moved, told) in moves.iter().zip(semantics.tables.told(key, instant)) {
                     let body = self.moved(key[0], moved);
-                    lines.push(option(&format!("next == {name} && {here}"), &body, &moved.told.words));
+                    lines.push(option(&format!("next == {name} && {here}"), &body, &told.words));
                 }
                 if instant == Instant::Tick && !moves.is_empty() {
                     before_tick.push(format!("({here})"));
@@ -144,16 +144,18 @@ impl Writer<'_> {
         let mut lines = Vec::new();
         for (key, moves) in semantics.tables.sorted_moves(Instant::Between) {
             let here = self.driven_in(key);
-            for moved in moves {
+            for (moved, told) in moves.iter().zip(semantics.tables.told(key, Instant::Between)) {
                 let body = self.moved(key[0], moved);
                 if semantics.anywhere {
-                    lines.push(option(&here, &body, &moved.told.words));
+                    lines.push(option(&here, &body, &told.words));
                     continue;
                 }
                 let guards: BTreeSet<&str> = match moved.processes.iter().all(|(_, step)| step.renaming == 0) {
                     true => {
-                        let changed =
-                            moved.processes.iter().filter_map(|(process, step)| steps_of.get(&(*process, step.next)));
+                        let changed = moved
+                            .processes
+                            .iter()
+                            .filter_map(|(process, step)| steps_of.get(&(*process as usize, step.next)));
                         changed.flatten().copied().collect()
                     }
                     false => steps.iter().map(|step| step.guard.as_str()).collect(),
@@ -163,7 +165,7 @@ impl Writer<'_> {
                 }
                 let is_busy = either(guards.iter().map(|guard| format!("({guard})")).collect());
                 let body = format!("SAVE; {}; if :: {is_busy} :: else -> UNDO fi; next = NOTHING", or_skip(&body));
-                lines.push(option(&here, &body, &moved.told.words));
+                lines.push(option(&here, &body, &told.words));
             }
         }
         lines
@@ -181,7 +183,7 @@ impl Writer<'_> {
         let state = (moved.state != environment).then(|| format!("{ENVIRONMENT} = {}", moved.state));
         let mut changes: Vec<String> = state.into_iter().collect();
         for (process, step) in &moved.processes {
-            changes.extend(self.follow(*process, *step));
+            changes.extend(self.follow(*process as usize, *step));
         }
         changes.join("; ")
     }

@@ -23,13 +23,18 @@ impl Search<'_> {
 
     /// The first state from which a state was found, and its index among the successors.
     fn predecessor(&self, target: u32, desk: &mut Desk) -> (u32, usize) {
-        let layer = self.layers.partition_point(|first| *first <= target) - 1;
-        let above = self.layers[layer - 1]..self.layers[layer];
+        let above = match &self.origins {
+            Some(origins) => origins[target as usize]..origins[target as usize] + 1,
+            None => {
+                let layer = self.layers.partition_point(|first| *first <= target) - 1;
+                self.layers[layer - 1]..self.layers[layer]
+            }
+        };
         let found = above.into_iter().find_map(|number| {
             let successors = self.successors(number, desk);
             Some((number, successors.iter().find(|(_, successor)| *successor == target)?.0))
         });
-        found.expect("every state but the first was found from one of the layer before")
+        found.expect("every state but the first was found from another")
     }
 
     /// The stored successors of a state: for each, its index among all successors.

@@ -1,0 +1,39 @@
+//! The search depth first: the state that was found last is expanded next.
+
+use super::{BATCH, Desk, End, Search};
+use crate::Progress;
+use crate::error::Refused;
+
+impl Search<'_> {
+    /// Searches depth first. It remembers from which state each was found, and takes a single thread.
+    pub(super) fn run_deep(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
+        let mut desk = Desk::default();
+        let mut open = vec![(0, 0)];
+        let mut origins = vec![0];
+        let mut expanded = 0;
+        while let Some((number, depth)) = open.pop() {
+            let harvest = self.complete(number, &mut desk)?;
+            let mut next = number;
+            let end = self.take_in(&mut next, &harvest, &mut desk)?;
+            let new = origins.len() as u32..self.store.len();
+            origins.resize(self.store.len() as usize, number);
+            self.deepest = self.deepest.max(depth);
+            if end.is_some() {
+                self.origins = Some(origins);
+                return Ok(end.unwrap_or(End::Complete));
+            }
+            // What was found first is expanded first.
+            open.extend(new.rev().map(|found| (found, depth + 1)));
+            expanded += 1;
+            if expanded % BATCH == 0 {
+                let mut now = self.progress();
+                now.memory += 4 * origins.capacity() + 16 * open.capacity();
+                progress(&now);
+                if now.memory > self.limits.memory || self.store.len() > u32::MAX / 2 || self.limits.is_stopped() {
+                    return Ok(End::Incomplete);
+                }
+            }
+        }
+        Ok(End::Complete)
+    }
+}
