@@ -503,7 +503,8 @@ impl Live {
     /// The end record of the run if it ends here, with the given detail.
     #[must_use]
     pub fn end(&self, ended: Ended, detail: Detail) -> End {
-        let faults = 0..self.scenario.file.faults.len();
+        // What was added since the last step is not part of the run.
+        let faults = 0..self.scenario.file.faults.len() - self.added.len();
         End {
             ended,
             trace_hash: self.hash.finish(),

@@ -201,12 +201,10 @@ fn load(before: &Scenario, found: &Found, said: &Table, faults: &[Value]) -> Res
     Scenario::load_like(before, &Found { text: text(said, faults), ..found.clone() }, &[])
 }
 
-/// The text of a scenario.
+/// The text of a scenario with these faults, also if they are none: its base may have others.
 fn text(said: &Table, faults: &[Value]) -> String {
     let mut said = said.clone();
-    if !faults.is_empty() {
-        said.insert("faults".to_owned(), faults.to_vec().into());
-    }
+    said.insert("faults".to_owned(), faults.to_vec().into());
     said.to_string()
 }
 

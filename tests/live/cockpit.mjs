@@ -126,6 +126,16 @@ export class Cockpit {
     await this.ask(() => this.page.getByRole('slider', { name: 'Battery' }).fill(String(pct)));
   }
 
+  // Where a point of the map is on the page.
+  async spot([x, y]) {
+    await this.page.locator('#floor svg').scrollIntoViewIfNeeded();
+    return this.page.evaluate(([x, y, [x0, y0, scale]]) => {
+      const matrix = document.querySelector('#floor svg').getScreenCTM();
+      const at = new DOMPoint(x0 + x * scale, y0 - y * scale).matrixTransform(matrix);
+      return [at.x, at.y];
+    }, [x, y, this.run.greeting.floor.origin]);
+  }
+
   // The words on the cards of the properties.
   async verdicts() {
     const cards = this.page.locator('#verdicts article');

@@ -7,13 +7,17 @@ import { frame, Line, upgrade } from './line.mjs';
 
 const ENDLESS = ['--set', 'stop.after_s=1000000', '--set', 'execution.max_time_s=1000000'];
 
-// Somebody who looks on, or steers, without a browser; what comes is thrown away, but for the time of the run.
+// Somebody who looks on, or steers, without a browser; of what comes, only time and pose are kept.
 async function onlooker(live, token = new URL(live.viewers).searchParams.get('token')) {
   const line = await Line.open(live.port);
   await line.ask(`/socket?token=${token}`, [`Host: ${live.host}`, `Origin: http://${live.host}`, ...upgrade]);
+  line.time = 0;
   line.socket.removeAllListeners('data');
   line.socket.on('data', data => {
-    line.time = Number(/"time":([\d.]+)/.exec(data.toString('latin1'))?.[1] ?? line.time);
+    const text = data.toString('latin1');
+    line.time = Number(/"time":([\d.]+)/.exec(text)?.[1] ?? line.time);
+    line.pose = /"pose":(\[.*?\])/.exec(text)?.[1] ?? line.pose;
+    line.told?.();
   });
   line.ask = request => line.socket.write(frame(0x81, Buffer.from(JSON.stringify(request))));
   return line;
@@ -21,6 +25,34 @@ async function onlooker(live, token = new URL(live.viewers).searchParams.get('to
 
 const quantile = (numbers, share) => numbers.toSorted((a, b) => a - b)[Math.ceil(share * numbers.length) - 1];
 const median = numbers => quantile(numbers, 0.5);
+
+function spread(what, took) {
+  const [middle, most] = [0.5, 0.95].map(share => quantile(took, share).toFixed(0));
+  console.log(`${what}: median ${middle} ms, 95 % within ${most} ms, of ${took.length}`);
+}
+
+// From a request to the first frame in which the robot, which was at rest, has turned: the server's part of the latency.
+async function reaction(steward) {
+  const live = await Live.start(steward, 'already_there', ...ENDLESS);
+  const pilot = await onlooker(live, live.token);
+  pilot.ask({ do: 'speed', times: null });
+  while (pilot.time < 120) await sleep(50);
+  pilot.ask({ do: 'speed', times: 1 });
+  await sleep(2000);
+  const took = [];
+  for (let i = 0; i < 100; i++) {
+    await sleep(600 + Math.random() * 100);
+    const [before, began] = [pilot.pose, performance.now()];
+    const moved = new Promise(done => { pilot.told = () => { if (pilot.pose !== before) done(performance.now()); }; });
+    const fault = { kind: 'joypad', linear_mps: 0, angular_radps: i % 2 ? 1 : -1 };
+    pilot.ask({ do: 'act', fault, name: 'joypad' });
+    took.push(await moved - began);
+    await sleep(150);
+    pilot.ask({ do: 'release', name: 'joypad' });
+  }
+  spread('request to motion', took);
+  live.stop();
+}
 
 // From an arrow key to the first frame in which the robot, which was at rest, has turned.
 async function latency(steward) {
@@ -46,7 +78,9 @@ async function latency(steward) {
       observer.observe(document.querySelector('#floor'), { childList: true, subtree: true, attributes: true });
     }, true);
   });
-  await cockpit.until(run => run.time > 2);
+  await cockpit.speed('as fast as it goes');
+  await cockpit.until(run => run.time > 120);
+  await cockpit.speed('1×');
   const rests = async () => {
     for (let last; ; await sleep(200)) {
       const now = JSON.stringify(cockpit.run.pose);
@@ -63,8 +97,7 @@ async function latency(steward) {
     await page.keyboard.up(key);
   }
   const took = await page.evaluate(() => window.took);
-  const [middle, most] = [0.5, 0.95].map(share => quantile(took, share).toFixed(0));
-  console.log(`key to motion: median ${middle} ms, 95 % within ${most} ms, of ${took.length}`);
+  spread('key to motion', took);
   await chromium.close();
   live.stop();
 }
@@ -114,23 +147,25 @@ async function viewers(steward) {
   }
 }
 
-// How much memory an hour of a session adds.
+// How much memory an hour of a session adds, while the robot drives, charges and rests, or people walk around it.
 async function memory(steward) {
-  const live = await Live.start(steward, 'nominal', ...ENDLESS);
-  const pilot = await onlooker(live, live.token);
-  pilot.ask({ do: 'speed', times: null });
-  const at = async time => {
-    while (pilot.time < time) await sleep(50);
-    return resident(live.pid);
-  };
-  const start = await at(60);
-  for (const hours of [1, 2, 3]) {
-    const grown = await at(60 + hours * 3600) - start;
-    console.log(`after ${hours} h: ${grown.toFixed(1)} MB more than the ${start.toFixed(1)} MB after a minute`);
+  for (const scenario of ['nominal', 'populated']) {
+    const live = await Live.start(steward, scenario, ...ENDLESS);
+    const pilot = await onlooker(live, live.token);
+    pilot.ask({ do: 'speed', times: null });
+    const at = async time => {
+      while (pilot.time < time) await sleep(50);
+      return resident(live.pid);
+    };
+    const start = await at(60);
+    for (const hours of [1, 2]) {
+      const grown = await at(60 + hours * 3600) - start;
+      console.log(`${scenario}, ${hours} h: ${grown.toFixed(1)} MB more than the ${start.toFixed(1)} MB after a minute`);
+    }
+    live.stop();
   }
-  live.stop();
 }
 
-const measurements = { latency, processor, viewers, memory };
+const measurements = { latency, reaction, processor, viewers, memory };
 const [steward, ...wanted] = process.argv.slice(2);
 for (const name of wanted.length ? wanted : Object.keys(measurements)) await measurements[name](steward);

@@ -19,15 +19,6 @@ function dice(seed) {
   return { between, pick: list => list[Math.floor(next() * list.length)] };
 }
 
-// Where a point of the map is on the page.
-function spot({ page, run }, [x, y]) {
-  return page.evaluate(([x, y, [x0, y0, scale]]) => {
-    const matrix = document.querySelector('#floor svg').getScreenCTM();
-    const at = new DOMPoint(x0 + x * scale, y0 - y * scale).matrixTransform(matrix);
-    return [at.x, at.y];
-  }, [x, y, run.greeting.floor.origin]);
-}
-
 // What a person may do. Some of it is refused, as it would be for a person.
 const ACTS = {
   wait: async ({ page }, { between }) => page.waitForTimeout(between(50, 400)),
@@ -58,8 +49,7 @@ const ACTS = {
   kidnap: async (cockpit, { between }) => {
     const { page, run } = cockpit;
     if (!run.pose || !run.greeting.floor) return;
-    await page.locator('#floor svg').scrollIntoViewIfNeeded();
-    const [x, y] = await spot(cockpit, run.pose);
+    const [x, y] = await cockpit.spot(run.pose);
     await page.mouse.move(x, y);
     await page.mouse.down();
     await page.mouse.move(x + between(-60, 60), y + between(-60, 60), { steps: 3 });
@@ -68,10 +58,9 @@ const ACTS = {
   place: async (cockpit, { between, pick }) => {
     const { page, run } = cockpit;
     if (!run.greeting.floor) return;
-    const tool = pick(['Box', 'Person']);
-    await cockpit.button(tool).click();
+    await cockpit.button(pick(await page.locator('#tools button').allTextContents())).click();
     await page.locator('#floor svg').scrollIntoViewIfNeeded();
-    for (let clicks = tool === 'Box' ? 1 : 2; clicks; clicks--) {
+    for (let clicks = 2; clicks; clicks--) {
       const { x, y, width, height } = await page.locator('#floor svg').boundingBox();
       await page.mouse.click(x + width * between(0.1, 0.9), y + height * between(0.1, 0.9));
     }

@@ -181,7 +181,8 @@ impl Runner {
                 self.outlet.tell(&json!({ "failed": error.reasons() }));
                 self.session.end();
             }
-            if self.pace == Pace::Step {
+            let ticks = self.session.view().ticks();
+            if self.pace == Pace::Step || matches!(self.pace, Pace::Tick(tick) if ticks >= tick) {
                 self.pace = Pace::Paused;
             }
         }

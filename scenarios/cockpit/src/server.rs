@@ -1,11 +1,10 @@
 //! The server: the page, its files, and the socket on which the run is told.
 
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr};
-use std::pin::Pin;
+use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError, mpsc};
-use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum::Router;
 use axum::body::Bytes;
@@ -19,20 +18,23 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
-use axum::serve::Listener;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use scenarios::session::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast, oneshot};
+use tokio::net::TcpListener;
+use tokio::sync::{Semaphore, broadcast, oneshot};
 
 use crate::command::Command;
 use crate::runner::{self, Outlet, Present, Runner};
 use crate::token::Token;
 
-/// So many connections are served at once; others wait.
+/// So many connections ask for something at once; others wait.
 const MOST_CONNECTIONS: usize = 100;
+/// Whoever has not asked for anything in this time makes room for others.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// So many browsers see a run at once.
 const MOST_VIEWERS: usize = 50;
 /// A request of the page is not longer, in bytes.
@@ -152,8 +154,24 @@ impl Cockpit {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
         runtime.block_on(async {
             let listener = TcpListener::from_std(self.listener).map_err(failed)?;
-            let limited = Limited { listener, free: Arc::new(Semaphore::new(MOST_CONNECTIONS)) };
-            axum::serve(limited, router(self.shared)).await.map_err(failed)
+            let free = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+            let service = TowerToHyperService::new(router(self.shared));
+            let mut server = http1::Builder::new();
+            server.timer(TokioTimer::new()).header_read_timeout(PATIENCE);
+            loop {
+                let permit = Arc::clone(&free).acquire_owned().await.expect("nobody closes the semaphore");
+                let Ok((stream, _)) = listener.accept().await else {
+                    // There are no file handles left, or the other side has gone already.
+                    tokio::time::sleep(Duration::from_millis(100)).await;
+                    continue;
+                };
+                let connection = server.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
+                tokio::spawn(async move {
+                    // A connection that breaks has nothing more to say.
+                    let _ = connection.await;
+                    drop(permit);
+                });
+            }
         })
     }
 }
@@ -307,52 +325,5 @@ async fn ask(shared: &Shared, text: &str) -> Value {
     match asked.is_ok() {
         true => json!({ "answer": answered.await.unwrap_or_default() }),
         false => json!({ "refused": "the run has stopped" }),
-    }
-}
-
-/// A listener that serves only so many connections at once.
-struct Limited {
-    listener: TcpListener,
-    free: Arc<Semaphore>,
-}
-
-impl Listener for Limited {
-    type Io = Held;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (Self::Io, Self::Addr) {
-        let permit = Arc::clone(&self.free).acquire_owned().await.expect("nobody closes the semaphore");
-        let (stream, address) = Listener::accept(&mut self.listener).await;
-        (Held { stream, _permit: permit }, address)
-    }
-
-    fn local_addr(&self) -> io::Result<Self::Addr> {
-        self.listener.local_addr()
-    }
-}
-
-/// A connection that makes room for another when it ends.
-struct Held {
-    stream: TcpStream,
-    _permit: OwnedSemaphorePermit,
-}
-
-impl AsyncRead for Held {
-    fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_read(context, into)
-    }
-}
-
-impl AsyncWrite for Held {
-    fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, from: &[u8]) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, from)
-    }
-
-    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(context)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_shutdown(context)
     }
 }

@@ -64,3 +64,20 @@ fn a_saved_session_gives_the_same_trace() {
     }
     assert!(acts > 20, "{acts}");
 }
+
+#[test]
+fn faults_of_the_base_that_are_taken_away_do_not_happen() {
+    let session = Session::new(&find::find("battery_fault").unwrap(), &["faults=[]".to_owned()], None).unwrap();
+    assert!(session.view().header().faults.is_empty());
+    let saved = Found { text: session.saved(), ..find::find("nominal").unwrap() };
+    assert!(Scenario::load(&saved, &[]).unwrap().file.faults.is_empty());
+}
+
+#[test]
+fn what_is_done_after_the_last_step_changes_nothing() {
+    let mut session = Session::new(&find::find("nominal").unwrap(), &[], None).unwrap();
+    (0..50).for_each(|_| session.step(Detail::Full).unwrap());
+    session.act(toml::from_str("kind = \"battery_level\"\nlevel_pct = 10").unwrap()).unwrap();
+    session.end();
+    assert_eq!(replayed(&session.saved()), session.view().end().unwrap().trace_hash);
+}

@@ -94,7 +94,7 @@ fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
             p { (text(&words::sentence(&monitor.about.summary))) }
             @if let Some(evidence) = evidence { p { (violations::in_short(evidence, view)) } }
             @if !picture.diagram.locations.is_empty() {
-                div.swipe { (colors::adopted(&drawing::diagram_svg(&picture.diagram))) }
+                div.swipe tabindex="0" { (colors::adopted(&drawing::diagram_svg(&picture.diagram))) }
             }
         }
     }
