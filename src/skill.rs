@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
-use drawing::State;
+use reports::pictures;
 use scenarios::files::Kind;
-use skills::{Chart, Cues, HistoryKind, SkillError, StateId, StateKind, Status, Strictness, rehearse};
+use scenarios::machines;
+use skills::{Cues, SkillError, Status, Strictness, rehearse};
 
 use crate::output::print;
 use crate::{check, named_files};
@@ -77,37 +78,9 @@ fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
     match format {
         Format::Text => print(&chart.outline())?,
         Format::Dot => print(&chart.to_dot())?,
-        Format::Svg => print(&drawing::state_chart_svg(&drawn(&chart, chart.root(), false)))?,
+        Format::Svg => print(&pictures::machine_svg(&machines::record(chart.name(), &chart)))?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// A state with all that is inside it, as the picture shows them.
-fn drawn(chart: &Chart, id: StateId, is_default: bool) -> State {
-    let state = chart.state(id);
-    let title = match state.kind() {
-        _ if id == chart.root() => chart.name().to_owned(),
-        StateKind::History(HistoryKind::Shallow) => format!("H  {}", state.id()),
-        StateKind::History(HistoryKind::Deep) => format!("H*  {}", state.id()),
-        _ => state.id().to_owned(),
-    };
-    let mut lines: Vec<String> =
-        state.transitions().iter().map(|transition| chart.label(chart.transition(*transition))).collect();
-    if let StateKind::History(_) = state.kind() {
-        let targets: Vec<&str> = state.initial().iter().map(|target| chart.state(*target).id()).collect();
-        lines.push(format!("-> {}", targets.join(", ")));
-    }
-    let mut children: Vec<StateId> = state.children().iter().chain(state.histories()).copied().collect();
-    children.sort_unstable();
-    let is_first = |child: StateId| state.kind() == StateKind::Compound && chart.enters_first(id, child);
-    State {
-        title,
-        lines,
-        is_default,
-        is_parallel: state.kind() == StateKind::Parallel,
-        is_final: state.kind() == StateKind::Final,
-        inner: children.into_iter().map(|child| drawn(chart, child, is_first(child))).collect(),
-    }
 }
 
 fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-use crate::steward::{refusal, report};
+use crate::steward::{refusal, report, steward};
 
 /// A running `steward live`, which ends with the test.
 struct Live {
@@ -179,8 +180,19 @@ fn a_session_by_hand_is_a_scenario_that_gives_the_same_run() {
     let fault = |fault: Value, name: &str| json!({ "do": "act", "fault": fault, "name": name });
     after(&mut pilot, 5.0);
     ask(&mut pilot, &fault(json!({ "kind": "joypad", "linear_mps": -0.2 }), "pad"));
+    ask(&mut pilot, &fault(json!({ "kind": "obstacle_appears", "at": [-3.0, 6.6, 0] }), "box"));
     after(&mut pilot, 7.0);
     ask(&mut pilot, &json!({ "do": "release", "name": "pad" }));
+    // What takes the place of something else under the same name has moved it.
+    ask(&mut pilot, &fault(json!({ "kind": "obstacle_appears", "at": [-4.5, 7.0, 0] }), "box"));
+    ask(&mut pilot, &fault(json!({ "kind": "operator_goal", "to": [-2.0, 5.0, 90] }), ""));
+    let moved = json!([{
+        "name": "box",
+        "words": "a box stands at (-4.50, 7.00) m",
+        "fault": { "kind": "obstacle_appears", "at": [-4.5, 7.0, 0.0], "length_m": 0.6, "width_m": 0.4 },
+        "bodies": ["box at (-4.50, 7.00) m"],
+    }]);
+    while hear(&mut pilot, "lasting") != moved {}
     ask(&mut pilot, &fault(json!({ "kind": "battery_level", "level_pct": 12 }), ""));
     after(&mut pilot, 20.0);
     let end = ask(&mut pilot, &json!({ "do": "end" }));
@@ -191,6 +203,64 @@ fn a_session_by_hand_is_a_scenario_that_gives_the_same_run() {
     let replayed = report(file.to_str().unwrap(), &folder.path().join("out"), &[]);
     assert_eq!(replayed["trace_hash"], end["trace_hash"], "{}", saved["scenario"]);
     assert_eq!(replayed["outcome"], "as_expected");
+}
+
+/// A name that would be an element of the page if the page took it for one.
+const EVIL: &str = "<img src=x onerror=alert(1)>";
+
+/// Makes an application in which places, people, a leaf with its machine, a component and a property have that name.
+fn write_evil(folder: &Path) -> PathBuf {
+    assert!(steward(&["init", folder.to_str().unwrap()]).status.success());
+    let escaped = EVIL.replace('<', "&lt;").replace('>', "&gt;");
+    let rewrite = |file: &str, to: &str, edit: &dyn Fn(&str) -> String| {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        let edited = edit(&text);
+        assert_ne!(edited, text, "{file}");
+        std::fs::write(folder.join(to), edited).unwrap();
+    };
+    let places = "maps/house.places.toml";
+    rewrite(places, places, &|text| text.replace("[Destination]", &format!("[{EVIL:?}]")));
+    for skill in ["skills/AtDestination.scxml", "skills/GoToDestination.scxml"] {
+        rewrite(skill, skill, &|text| text.replace("'Destination'", &format!("'{escaped}'")));
+    }
+    let tree = "trees/recharge.xml";
+    rewrite(tree, tree, &|text| text.replace("<WaitForUser/>", &format!("<Action ID=\"{escaped}\"/>")));
+    rewrite("skills/WaitForUser.scxml", &format!("skills/{EVIL}.scxml"), &|text| {
+        text.replace("name=\"WaitForUser\"", &format!("name=\"{escaped}\""))
+    });
+    let property = "properties/phi1.scope";
+    rewrite(property, property, &|text| format!("// {EVIL}\n{text}"));
+    let file = format!("{EVIL}.toml");
+    rewrite("battery_fault.toml", &file, &|text| {
+        let text = text.replace("\"Destination\"", &format!("{EVIL:?}"));
+        format!("{text}\n[[people]]\nname = {EVIL:?}\nat = [2.0, 0.5]\n")
+    });
+    folder.join(file)
+}
+
+/// Whether a text has the name as markup, and whether it has it at all.
+fn has_evil(drawn: &str) -> (bool, bool) {
+    (drawn.contains("<img"), drawn.contains("&lt;img"))
+}
+
+#[test]
+fn names_are_text_in_everything_that_the_server_draws() {
+    let folder = tempfile::tempdir().unwrap();
+    let live = Live::start(write_evil(&folder.path().join("robot")).to_str().unwrap(), &[]);
+    let mut pilot = live.socket(&live.pilot);
+    let greeting = hear(&mut pilot, "greeting");
+    let machines = greeting["machines"].as_array().unwrap().iter();
+    let named = machines.filter(|machine| machine["process"] == EVIL).map(|machine| &machine["svg"]);
+    let drawn = named.chain([&greeting["floor"]["svg"]]).map(|svg| svg.as_str().unwrap()).collect::<Vec<_>>();
+    assert_eq!(drawn.iter().map(|svg| has_evil(svg)).collect::<Vec<_>>(), [(false, true); 2]);
+    assert_eq!(greeting["scenario"], EVIL);
+    assert_eq!(has_evil(hear(&mut pilot, "tree").as_str().unwrap()), (false, true));
+    // The next tick violates a property, and how that came about is told.
+    ask(&mut pilot, &json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 10 } }));
+    while hear(&mut pilot, "stories") == "" {}
+    for part in ["stories", "verdicts", "course"] {
+        assert_eq!(has_evil(hear(&mut pilot, part).as_str().unwrap()), (false, true), "{part}");
+    }
 }
 
 #[test]

@@ -41,6 +41,8 @@ pub struct Software {
     battery_driver: BatteryDriver,
     localization_driver: LocalizationDriver,
     navigation: ProcessId,
+    /// Whether the navigator drives to a goal that no skill has sent.
+    has_foreign_goal: bool,
     readings: Vec<Reading>,
     initial: InitialPose,
     outages: Outages,
@@ -70,6 +72,7 @@ impl Software {
             battery_driver: BatteryDriver { process: processes.battery_reader },
             localization_driver: LocalizationDriver { process: processes.localization, places: places.clone() },
             navigation: processes.navigation,
+            has_foreign_goal: false,
             readings: Vec::new(),
             initial: *initial,
             outages: Outages::default(),
@@ -123,14 +126,41 @@ impl Software {
         while system.process::<Navigation>(self.navigation).is_some_and(Navigation::has_orders) {
             let order = system.process_mut::<Navigation>(self.navigation).and_then(Navigation::next_order);
             match order {
-                Some(Order::Start(place)) => match self.places.get(place.name()) {
-                    Some(place) => self.navigator.start(Goal::to(place)),
-                    None => self.navigator.stop(),
-                },
+                Some(Order::Start(place)) => {
+                    self.has_foreign_goal = false;
+                    match self.places.get(place.name()) {
+                        Some(place) => self.navigator.start(Goal::to(place)),
+                        None => self.navigator.stop(),
+                    }
+                }
+                // The trip that ends has been aborted already.
+                Some(Order::Stop) if self.has_foreign_goal => {}
                 Some(Order::Stop) => self.navigator.stop(),
                 None => return,
             }
         }
+    }
+
+    /// Sends Navigation a goal that no skill has sent, as RViz's "2D Goal Pose" does. As in Nav2, it takes the place of
+    /// the trip that is under way, which is aborted: whoever asks for the status of that trip hears of a failure, and
+    /// stopping it changes nothing any more. The next trip of a skill takes the place of this goal.
+    ///
+    /// # Errors
+    /// The reason why Navigation does not take the goal: it does not run now.
+    pub fn drive_to(&mut self, goal: Goal, system: &mut ChannelSystem) -> Result<(), &'static str> {
+        if self.outages.navigation {
+            return Err("Navigation takes no goal now");
+        }
+        // What skills have asked for before comes first.
+        self.follow_orders(system);
+        self.navigator.start(goal);
+        self.has_foreign_goal = true;
+        if let Some(process) = system.process_mut::<Navigation>(self.navigation)
+            && process.trip_status() == Some(TripStatus::Running)
+        {
+            process.set_trip_status(TripStatus::Failure);
+        }
+        Ok(())
     }
 
     fn navigate(&mut self, now: Duration) -> VelocityCommand {
@@ -140,6 +170,9 @@ impl Software {
 
     /// Reports the status of the trip to Navigation when it has changed.
     fn tell_trip_status(&self, system: &mut ChannelSystem) {
+        if self.has_foreign_goal {
+            return;
+        }
         let status = match self.navigator.status() {
             NavigationStatus::GoalReached => TripStatus::Success,
             NavigationStatus::Aborted | NavigationStatus::Error | NavigationStatus::Idle => TripStatus::Failure,
@@ -180,6 +213,7 @@ impl Software {
             }
             Component::Navigation => {
                 self.navigator.restart();
+                self.has_foreign_goal = false;
                 if let Some(process) = system.process_mut::<Navigation>(self.navigation) {
                     process.restart();
                 }

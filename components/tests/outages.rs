@@ -14,7 +14,7 @@ use components::{
     operations,
 };
 use maps::{Cell, CellIndex, OccupancyGrid, Place, Places, Point, Pose, pose};
-use nav::{Atlas, InitialPose, LocalizationParameters};
+use nav::{Atlas, Goal, InitialPose, LocalizationParameters};
 use robot::{BatteryState, Odometry, Reading, Robot, RobotModel, Streams, VelocityCommand};
 
 const STEP: Duration = Duration::from_millis(20);
@@ -273,6 +273,28 @@ fn restarted_navigation_has_no_trip_and_takes_the_next() {
     assert_eq!(scene.go("start_navigation"), status("running"));
     scene.pass(25.0);
     assert_eq!(scene.go("get_status"), status("success"));
+}
+
+#[test]
+fn a_goal_of_somebody_else_aborts_the_trip_until_a_skill_starts_the_next() {
+    let mut scene = Scene::new();
+    let back = || Goal::at(Point::new(2.0, 2.0), Some(std::f64::consts::PI));
+    scene.go("start_navigation");
+    scene.pass(5.0);
+    scene.software.drive_to(back(), &mut scene.system).unwrap();
+    assert_eq!(scene.go("get_status"), status("failure"));
+    assert_eq!(scene.go("stop_navigation"), status("stopped"));
+    scene.pass(25.0);
+    assert!((scene.x_m() - 2.0).abs() < 0.1 && scene.robot.pose.rotation.angle().abs() > 3.0, "{}", scene.robot.pose);
+    assert_eq!(scene.go("get_status"), status("idle"));
+
+    assert_eq!(scene.go("start_navigation"), status("running"));
+    scene.pass(25.0);
+    assert_eq!(scene.go("get_status"), status("success"));
+    scene.software.drive_to(back(), &mut scene.system).unwrap();
+    assert_eq!(scene.go("get_status"), status("success"), "that trip was over");
+    scene.software.outages_mut().set(Component::Navigation, true);
+    assert!(scene.software.drive_to(back(), &mut scene.system).is_err());
 }
 
 #[test]

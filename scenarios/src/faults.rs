@@ -77,8 +77,19 @@ impl Fault {
         (self.kind.words)(&self.arguments)
     }
 
+    /// The names of what it puts on the floor.
+    #[must_use]
+    pub fn bodies(&self) -> Vec<String> {
+        let mut wrong = sim::Faults::default();
+        if let Effect::World(apply) = self.effect() {
+            apply(&mut wrong);
+        }
+        wrong.bodies.into_iter().map(|body| body.name).collect()
+    }
+
     /// Its record.
-    pub(crate) fn told(&self) -> recording::Fault {
+    #[must_use]
+    pub fn told(&self) -> recording::Fault {
         recording::Fault {
             kind: self.kind.name.to_owned(),
             momentary: self.kind.momentary,

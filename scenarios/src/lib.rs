@@ -14,6 +14,7 @@ pub mod faults;
 pub mod files;
 mod given_up;
 pub mod live;
+pub mod machines;
 mod monitoring;
 pub mod names;
 mod occurrences;

@@ -18,6 +18,7 @@ use robot::{RobotModel, Streams};
 use crate::driven::DriverData;
 use crate::error::{Complaints, Error, StepError};
 use crate::faults::{self, Injector, SystemUnderTest};
+use crate::machines;
 use crate::monitoring::{MachineMonitor, Monitoring};
 use crate::names::unknown;
 use crate::scenario::{Premises, STEP, Scenario, settings};
@@ -403,6 +404,11 @@ impl Live {
             tree: tree.iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
+            machines: self
+                .scenario
+                .machine_processes()
+                .map(|(name, skill)| machines::record(name, &skill.machine))
+                .collect(),
             monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
             faults: file.faults.iter().map(|fault| Arc::new(fault.told())).collect(),
             premises: premises.map(premises_record),

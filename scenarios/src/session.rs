@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use crate::conduct::FITS;
 use crate::ending::Ending;
 use crate::error::Error;
-use crate::faults::Effect;
+use crate::faults::{Effect, Fault};
 use crate::live::Live;
 use crate::scenario::{Found, STEP, Scenario, ScenarioFile, find};
 
@@ -84,10 +84,10 @@ impl Session {
         self.view.finish(self.live.end(why, Detail::Full)).expect(FITS);
     }
 
-    /// The index of each fault in the run that somebody has caused by hand, and that lasts.
-    pub fn lasting(&self) -> impl Iterator<Item = usize> {
-        let acts = self.live.scenario().file.faults.iter().enumerate().skip(self.given);
-        acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none()).map(|(index, _)| index)
+    /// The faults in the run that somebody has caused by hand, and that last, each with its index.
+    pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
+        let acts = self.live.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
+        acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
     }
 
     /// Does something now: `fault` is an entry of `[[faults]]` without trigger. Returns the index of the fault in the
@@ -95,12 +95,25 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::BadInput`] if the fault is wrong or does not fit the run.
-    pub fn act(&mut self, mut fault: Table) -> Result<usize, Error> {
+    pub fn act(&mut self, fault: Table) -> Result<usize, Error> {
+        let faults = self.faults.clone();
+        self.act_after(faults, fault)
+    }
+
+    /// Does something now in place of a lasting act, which ends. Nothing has changed after an error.
+    ///
+    /// # Errors
+    /// As for [`release`](Self::release) and [`act`](Self::act).
+    pub fn replace(&mut self, act: usize, fault: Table) -> Result<usize, Error> {
+        let faults = self.released(act)?;
+        self.act_after(faults, fault)
+    }
+
+    fn act_after(&mut self, mut faults: Vec<Value>, mut fault: Table) -> Result<usize, Error> {
         if self.view.end().is_some() {
             return Err(Error::refused("the run has ended", "start the session again"));
         }
         fault.insert("at_s".to_owned(), seconds(self.live.time()));
-        let mut faults = self.faults.clone();
         faults.push(Value::Table(fault));
         self.adopt(faults)?;
         Ok(self.faults.len() - 1)
@@ -111,6 +124,12 @@ impl Session {
     /// # Errors
     /// [`Error::BadInput`] if the fault with this index is no act, or has an end already.
     pub fn release(&mut self, act: usize) -> Result<(), Error> {
+        let faults = self.released(act)?;
+        self.adopt(faults)
+    }
+
+    /// The faults with an end of this act.
+    fn released(&self, act: usize) -> Result<Vec<Value>, Error> {
         let mut faults = self.faults.clone();
         let fault = faults.get_mut(act).filter(|_| act >= self.given).and_then(Value::as_table_mut);
         let Some(fault) = fault.filter(|fault| !fault.contains_key("lasts_s")) else {
@@ -119,7 +138,7 @@ impl Session {
         };
         let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
         fault.insert("lasts_s".to_owned(), seconds(self.live.time().saturating_sub(begun).max(STEP)));
-        self.adopt(faults)
+        Ok(faults)
     }
 
     /// Goes on with these faults.

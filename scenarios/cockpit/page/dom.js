@@ -21,8 +21,9 @@ export function shape(name, attributes = {}, ...children) {
 // What the server has drawn: its texts are escaped there, and the page's policy lets no script of it run.
 export function drawn(place, markup) {
   // What is drawn again would lose the focus, and be scrolled back.
-  if (place.markup !== markup) place.innerHTML = markup;
+  if (place.firstChild && place.markup === markup) return;
   place.markup = markup;
+  place.innerHTML = markup;
 }
 
 let hiding;

@@ -1,35 +1,42 @@
-// The map: what stands on it comes with the greeting, what moves with every frame. Drag moves it, the wheel zooms.
+// The map: what stands on it comes with the greeting, what moves with every frame.
 
 import { $, drawn, shape } from './dom.js';
+import { grip } from './grip.js';
+import { Legend } from './legend.js';
 
-const ZOOM = 1.2;
+const LAYERS = ['trail', 'path', 'particles', 'hits', 'bodies', 'robot', 'marks', 'draft'];
+const CLOSEST = 60;
 
 export class Floor {
-  // `clicked` gets a point in metres and whether the robot was dragged there.
-  constructor(clicked) {
-    this.clicked = clicked;
+  // The hand says what a press on the map does.
+  constructor(hand) {
+    this.hand = hand;
     this.follows = false;
     this.trail = [];
+    this.legend = new Legend($('legend'));
+    $('nearer').onclick = () => this.zoom(1 / 1.4);
+    $('farther').onclick = () => this.zoom(1.4);
+    $('whole').onclick = () => this.all();
+    $('follow').onclick = () => this.follow();
   }
 
-  greet({ floor, robot_radius_m }) {
+  greet({ floor, robot_radius_m, places }) {
     this.there = Boolean(floor);
     $('map').hidden = !this.there;
     if (!this.there) return;
+    $('floor').replaceChildren();
     drawn($('floor'), floor.svg);
     this.svg = $('floor').querySelector('svg');
     this.size = floor.size;
+    this.places = places;
     [this.x0, this.y0, this.scale] = floor.origin;
-    this.radius = robot_radius_m * this.scale;
-    this.box = [0, 0, ...this.size];
+    this.radius_m = robot_radius_m;
     this.moving = shape('g', { class: 'moving' });
     this.svg.append(this.moving);
-    this.parts = Object.fromEntries(['trail', 'path', 'particles', 'hits', 'bodies', 'robot', 'marks'].map(name => {
-      const part = shape('g', { class: name });
-      this.moving.append(part);
-      return [name, part];
-    }));
-    this.listen();
+    this.layers = Object.fromEntries(LAYERS.map(name => [name, shape('g', { class: name })]));
+    this.moving.append(...Object.values(this.layers));
+    this.all();
+    grip(this, $('floor'));
   }
 
   spot([x, y]) {
@@ -44,17 +51,20 @@ export class Floor {
 
   show({ pose, estimate, scene }) {
     if (!this.there || !scene) return;
-    const { trail, path, particles, hits, bodies, robot } = this.parts;
+    const { trail, path, particles, hits, bodies, robot } = this.layers;
     if (pose) this.remember(pose);
     trail.replaceChildren(line(this.trail));
     path.replaceChildren(line(this.pairs(scene.path)));
     particles.replaceChildren(dots(this.pairs(scene.particles)));
     hits.replaceChildren(dots(this.pairs(scene.hits)));
-    bodies.replaceChildren(...scene.bodies.flatMap(body => this.body(body)));
-    robot.replaceChildren(...(estimate ? [this.robot(estimate, 'estimate')] : []), ...(pose ? [this.robot(pose, 'true')] : []));
+    bodies.replaceChildren(...scene.bodies.map(body => this.body(body)));
+    robot.replaceChildren();
+    if (estimate) robot.append(this.robot(estimate, 'estimate'));
+    if (pose) robot.append(this.robot(pose, 'true'));
     if (pose) scene.speeches.forEach((words, row) => robot.append(this.speech(pose, words, row)));
-    if (pose && this.follows && !this.drag) this.center(this.spot(pose));
-    this.pose = pose;
+    [this.pose, this.estimate, this.bodies] = [pose, estimate, scene.bodies];
+    if (pose && this.follows) this.center(this.spot(pose));
+    this.legend.show(this);
   }
 
   // The way so far, before this page was opened.
@@ -72,7 +82,34 @@ export class Floor {
   mark(words, pose) {
     if (!this.there || !pose) return;
     const [x, y] = this.spot(pose);
-    this.parts.marks.append(shape('circle', { cx: x, cy: y, r: 5 }, shape('title', {}, words)));
+    this.layers.marks.append(shape('path', { d: `M${x},${y - 7}l7,12h-14z` }, shape('title', {}, words)));
+  }
+
+  // What is at a point: the robot, the body that it belongs to, a place, or the floor.
+  thing(point) {
+    if (this.pose && distance(point, this.pose) <= this.radius_m * 1.3) return { is: 'robot', at: this.pose };
+    const body = this.bodies?.findLast(body => reaches(body, point));
+    if (body) return { is: 'body', ...body };
+    const place = this.places.filter(place => covers(place.corners, point)).sort((a, b) => extent(a) - extent(b))[0];
+    return place ? { is: 'place', ...place } : { is: 'floor', at: point };
+  }
+
+  // Where something would come to stand: the thing itself there, or an arrow from one point to another.
+  draft(thing, point) {
+    const at = [...point, thing.at[2]];
+    this.layers.draft.replaceChildren(thing.is === 'robot' ? this.robot(at, 'true') : this.body({ ...thing, at }));
+  }
+
+  aim(from, to) {
+    const [[x, y], tip] = [this.spot(from), this.spot(to)];
+    const angle = Math.atan2(tip[1] - y, tip[0] - x);
+    const wing = turn => [tip[0] - 12 * Math.cos(angle + turn), tip[1] - 12 * Math.sin(angle + turn)].join(',');
+    this.layers.draft.replaceChildren(shape('circle', { cx: x, cy: y, r: 6 }),
+      shape('path', { d: `M${x},${y}L${tip.join(',')}M${wing(0.5)}L${tip.join(',')}L${wing(-0.5)}` }));
+  }
+
+  clearDraft() {
+    this.layers.draft.replaceChildren();
   }
 
   pairs(flat) {
@@ -81,71 +118,39 @@ export class Floor {
 
   robot(pose, kind) {
     const [x, y] = this.spot(pose);
-    const [dx, dy] = [Math.cos(pose[2]) * this.radius, -Math.sin(pose[2]) * this.radius];
+    const radius = this.radius_m * this.scale;
+    const [dx, dy] = [Math.cos(pose[2]) * radius, -Math.sin(pose[2]) * radius];
     return shape('g', { class: kind },
-      shape('circle', { cx: x, cy: y, r: this.radius }), shape('line', { x1: x, y1: y, x2: x + dx, y2: y + dy }));
+      shape('circle', { cx: x, cy: y, r: radius }), shape('line', { x1: x, y1: y, x2: x + dx, y2: y + dy }));
   }
 
   speech(pose, words, row) {
     const [x, y] = this.spot(pose);
-    return shape('text', { x, y: y - this.radius - 10 - 18 * row, class: 'speech' }, `“${words}”`);
+    return shape('text', { x, y: y - this.radius_m * this.scale - 10 - 18 * row, class: 'speech' }, `“${words}”`);
   }
 
-  body({ name, at, radius_m, size_m }) {
+  body(body) {
+    const { name, at, radius_m, size_m } = body;
     const [x, y] = this.spot(at);
     const title = shape('title', {}, name);
-    if (radius_m) return [shape('circle', { cx: x, cy: y, r: radius_m * this.scale }, title)];
+    const kind = this.hand.holds({ is: 'body', ...body }) ? 'held' : '';
+    if (radius_m) return shape('circle', { cx: x, cy: y, r: radius_m * this.scale, class: kind }, title);
     const [w, h] = size_m.map(m => m * this.scale);
     const turn = `rotate(${-at[2] * 180 / Math.PI} ${x} ${y})`;
-    return [shape('rect', { x: x - w / 2, y: y - h / 2, width: w, height: h, transform: turn }, title)];
+    return shape('rect', { x: x - w / 2, y: y - h / 2, width: w, height: h, transform: turn, class: kind }, title);
   }
 
-  listen() {
-    this.svg.addEventListener('pointerdown', event => this.press(event));
-    this.svg.addEventListener('pointermove', event => this.pull(event));
-    this.svg.addEventListener('pointerup', event => this.drop(event));
-    this.svg.addEventListener('wheel', event => {
-      event.preventDefault();
-      this.zoom(event.deltaY < 0 ? 1 / ZOOM : ZOOM, event);
-    }, { passive: false });
-    $('floor').addEventListener('keydown', event => {
-      const act = { '+': () => this.zoom(1 / ZOOM), '-': () => this.zoom(ZOOM), 0: () => this.all(), f: () => this.follow() }[event.key];
-      if (act) { event.preventDefault(); act(); }
-    });
-  }
-
-  press(event) {
-    this.svg.setPointerCapture(event.pointerId);
-    const at = this.point(event);
-    const onRobot = this.pose && Math.hypot(at[0] - this.pose[0], at[1] - this.pose[1]) * this.scale <= this.radius * 1.3;
-    this.drag = { from: [event.clientX, event.clientY], box: [...this.box], onRobot, moved: false };
-  }
-
-  pull(event) {
-    if (!this.drag) return;
-    const [dx, dy] = [event.clientX - this.drag.from[0], event.clientY - this.drag.from[1]];
-    this.drag.moved ||= Math.hypot(dx, dy) > 4;
-    if (!this.drag.moved) return;
-    if (this.drag.onRobot) {
-      this.parts.robot.replaceChildren(this.robot([...this.point(event), this.pose[2]], 'dragged'));
-    } else {
-      const scale = this.box[2] / this.svg.clientWidth;
-      this.look([this.drag.box[0] - dx * scale, this.drag.box[1] - dy * scale, this.box[2], this.box[3]]);
-    }
-  }
-
-  drop(event) {
-    const drag = this.drag;
-    this.drag = null;
-    if (drag && (!drag.moved || drag.onRobot)) this.clicked(this.point(event), drag.moved && drag.onRobot, this.pose);
-  }
-
-  zoom(by, event) {
-    const box = this.svg.getBoundingClientRect();
-    const [px, py] = event ? [(event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height] : [0.5, 0.5];
-    const width = Math.min(Math.max(this.box[2] * by, 60), this.size[0] * 1.5);
+  // Zooms around a place of the picture, given by shares of its width and height.
+  zoom(by, [px, py] = [0.5, 0.5]) {
+    const width = Math.min(Math.max(this.box[2] * by, CLOSEST), this.size[0] * 1.5);
     const height = width * this.box[3] / this.box[2];
     this.look([this.box[0] + (this.box[2] - width) * px, this.box[1] + (this.box[3] - height) * py, width, height]);
+  }
+
+  // Moves the picture by shares of its width and height.
+  pan(dx, dy) {
+    this.follow(false);
+    this.look([this.box[0] + dx * this.box[2], this.box[1] + dy * this.box[3], this.box[2], this.box[3]]);
   }
 
   center([x, y]) {
@@ -153,13 +158,14 @@ export class Floor {
   }
 
   all() {
-    this.follows = false;
+    this.follow(false);
     this.look([0, 0, ...this.size]);
   }
 
-  follow() {
-    this.follows = !this.follows;
-    return this.follows;
+  follow(does = !this.follows) {
+    this.follows = does;
+    $('follow').ariaPressed = String(does);
+    if (does && this.pose) this.center(this.spot(this.pose));
   }
 
   look(box) {
@@ -175,4 +181,30 @@ function line(spots) {
 // Many points as one path of short strokes.
 function dots(spots) {
   return shape('path', { d: spots.map(([x, y]) => `M${x},${y}h0`).join('') });
+}
+
+export function distance(a, b) {
+  return Math.hypot(a[0] - b[0], a[1] - b[1]);
+}
+
+// Whether a body is at a point, or so near that a finger means it.
+function reaches({ at, radius_m, size_m }, point) {
+  const near = 0.1;
+  if (radius_m) return distance(at, point) <= radius_m + near;
+  const [dx, dy] = [point[0] - at[0], point[1] - at[1]];
+  const [cos, sin] = [Math.cos(at[2]), Math.sin(at[2])];
+  return Math.abs(dx * cos + dy * sin) <= size_m[0] / 2 + near && Math.abs(dy * cos - dx * sin) <= size_m[1] / 2 + near;
+}
+
+// Whether a place covers a point; one without an area is 0.4 m around.
+function covers(corners, point) {
+  if (corners.length < 3) return distance(corners[0], point) <= 0.4;
+  return corners.filter(([x, y], i) => {
+    const [px, py] = corners.at(i - 1);
+    return (y > point[1]) !== (py > point[1]) && point[0] < x + (px - x) * (point[1] - y) / (py - y);
+  }).length % 2 === 1;
+}
+
+export function extent({ corners }) {
+  return Math.abs(corners.reduce((sum, [x, y], i) => sum + corners.at(i - 1)[0] * y - x * corners.at(i - 1)[1], 0)) / 2;
 }

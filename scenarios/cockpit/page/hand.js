@@ -4,14 +4,17 @@ import { $, element } from './dom.js';
 
 // What a click on the map does.
 const TOOLS = [
-  ['look', 'Look', 'Drag moves the map; the robot can be dragged elsewhere'],
+  ['look', 'Look', 'A click tells what something is. Drag moves the map, the robot, and what was put on the floor'],
+  ['goal', 'Goal', 'A click sends Navigation there; drag to say where the robot looks then'],
   ['box', 'Box', 'A click puts a box on the floor'],
   ['person', 'Person', 'Two clicks let a person walk between them'],
 ];
 
 export class Hand {
-  constructor(link) {
-    this.link = link;
+  // `acts` says whether something can be done now; `ask` shows what a thing on the map is.
+  constructor(link, acts, ask) {
+    Object.assign(this, { link, acts, ask });
+    this.lasting = [];
     this.tool = 'look';
     this.count = 0;
     this.tools();
@@ -53,18 +56,63 @@ export class Hand {
     });
   }
 
-  // A click on the map, or the robot dragged to a point.
-  clicked(point, isRobot, pose) {
-    if (this.picking) {
-      this.picking(point);
-    } else if (isRobot) {
-      this.link.act('kidnap', { to: [...point, Math.round(pose[2] * 180 / Math.PI)] });
-    } else if (this.tool === 'box') {
-      this.link.act('obstacle_appears', { at: [...point, 0] }, this.name('box'));
-    } else if (this.tool === 'person') {
-      if (this.first) this.link.act('people', { at: this.first, route: [point], count: 1, gives_way: true }, this.name('person'));
-      this.first = this.first ? null : point;
+  // Whether a press on the map aims: from a point, to where something looks.
+  aims() {
+    return this.acts() && (this.picking ? this.picking.takes === 'pose' : this.tool === 'goal');
+  }
+
+  // Whether a thing on the map can be dragged.
+  holds(thing) {
+    if (!this.acts() || this.picking) return false;
+    return thing.is === 'robot' || thing.is === 'body' && Boolean(this.placed(thing.name));
+  }
+
+  // What lasts that has put this on the floor.
+  placed(body) {
+    return this.lasting.find(({ name, fault, bodies }) => name && fault.at && bodies.includes(body));
+  }
+
+  // A goal at a point; `to` is where the robot looks then, if that was said, else the way it comes.
+  goal(at, to, pose) {
+    const looks = to ? [at, to] : [pose ?? at, at];
+    const [dx, dy] = [0, 1].map(axis => looks[1][axis] - looks[0][axis]);
+    const heading = Math.round(Math.atan2(dy, dx) * 180 / Math.PI);
+    if (this.picking) this.pick([...at, heading]);
+    else this.link.act('operator_goal', { to: [...at, heading] });
+  }
+
+  // A thing was dragged to a point.
+  moved(thing, to) {
+    if (thing.is === 'robot') {
+      return this.link.act('kidnap', { to: [...to, Math.round(thing.at[2] * 180 / Math.PI)] });
     }
+    const { name, fault: { kind, ...parameters } } = this.placed(thing.name);
+    const by = [0, 1].map(axis => to[axis] - parameters.at[axis]);
+    const round = m => Math.round(m * 100) / 100;
+    const along = ([x, y, ...heading]) => [x + by[0], y + by[1], ...heading].map(round);
+    parameters.at = along(parameters.at);
+    if (parameters.route) parameters.route = parameters.route.map(along);
+    return this.link.act(kind, parameters, name);
+  }
+
+  // A click on a thing of the map.
+  clicked(point, thing) {
+    if (!this.acts()) return this.ask(thing);
+    if (this.picking) return this.pick(point);
+    if (this.tool === 'box') return this.link.act('obstacle_appears', { at: [...point, 0] }, this.name('box'));
+    if (this.tool !== 'person') return this.ask(thing);
+    const route = { at: this.first, route: [point], count: 1, gives_way: true };
+    if (this.first) this.link.act('people', route, this.name('person'));
+    this.first = this.first ? null : point;
+  }
+
+  // Writes a point of the map into the form.
+  pick(value) {
+    const { input, button, takes } = this.picking;
+    const before = takes === 'points' ? JSON.parse(input.value || '[]') : [];
+    input.value = JSON.stringify(takes === 'points' ? [...before, value] : value);
+    button.ariaPressed = 'false';
+    this.picking = null;
   }
 
   name(kind) {
@@ -89,15 +137,16 @@ export class Hand {
     if (parameter.takes === 'number') input.step = 'any';
     if (Array.isArray(parameter.range) && parameter.takes !== 'choice') [input.min, input.max] = parameter.range;
     const label = element('label', { title: parameter.about }, parameter.name, input);
-    if (['point', 'pose'].includes(parameter.takes)) {
-      const pick = element('button', { type: 'button', textContent: 'Pick on the map' });
-      pick.onclick = () => {
-        this.picking = point => {
-          input.value = JSON.stringify(parameter.takes === 'pose' ? [...point, 0] : point);
-          this.picking = null;
-        };
+    if (['point', 'pose', 'points'].includes(parameter.takes)) {
+      const words = parameter.takes === 'points' ? 'Add from the map' : 'Pick on the map';
+      const button = element('button', { type: 'button', textContent: words, ariaPressed: 'false' });
+      button.onclick = () => {
+        if (this.picking) this.picking.button.ariaPressed = 'false';
+        this.picking = { input, button, takes: parameter.takes };
+        button.ariaPressed = 'true';
+        $('floor').scrollIntoView({ block: 'nearest' });
       };
-      label.append(pick);
+      label.append(button);
     }
     return label;
   }
@@ -123,7 +172,7 @@ export class Hand {
     }
     const text = JSON.stringify(lasting);
     if (lasting && text !== this.shown) {
-      this.shown = text;
+      [this.shown, this.lasting] = [text, lasting];
       $('lasting').replaceChildren(...lasting.filter(({ name }) => name !== 'joypad').map(({ name, words }) => {
         const button = element('button', { type: 'button', textContent: 'End', ariaLabel: `End: ${words}` });
         button.onclick = () => this.link.ask('release', { name });

@@ -62,12 +62,10 @@ export class Joypad {
     const wanted = `${forward} ${left}`;
     if (wanted === this.sent || this.busy) return;
     this.busy = true;
-    const rested = this.sent === '0 0';
     this.sent = wanted;
-    if (!rested) await this.link.ask('release', { name: NAME });
-    if (forward || left) {
-      await this.link.act('joypad', { linear_mps: forward * FASTEST_MPS, angular_radps: left * FASTEST_RADPS }, NAME);
-    }
+    const velocity = { linear_mps: forward * FASTEST_MPS, angular_radps: left * FASTEST_RADPS };
+    if (forward || left) await this.link.act('joypad', velocity, NAME);
+    else await this.link.ask('release', { name: NAME });
     this.busy = false;
     this.update();
   }

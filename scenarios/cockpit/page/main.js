@@ -1,18 +1,27 @@
 // The cockpit: shows what the run tells, and asks it for what the pilot does.
 
 import { $, drawn, element, notice } from './dom.js';
+import { Details } from './details.js';
 import { Floor } from './floor.js';
 import { Hand } from './hand.js';
 import { Joypad } from './keys.js';
 import { Link } from './link.js';
+import { Machines } from './machines.js';
 import { Messages } from './messages.js';
+import { about } from './things.js';
+import { Tree } from './tree.js';
 
 const link = new Link(take);
-const hand = new Hand(link);
-const floor = new Floor((...click) => { if (steers) hand.clicked(...click); });
-const messages = new Messages();
+const hand = new Hand(link, () => steers, thing => details.open(about(thing, floor, hand, () => latest)));
+const floor = new Floor(hand);
+const details = new Details();
+const ask = tell => details.open(tell);
+const messages = new Messages(ask);
+const machines = new Machines(ask);
+const tree = new Tree(ask);
 let steers = false;
 let paused = false;
+let latest = {};
 
 new Joypad({ ask: (...request) => steers ? link.ask(...request) : Promise.resolve(null),
              act: (...request) => steers ? link.act(...request) : Promise.resolve(null) });
@@ -34,10 +43,11 @@ function greet(greeting) {
   $('scenario').textContent = greeting.scenario;
   $('scenario').title = greeting.about;
   floor.greet(greeting);
-  hand.greet(greeting);
+  for (const part of [hand, machines, tree]) part.greet(greeting);
 }
 
 function state(frame) {
+  latest = { ...latest, ...frame };
   paused = frame.paused;
   $('clock').textContent = `${frame.time.toFixed(2)} s · tick ${Math.max(0, frame.ticks - 1)}`;
   const { battery, end } = frame;
@@ -48,14 +58,11 @@ function state(frame) {
   if (end) notice(`The run has ended: ${end.words}. Its trace hash is ${end.trace_hash.slice(0, 16)}….`, true);
   if ('doing' in frame) {
     $('doing').textContent = [frame.doing, frame.navigation && `navigation: ${frame.navigation}`].filter(Boolean).join(' · ');
-    $('states').replaceChildren(...Object.entries(frame.locations).map(([name, location]) =>
-      element('tr', {}, element('th', { scope: 'row', textContent: name }), element('td', { textContent: location ?? '–' }))));
-    drawn($('tree'), frame.tree);
   }
   floor.show(frame);
-  hand.show(frame);
-  messages.show(frame);
+  for (const part of [hand, messages, machines, tree]) part.show(frame);
   happenings(frame);
+  details.refresh();
 }
 
 function happenings({ happenings, anew, pose }) {

@@ -5,12 +5,21 @@ import { $, element, shape } from './dom.js';
 const SHOWN = 40;
 const KEPT = 400;
 const ROW = 22;
-const HEAD = 26;
+const HEAD = 24;
 
 export class Messages {
-  constructor() {
+  // `ask` shows details.
+  constructor(ask) {
+    [this.ask, this.filter, this.between, this.chart] = [ask, $('filter'), $('between'), $('chart')];
     this.all = [];
-    $('filter').addEventListener('input', () => this.draw());
+    this.names = new Set();
+    this.filter.addEventListener('input', () => this.draw());
+    this.between.addEventListener('change', () => this.draw());
+    this.chart.onclick = ({ clientX, clientY }) => {
+      const part = document.elementFromPoint(clientX, clientY)?.closest('[data-row], [data-process]');
+      if (part?.dataset.row) this.ask(about(this.drawn[part.dataset.row]));
+      else if (part) this.only(part.dataset.process);
+    };
   }
 
   show({ messages, anew }) {
@@ -18,40 +27,76 @@ export class Messages {
     if (anew) this.all = [];
     this.all.push(...messages);
     this.all.splice(0, this.all.length - KEPT);
+    this.offer(messages);
     this.draw();
   }
 
+  // Offers processes and channels to choose from, as they appear.
+  offer(messages) {
+    const before = this.names.size;
+    for (const [, , from, to] of messages) for (const name of [from, to, `${from} → ${to}`]) this.names.add(name);
+    if (this.names.size === before) return;
+    const chosen = this.between.value;
+    const option = name => element('option', { value: name, textContent: name });
+    const group = (label, areChannels) => {
+      const names = [...this.names].filter(name => name.includes(' → ') === areChannels).sort();
+      return element('optgroup', { label }, ...names.map(option));
+    };
+    const all = element('option', { value: '', textContent: 'all processes' });
+    this.between.replaceChildren(all, group('Processes', false), group('Channels', true));
+    this.between.value = chosen;
+  }
+
+  // Shows only the messages of a process, or again all.
+  only(name) {
+    this.between.value = this.between.value === name ? '' : name;
+    this.draw();
+  }
+
+  fits([, , from, to, text]) {
+    const [words, chosen] = [this.filter.value.trim().toLowerCase(), this.between.value];
+    const concerns = !chosen || [from, to, `${from} → ${to}`].includes(chosen);
+    return concerns && (!words || `${from} ${to} ${text}`.toLowerCase().includes(words));
+  }
+
   draw() {
-    const wanted = $('filter').value.trim().toLowerCase();
-    const fits = message => !wanted || message.slice(2).join(' ').toLowerCase().includes(wanted);
-    const messages = this.all.filter(fits).slice(-SHOWN);
+    const messages = this.drawn = this.all.filter(message => this.fits(message)).slice(-SHOWN);
     const names = [...new Set(messages.flatMap(([, , from, to]) => [from, to]))];
-    if (!names.length) return $('chart').replaceChildren(element('p', { className: 'quiet', textContent: 'no message yet' }));
-    const gap = Math.max(96, Math.min(170, ($('chart').clientWidth - 60) / names.length));
+    if (!names.length) {
+      const textContent = this.all.length ? 'no such message' : 'no message yet';
+      return this.chart.replaceChildren(element('p', { className: 'quiet', textContent }));
+    }
+    const gap = Math.max(96, Math.min(170, (this.chart.clientWidth - 60) / names.length));
     const x = name => 56 + gap * (names.indexOf(name) + 0.5);
     const [width, height] = [56 + gap * names.length, ROW * messages.length + 8];
-    const head = shape('svg', { class: 'head', width, height: HEAD, 'aria-hidden': true });
+    const head = shape('svg', { width, height: HEAD, class: 'head', 'aria-hidden': 'true' });
     const svg = shape('svg', { width, height, role: 'img', 'aria-label': 'The latest messages' });
     for (const name of names) {
-      const text = shape('text', { x: x(name), y: 16, class: 'name' }, short(name, gap));
-      text.append(shape('title', {}, name));
+      const title = shape('title', {}, `${name}: click to see only its messages`);
+      const text = shape('text', { x: x(name), y: 16, class: 'name', 'data-process': name }, short(name, gap), title);
       head.append(text);
       svg.append(shape('line', { x1: x(name), x2: x(name), y1: 0, y2: height, class: 'life' }));
     }
     let tick = null;
     messages.forEach(([, at, from, to, text], row) => {
-      const y = ROW * (row + 0.7);
+      const y = ROW * (row + 0.8);
       if (at !== tick) svg.append(shape('text', { x: 2, y: y + 4, class: 'tick' }, `tick ${at}`));
       tick = at;
       const [a, b] = [x(from), x(to)];
       const words = shape('text', { x: (a + b) / 2, y: y - 4, class: 'message' }, short(text, Math.abs(b - a)));
-      words.append(shape('title', {}, `${from} → ${to} ${text}`));
       const tip = b - 6 * Math.sign(b - a);
-      svg.append(words, shape('path', { d: `M${a},${y}H${b}M${tip},${y - 4}L${b},${y}L${tip},${y + 4}`, class: 'arrow' }));
+      svg.append(shape('g', { 'data-row': row }, shape('title', {}, `${from} → ${to} ${text}`),
+        shape('rect', { x: Math.min(a, b), y: y - 15, width: Math.abs(b - a), height: ROW, class: 'hit' }), words,
+        shape('path', { d: `M${a},${y}H${b}M${tip},${y - 4}L${b},${y}L${tip},${y + 4}`, class: 'arrow' })));
     });
-    $('chart').replaceChildren(head, svg);
-    $('chart').scrollTop = $('chart').scrollHeight;
+    this.chart.replaceChildren(head, svg);
+    this.chart.scrollTop = this.chart.scrollHeight;
   }
+}
+
+function about([step, tick, from, to, text]) {
+  const rows = [['message', text], ['sender', from], ['receiver', to], ['tick', tick], ['communication', step]];
+  return () => [`${from} → ${to}`, rows];
 }
 
 // As much of a text as fits.

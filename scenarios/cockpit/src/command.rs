@@ -23,7 +23,7 @@ pub(crate) enum Command {
     Act {
         /// The entry of the fault.
         fault: toml::Table,
-        /// What the page calls it, to be returned.
+        /// What the page calls it. It takes the place of what lasts under the same name.
         #[serde(default)]
         name: String,
     },

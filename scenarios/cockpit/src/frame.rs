@@ -7,6 +7,8 @@ use reports::timeline::Timeline;
 use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
 use serde_json::{Value, json};
 
+use crate::things;
+
 /// Particles beyond this do not improve the picture.
 const MAX_PARTICLES: usize = 200;
 
@@ -21,6 +23,9 @@ pub(crate) fn greeting(view: &RunView) -> Value {
             "seed": header.seed,
             "tick_s": header.tick.as_secs_f64(),
             "floor": floor,
+            "places": things::places(header),
+            "machines": things::machines(header),
+            "nodes": things::nodes(header),
             "robot_radius_m": header.robot.as_ref().map(|robot| robot.radius_m),
             "processes": header.skills.iter().chain(&header.components).collect::<Vec<_>>(),
             "kinds": KINDS.iter().map(|kind| fault_kind(kind)).collect::<Vec<_>>(),
@@ -147,6 +152,8 @@ pub(crate) fn state(view: &RunView, news: News) -> Value {
         let names = header.skills.iter().chain(&header.components);
         state["locations"] = names.map(|name| (name.clone(), json!(view.location(name)))).collect();
         state["tree"] = live::tree(view).into();
+        state["outcomes"] = things::outcomes(view);
+        state["running"] = view.running().collect();
     }
     state
 }

@@ -17,6 +17,7 @@ mod command;
 mod frame;
 mod runner;
 mod server;
+mod things;
 mod token;
 
 pub use server::{Cockpit, Error};

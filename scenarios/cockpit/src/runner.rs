@@ -14,6 +14,7 @@ use tokio::sync::broadcast;
 
 use crate::command::Command;
 use crate::frame::{self, News};
+use crate::things;
 
 /// Time between frames.
 const FRAME: Duration = Duration::from_millis(40);
@@ -216,10 +217,7 @@ impl Runner {
                 self.speed = times.map(|times| times.clamp(0.1, 1000.0));
                 Ok(Value::Null)
             }
-            Command::Act { fault, name } => self.session.act(fault).map(|act| {
-                self.acts.insert(name, act);
-                json!({ "act": act })
-            }),
+            Command::Act { fault, name } => self.act(fault, name),
             Command::Release { name } => match self.acts.remove(&name) {
                 Some(act) => self.session.release(act).map(|()| Value::Null),
                 None => Ok(Value::Null),
@@ -231,6 +229,17 @@ impl Runner {
             }
         };
         answer(done.unwrap_or_else(|error| json!({ "refused": error.reasons() })));
+    }
+
+    /// Does something; in place of what lasts under the same name.
+    fn act(&mut self, fault: toml::Table, name: String) -> Result<Value, scenarios::Error> {
+        let lasts = |act: &usize| self.session.lasting().any(|(index, _)| index == *act);
+        let act = match self.acts.get(&name).copied().filter(|_| !name.is_empty()).filter(lasts) {
+            Some(before) => self.session.replace(before, fault)?,
+            None => self.session.act(fault)?,
+        };
+        self.acts.insert(name, act);
+        Ok(json!({ "act": act }))
     }
 
     fn set_pace(&mut self, pace: Pace) -> Result<Value, scenarios::Error> {
@@ -248,12 +257,7 @@ impl Runner {
             let mut frame = frame::state(self.session.view(), news);
             frame["paused"] = rests.into();
             frame["speed"] = json!(self.speed);
-            let header = self.session.view().header();
-            let lasting = self.session.lasting().map(|act| {
-                let name = self.acts.iter().find(|(_, index)| **index == act).map(|(name, _)| name);
-                json!({ "name": name, "words": header.faults.get(act).map(|fault| &fault.words) })
-            });
-            frame["lasting"] = lasting.collect();
+            frame["lasting"] = things::lasting(&self.session, &self.acts);
             self.outlet.tell(&frame);
             (self.last_frame, self.is_new) = (now, false);
             // A violation is told the moment it happens.

@@ -43,11 +43,17 @@ const LONGEST_REQUEST: usize = 16 * 1024;
 const BACKLOG: usize = 50;
 
 /// The files of the page.
-const FILES: [(&str, &str, &str); 8] = [
+const FILES: [(&str, &str, &str); 14] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
     ("/link.js", "text/javascript", include_str!("../page/link.js")),
     ("/floor.js", "text/javascript", include_str!("../page/floor.js")),
+    ("/machines.js", "text/javascript", include_str!("../page/machines.js")),
+    ("/tree.js", "text/javascript", include_str!("../page/tree.js")),
+    ("/grip.js", "text/javascript", include_str!("../page/grip.js")),
+    ("/legend.js", "text/javascript", include_str!("../page/legend.js")),
+    ("/things.js", "text/javascript", include_str!("../page/things.js")),
+    ("/details.js", "text/javascript", include_str!("../page/details.js")),
     ("/hand.js", "text/javascript", include_str!("../page/hand.js")),
     ("/keys.js", "text/javascript", include_str!("../page/keys.js")),
     ("/messages.js", "text/javascript", include_str!("../page/messages.js")),

@@ -218,6 +218,16 @@ impl Canvas {
         self.elements += "</g>\n";
     }
 
+    /// Draws what `draw` draws, as a part of a picture that a page can find: the one of this `kind` with this number.
+    pub fn part(&mut self, kind: &'static str, number: usize, draw: impl FnOnce(&mut Self)) {
+        if self.letters == Letters::Embedded {
+            return draw(self);
+        }
+        self.elements += &format!("<g data-{kind}=\"{number}\">\n");
+        draw(self);
+        self.elements += "</g>\n";
+    }
+
     /// Adds ready-made path data in other coordinates; `matrix` takes them to the page (as in SVG: a b c d e f).
     pub fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
         if data.is_empty() {

@@ -48,7 +48,8 @@ struct StateBox<'a> {
     inner: Vec<Self>,
 }
 
-/// A machine as a standalone SVG picture, as large as it has to be.
+/// A machine as a standalone SVG picture, as large as it has to be. Each state is a part of it (`data-state`), by its
+/// number in the order of the document; the machine itself has the number 0.
 ///
 /// ```
 /// use drawing::{State, state_chart_svg};
@@ -70,7 +71,7 @@ pub fn state_chart_svg(machine: &State) -> String {
     let mut canvas = Canvas::for_browsers();
     let (width, height) = (whole.width + 2.0 * MARGIN, whole.height + 2.0 * MARGIN);
     canvas.rounded(Area::new(0.0, 0.0, width, height), 0.0, Paint::fill(theme::PAGE));
-    draw(&mut canvas, &whole, (0.0, 0.0), 0);
+    draw(&mut canvas, &whole, (0.0, 0.0), 0, &mut 0);
     canvas.finish(width, height)
 }
 
@@ -109,8 +110,17 @@ fn arrange(boxes: &mut [StateBox<'_>], top: f64) -> (f64, f64) {
     (widest, y + row_height)
 }
 
-fn draw(canvas: &mut Canvas, item: &StateBox<'_>, origin: Spot, depth: usize) {
+fn draw(canvas: &mut Canvas, item: &StateBox<'_>, origin: Spot, depth: usize, number: &mut usize) {
     let area = Area::new(origin.0 + item.at.0, origin.1 + item.at.1, item.width, item.height);
+    canvas.part("state", *number, |canvas| {
+        *number += 1;
+        draw_box(canvas, item, area, depth);
+        item.inner.iter().for_each(|inner| draw(canvas, inner, (area.x, area.y), depth + 1, number));
+    });
+}
+
+/// The box of a state without what is inside it.
+fn draw_box(canvas: &mut Canvas, item: &StateBox<'_>, area: Area, depth: usize) {
     let ground = if depth.is_multiple_of(2) { theme::PAPER } else { theme::IDLE_LIGHT };
     let paint = Paint::fill(ground).outlined(theme::LINE, 1.4);
     canvas.rounded(area, CORNER, if item.state.is_parallel { paint.dashed("6 4") } else { paint });
@@ -126,7 +136,6 @@ fn draw(canvas: &mut Canvas, item: &StateBox<'_>, origin: Spot, depth: usize) {
         baseline += LINE.line_height();
         canvas.text((area.x + PADDING, baseline), line, TextStyle::new(LINE, theme::MUTED));
     }
-    item.inner.iter().for_each(|inner| draw(canvas, inner, (area.x, area.y), depth + 1));
 }
 
 #[cfg(test)]
@@ -167,11 +176,14 @@ mod tests {
             let machine = state(number, 4);
             assert_nested(&measured(&machine));
             let svg = state_chart_svg(&machine);
-            let mut shown = vec![&machine];
+            let (mut shown, mut count) = (vec![&machine], 0);
             while let Some(state) = shown.pop() {
                 assert!(svg.contains(&state.title), "{}", state.title);
+                assert!(svg.contains(&format!("data-state=\"{count}\"")), "{count}");
+                count += 1;
                 shown.extend(&state.inner);
             }
+            assert_eq!(svg.matches("data-state").count(), count);
         }
     }
 }

@@ -82,8 +82,10 @@ pub fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (
     for link in &layout.links {
         draw_link(canvas, link, (dx, dy), tree[link.child].status);
     }
-    for (placed, node) in layout.nodes.iter().zip(tree) {
-        draw_node(canvas, placed, placed.area.shifted(dx, dy), node.status, Font::regular(layout.font_px));
+    for (number, (placed, node)) in layout.nodes.iter().zip(tree).enumerate() {
+        canvas.part("node", number, |canvas| {
+            draw_node(canvas, placed, placed.area.shifted(dx, dy), node.status, Font::regular(layout.font_px));
+        });
     }
 }
 

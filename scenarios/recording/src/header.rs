@@ -44,6 +44,8 @@ pub struct Header {
     pub skills: Vec<String>,
     /// The processes that are components, by name.
     pub components: Vec<String>,
+    /// The machines of those of them that have one.
+    pub machines: Vec<Machine>,
     /// The watched properties, in the order of the scenario.
     pub monitors: Arc<[Monitor]>,
     /// The faults of the scenario, whether they take effect or not.
@@ -145,6 +147,32 @@ impl From<&bt::Node> for Node {
             is_leaf: node.kind().is_leaf(),
         }
     }
+}
+
+/// The machine of a skill or a component, as the scenario has it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// The name of its process.
+    pub process: String,
+    /// Its states in document order, each after the one around it. The first is the machine itself.
+    pub states: Vec<MachineState>,
+}
+
+/// A state of a machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MachineState {
+    /// The index of the state around it, which comes before it.
+    pub parent: Option<usize>,
+    /// Its id, as in the location of the process; of the machine itself its name.
+    pub name: String,
+    /// Its transitions, in words.
+    pub transitions: Vec<String>,
+    /// Whether it is entered when the state around it is entered by default.
+    pub is_default: bool,
+    /// Whether its inner states are active together.
+    pub is_parallel: bool,
+    /// Whether it ends the state around it.
+    pub is_final: bool,
 }
 
 /// A watched property.

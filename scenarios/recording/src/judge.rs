@@ -49,6 +49,7 @@ impl Judge {
             tree: Vec::new(),
             skills: Vec::new(),
             components: Vec::new(),
+            machines: Vec::new(),
             monitors: properties.iter().map(|property| Monitor::of(property, topology)).collect(),
             faults: Vec::new(),
             premises: None,

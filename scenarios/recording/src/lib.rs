@@ -48,7 +48,7 @@
 //! #         version: "0.1.0".to_owned(), scenario: "example".to_owned(), about: String::new(),
 //! #         origin: Origin::default(), settings: vec![], seed: 1, tick: Duration::from_secs(1),
 //! #         dt: Duration::from_millis(20), unwatched: false, topology: Arc::default(), tree: vec![], skills: vec![],
-//! #         components: vec![], monitors: Arc::new([]), faults: vec![],
+//! #         components: vec![], machines: vec![], monitors: Arc::new([]), faults: vec![],
 //! #         premises: None, robot: None, snapshots: Snapshots::default(), expected: Expected::default(),
 //! #     }
 //! # }
@@ -117,8 +117,8 @@ pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::Writer;
 pub use header::{
-    Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, Premises, RobotBody, SettingGroup,
-    SnapshotOccasion, Snapshots, TREE,
+    Argument, Expected, Fault, Header, Machine, MachineState, Monitor, Node, Origin, Place, Premises, RobotBody,
+    SettingGroup, SnapshotOccasion, Snapshots, TREE,
 };
 pub use judge::Judge;
 pub use logged::LoggedRecording;

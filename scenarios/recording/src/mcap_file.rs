@@ -188,6 +188,7 @@ mod tests {
             tree: vec![],
             skills: vec![],
             components: vec![],
+            machines: vec![],
             monitors: Arc::new([]),
             faults: vec![],
             premises: None,

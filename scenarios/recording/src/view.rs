@@ -58,7 +58,9 @@ impl RunView {
     /// [`Inconsistent`] if they do not fit.
     pub fn new(header: Header, start: Step) -> Result<Self, Inconsistent> {
         let later = |parent: Option<usize>, place: usize| parent.is_some_and(|parent| parent >= place);
-        if header.tree.iter().enumerate().any(|(place, node)| later(node.parent, place)) {
+        let mut parents = vec![header.tree.iter().map(|node| node.parent).collect::<Vec<_>>()];
+        parents.extend(header.machines.iter().map(|machine| machine.states.iter().map(|state| state.parent).collect()));
+        if parents.iter().any(|all| all.iter().enumerate().any(|(place, parent)| later(*parent, place))) {
             return Err(Inconsistent);
         }
         let mut named = Vec::new();

@@ -7,7 +7,9 @@ use channels::{ChannelId, Relation, Shape, Topology, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
-use recording::{BodyShape, FaultCourse, Graph, Header, MonitorState, MonitorView, Node, Premises, RunView};
+use recording::{
+    BodyShape, FaultCourse, Graph, Header, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
+};
 
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.10;
@@ -291,6 +293,26 @@ pub fn node_status(outcome: Option<bt::Outcome>) -> drawing::NodeStatus {
         Some(bt::Outcome::Answered(bt::Status::Failure)) => drawing::NodeStatus::Failure,
         Some(bt::Outcome::Answered(bt::Status::Running)) => drawing::NodeStatus::Running,
         Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => drawing::NodeStatus::NotTicked,
+    }
+}
+
+/// A machine as a standalone SVG picture.
+#[must_use]
+pub fn machine_svg(machine: &recording::Machine) -> String {
+    drawing::state_chart_svg(&state(&machine.states, 0))
+}
+
+/// The state with this index, with all that is inside it.
+fn state(states: &[MachineState], index: usize) -> drawing::State {
+    let Some(known) = states.get(index) else { return drawing::State::default() };
+    let inner = states.iter().enumerate().filter(|(_, inner)| inner.parent == Some(index));
+    drawing::State {
+        title: known.name.clone(),
+        lines: known.transitions.clone(),
+        is_default: known.is_default,
+        is_parallel: known.is_parallel,
+        is_final: known.is_final,
+        inner: inner.map(|(place, _)| state(states, place)).collect(),
     }
 }
 

@@ -40,6 +40,7 @@ pub const KINDS: &[&FaultKind] = &[
     &motion::COMMAND_DELAY,
     &software::KIDNAP,
     &software::WRONG_POSE,
+    &software::GOAL,
     &software::WRONG_MAP,
     &software::FROZEN,
     &software::CRASH,

@@ -19,6 +19,8 @@ pub(crate) enum Effect {
     Kidnap(Spanned<Pose>),
     /// Localization is told this pose.
     Belief(Pose),
+    /// Somebody else sends Navigation this goal.
+    Goal(Spanned<Pose>),
     /// Something is wrong with the robot or around it.
     World(Arc<dyn Fn(&mut sim::Faults) + Send + Sync>),
     /// The robot's software has the map in this file instead of the scenario's.
@@ -143,7 +145,10 @@ pub(crate) enum MachineChange {
 impl Effect {
     /// Whether it acts on a robot or its surroundings.
     pub(super) fn needs_robot(&self) -> bool {
-        matches!(self, Self::Charge(_) | Self::Kidnap(_) | Self::Belief(_) | Self::World(_) | Self::Map(_))
+        matches!(
+            self,
+            Self::Charge(_) | Self::Kidnap(_) | Self::Belief(_) | Self::Goal(_) | Self::World(_) | Self::Map(_)
+        )
     }
 
     /// The component that the fault of a component names.
@@ -167,6 +172,7 @@ impl fmt::Debug for Effect {
             Self::Charge(_) => "Charge",
             Self::Kidnap(_) => "Kidnap",
             Self::Belief(_) => "Belief",
+            Self::Goal(_) => "Goal",
             Self::World(_) => "World",
             Self::Map(_) => "Map",
             Self::Outage { .. } => "Outage",

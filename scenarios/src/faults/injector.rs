@@ -10,7 +10,7 @@ use channels::{ChannelSystem, Event, ProcessId};
 use components::Component;
 use devices::DeviceProcess;
 use maps::Places;
-use nav::InitialPose;
+use nav::{Goal, InitialPose};
 use programs::ProgramProcess;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -154,6 +154,13 @@ impl Injector {
                 }
             }
             (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
+            (Effect::Goal(to), Some(robot)) => {
+                let to = to.value;
+                let goal = Goal::at(to.translation.vector.into(), Some(maps::heading(&to)));
+                if let Err(reason) = robot.software.drive_to(goal, run.system) {
+                    return Happening::LeftUndone(index, reason.to_owned());
+                }
+            }
             (Effect::Device { component, trouble: DeviceTrouble::Drop }, Some(robot)) => {
                 let id = run.system.topology().find_process(&component.value).expect("a tray of the scenario");
                 if let Err(reason) = robot.drop_box(id, run.system) {

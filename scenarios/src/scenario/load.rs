@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bt::Tree;
+use components::NAVIGATION;
 use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile};
 use nav::Reach;
@@ -309,6 +310,13 @@ impl<'a> Loader<'a> {
         let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own.iter().copied());
         for fault in &file.faults {
             let effect = fault.effect();
+            if let Effect::Goal(to) = &effect
+                && own.contains(&NAVIGATION)
+            {
+                let problem = to.span.problem(format!("{NAVIGATION} is a component of this scenario"));
+                let problem = problem.with_label("a goal for the built-in one");
+                self.reader.complaints.push(problem.with_help("send it one of the messages that it understands"));
+            }
             let Some(component) = effect.component() else { continue };
             if !known().any(|name| name == component.value) {
                 self.reader.complaints.push(unknown("component", component, known()));

@@ -30,9 +30,12 @@ fn play(name: &str, rng: &mut ChaCha8Rng, until: Duration) -> (String, String, u
             acts.extend(session.act(fault).ok());
         }
         if rng.random_bool(0.03)
-            && let Some(act) = session.lasting().collect::<Vec<_>>().choose(rng)
+            && let Some(act) = session.lasting().map(|(act, _)| act).collect::<Vec<_>>().choose(rng)
         {
             session.release(*act).unwrap();
+        }
+        if rng.random_bool(0.03) {
+            drag(&mut session, rng);
         }
         if session.step(Detail::Full).is_err() {
             break;
@@ -40,6 +43,16 @@ fn play(name: &str, rng: &mut ChaCha8Rng, until: Duration) -> (String, String, u
     }
     session.end();
     (session.saved(), session.view().end().unwrap().trace_hash.clone(), acts.len())
+}
+
+/// Moves something that was put on the floor.
+fn drag(session: &mut Session, rng: &mut ChaCha8Rng) {
+    let boxes = session.lasting().filter(|(_, act)| act.kind().name == "obstacle_appears");
+    let Some(&act) = boxes.map(|(act, _)| act).collect::<Vec<_>>().choose(rng) else { return };
+    let at = [rng.random_range(-5.0..5.0), rng.random_range(0.0..8.0), 45.0].map(toml::Value::Float).to_vec();
+    let moved = Table::from_iter([("kind".to_owned(), "obstacle_appears".into()), ("at".to_owned(), at.into())]);
+    let new = session.replace(act, moved).unwrap();
+    assert!(session.lasting().any(|(index, _)| index == new) && session.lasting().all(|(index, _)| index != act));
 }
 
 /// The hash of a saved session's trace.

@@ -9,7 +9,7 @@ use drawing::{Area, MapPicture, Monitor, Scene, Verdict, theme};
 use maps::{Point, pose};
 use maud::{Markup, html};
 use monitors::Outcome;
-use recording::{MonitorView, RunView};
+use recording::{Machine, MonitorView, RunView};
 
 use super::evidence::Evidence;
 use super::figure::{Drawing, sign};
@@ -69,6 +69,18 @@ pub fn floor(view: &RunView) -> Option<Floor> {
 pub fn tree(view: &RunView) -> String {
     let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
     colors::adopted(&drawing::tree_svg(&nodes)).into_string()
+}
+
+/// What the sign of an inner node of the tree means.
+#[must_use]
+pub fn meaning(sign: &str) -> Option<&'static str> {
+    drawing::SYMBOLS.iter().find(|(known, _)| *known == sign).map(|(_, meaning)| *meaning)
+}
+
+/// A machine, each of its states a part of the picture (`data-state`), by its index.
+#[must_use]
+pub fn machine(machine: &Machine) -> String {
+    colors::adopted(&pictures::machine_svg(machine)).into_string()
 }
 
 /// A card for each property: what it requires, what can be said so far, and how a violation came about.

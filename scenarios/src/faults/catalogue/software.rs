@@ -48,6 +48,20 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
     },
 };
 
+pub(super) const GOAL: FaultKind = FaultKind {
+    name: "operator_goal",
+    place: Place::Software,
+    about: "somebody else sends Navigation a goal: it takes the place of the trip under way, which fails",
+    parameters: &[Parameter::required("to", "the pose to drive to", ArgumentDomain::Pose)],
+    momentary: true,
+    example: "at_s = 10\nto = [3.0, 4.0, 90]",
+    effect: |with| Effect::Goal(with.spanned_pose("to")),
+    words: |with| {
+        let to = with.pose("to").translation;
+        format!("somebody else sends Navigation to ({:.2}, {:.2}) m", to.x, to.y)
+    },
+};
+
 pub(super) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     place: Place::Software,

@@ -1,0 +1,45 @@
+// What something is that was clicked: its name, and what is known of it, as long as it is shown.
+
+import { $, element } from './dom.js';
+
+export class Details {
+  constructor() {
+    this.place = $('details');
+    const close = element('button', { type: 'button', textContent: '×', ariaLabel: 'Close the details' });
+    close.onclick = () => this.close();
+    this.title = element('h2');
+    this.rows = element('dl');
+    this.place.replaceChildren(element('header', {}, this.title, close), this.rows);
+    this.place.onkeydown = ({ key }) => { if (key === 'Escape') this.close(); };
+  }
+
+  // `tell` gives a title and rows of a word and a value; it is asked again with every frame. None closes the panel.
+  open(tell) {
+    this.tell = tell;
+    this.shown = '';
+    this.refresh();
+  }
+
+  close() {
+    this.tell = null;
+    this.place.hidden = true;
+  }
+
+  refresh() {
+    if (!this.tell) return;
+    const told = this.tell();
+    if (!told) return this.close();
+    const text = JSON.stringify(told);
+    if (text === this.shown) return;
+    this.shown = text;
+    const [title, rows] = told;
+    this.title.textContent = title;
+    this.rows.replaceChildren(...rows.filter(([, value]) => value != null && value !== '').map(([word, value]) =>
+      element('div', {}, element('dt', { textContent: word }), element('dd', { textContent: value }))));
+    this.place.hidden = false;
+  }
+}
+
+export const metres = number => `${number.toFixed(2)} m`;
+export const degrees = radians => `${Math.round(((radians * 180 / Math.PI) % 360 + 360) % 360)}°`;
+export const point = ([x, y]) => `(${x.toFixed(2)}, ${y.toFixed(2)}) m`;

@@ -1,0 +1,36 @@
+// The behavior tree, each node with what it did last.
+
+import { $, drawn } from './dom.js';
+
+export class Tree {
+  // `ask` shows details.
+  constructor(ask) {
+    this.place = $('tree');
+    this.place.onclick = ({ clientX, clientY }) => {
+      const part = document.elementFromPoint(clientX, clientY)?.closest('[data-node]');
+      if (part && this.place.contains(part)) ask(this.about(Number(part.dataset.node)));
+    };
+  }
+
+  greet({ nodes }) {
+    this.nodes = nodes;
+  }
+
+  show({ tree, outcomes, locations }) {
+    if (tree === undefined) return;
+    [this.outcomes, this.locations] = [outcomes, locations];
+    drawn(this.place, tree);
+  }
+
+  about(number) {
+    const { name, kind, parent } = this.nodes[number];
+    const children = this.nodes.filter(node => node.parent === number).map(node => node.name);
+    return () => [name, [
+      ['kind', kind === 'leaf' ? 'a leaf' : kind],
+      ['last answer', this.outcomes[number]],
+      ['skill is in', this.locations[name]],
+      ['below', parent == null ? 'nothing: it is the root' : this.nodes[parent].name],
+      ['children', children.join(', ')],
+    ]];
+  }
+}

@@ -1,0 +1,63 @@
+//! What the page tells of things that are clicked on, as JSON.
+
+use std::collections::BTreeMap;
+
+use recording::{Header, Machine, Node, RunView};
+use reports::html::live;
+use scenarios::session::Session;
+use serde_json::{Map, Value, json};
+
+/// The places, start and station included; corners in metres.
+pub(crate) fn places(header: &Header) -> Value {
+    let Some(premises) = &header.premises else { return json!([]) };
+    let place = |name: &str, corners: Vec<[f64; 2]>| json!({ "name": name, "corners": corners });
+    let named = premises.places.iter().map(|known| {
+        let corners = known.corners.iter().map(|corner| [corner.x, corner.y]).collect();
+        place(&known.name, corners)
+    });
+    let sites = [("start", Some(premises.start)), ("charging station", premises.station)];
+    let sites = sites.into_iter().filter_map(|(name, at)| Some(place(name, vec![at?.translation.vector.into()])));
+    named.chain(sites).collect()
+}
+
+/// The machines: whose they are, their pictures, and what there is to say of their states.
+pub(crate) fn machines(header: &Header) -> Value {
+    let machine = |machine: &Machine| {
+        let states = machine
+            .states
+            .iter()
+            .map(|state| json!({ "name": state.name, "parent": state.parent, "transitions": state.transitions }));
+        json!({
+            "process": machine.process, "svg": live::machine(machine), "states": states.collect::<Vec<_>>(),
+        })
+    };
+    header.machines.iter().map(machine).collect()
+}
+
+/// The nodes of the tree.
+pub(crate) fn nodes(header: &Header) -> Value {
+    let kind = |node: &Node| match (&node.symbol, node.is_leaf) {
+        (_, true) => "leaf",
+        (Some(symbol), false) => live::meaning(symbol).unwrap_or_default(),
+        (None, false) => "",
+    };
+    let node = |node: &Node| json!({ "name": node.process, "kind": kind(node), "parent": node.parent });
+    header.tree.iter().map(node).collect()
+}
+
+/// What each node of the tree did last, in words.
+pub(crate) fn outcomes(view: &RunView) -> Value {
+    view.outcomes().iter().map(|outcome| outcome.map_or("not ticked yet", |outcome| outcome.name())).collect()
+}
+
+/// The acts that last: the page's names for them, what they are, and the names of what they have put on the floor.
+pub(crate) fn lasting(session: &Session, acts: &BTreeMap<String, usize>) -> Value {
+    let lasting = session.lasting().map(|(index, act)| {
+        let name = acts.iter().find(|(_, known)| **known == index).map(|(name, _)| name);
+        let told = act.told();
+        let arguments = told.arguments.into_iter().map(|(key, value)| (key, value.to_json()));
+        let fault: Map<String, Value> = arguments.chain([("kind".to_owned(), told.kind.into())]).collect();
+        json!({ "name": name, "words": told.words, "fault": fault, "bodies": act.bodies() })
+    });
+    lasting.collect()
+}
