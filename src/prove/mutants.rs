@@ -212,19 +212,24 @@ fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
 
 /// Whether a mutant violates a property; or why that is not decided.
 ///
-/// Most mutants are decided by the first states. What takes long to be violated, such as a deadline, is found depth
-/// first. But that finds long runs: if no battery can have the levels of one, or messages pile up in it, others may do.
+/// What takes long to be violated, such as a deadline, is soon found depth first; most of the rest is decided by the
+/// first states. But depth first finds long runs: if no battery can have the levels of one, or messages pile up in it,
+/// that says nothing about shorter ones.
 fn outcome(about: &Proof, question: &Question, limits: &Limits) -> Result<ProofOutcome, String> {
-    let first = Limits { memory: limits.memory / 16, ..limits.clone() };
-    let deep = Limits { order: Order::Depth, ..limits.clone() };
+    let search = |order, share| Limits { order, memory: limits.memory / share, ..limits.clone() };
     let mut reason = String::new();
-    for (limits, next_if_full) in [(&first, true), (&deep, false), (limits, false)] {
-        let answer = about.prove(question, limits, &mut |_| ()).map_err(|error| error.reasons())?;
+    for (limits, is_last) in [
+        (search(Order::Depth, 64), (|_| false) as fn(bool) -> bool),
+        (search(Order::Breadth, 16), |is_full| !is_full),
+        (search(Order::Depth, 1), |is_full| is_full),
+        (search(Order::Breadth, 1), |_| true),
+    ] {
+        let answer = about.prove(question, &limits, &mut |_| ()).map_err(|error| error.reasons())?;
         if let Some(outcome) = answer.outcome() {
             return Ok(outcome);
         }
         reason = undecided(&answer);
-        if matches!(answer.exploration.outcome, Outcome::Undecided) != next_if_full {
+        if is_last(matches!(answer.exploration.outcome, Outcome::Undecided)) {
             break;
         }
     }
