@@ -8,13 +8,16 @@ use std::sync::Arc;
 use campaigns::Error;
 use campaigns::compare::CampaignComparison;
 use campaigns::run_and_report;
+use campaigns::statistics::{Confidence, Count};
 use campaigns::{Estimate, Named, Plan, Ran, Shard, Summary, Unmet};
 use clap::{Args, Subcommand};
+use cockpit::{Board, Tally};
 use recording::Detail;
 use reports::{Outputs, file_name};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
+use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
 use crate::progress::CampaignBar;
@@ -47,6 +50,8 @@ pub(crate) struct CampaignArgs {
     /// Shows no progress and no summary
     #[arg(long, short)]
     quiet: bool,
+    #[command(flatten)]
+    board: BoardArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -137,9 +142,14 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         campaigns::start_over(&plan, part, &folder)?;
     }
     let mut bar = CampaignBar::new(args.quiet);
+    let board = args.board.open(&format!("campaign {}", file.display()))?;
     let interrupted = interrupt::listen();
-    let ran = campaigns::run(&plan, part, &folder, batch::threads(), interrupted, |progress| bar.show(progress));
+    let ran = campaigns::run(&plan, part, &folder, batch::threads(), interrupted, |progress| {
+        bar.show(progress);
+        board.iter().for_each(|board| show(progress, board));
+    });
     bar.finish();
+    board.into_iter().for_each(Board::finish);
     let ran = ran?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
@@ -160,6 +170,26 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         say(said)?;
     }
     Ok(status)
+}
+
+/// Shows how the campaign is going on its page.
+fn show(progress: &campaigns::Progress<'_>, board: &Board) {
+    let run = progress.run.filter(|run| run.unexpected());
+    let unexpected = run.map(|run| {
+        let why = run.failure.iter().chain(&run.unmet).map(String::as_str).collect::<Vec<_>>().join("; ");
+        format!("run {}: {why}", run.k)
+    });
+    let tally = |(name, count): (&String, &Count)| {
+        let interval = Confidence::new(0.95).ok().map(|confidence| count.interval(confidence));
+        Tally {
+            name: if name == "expectation" { "not as expected".to_owned() } else { format!("{name} violated") },
+            happened: count.happened(),
+            of: count.runs(),
+            interval: interval.map(|interval| [interval.low, interval.high]),
+        }
+    };
+    let tallies = || progress.asked.iter().zip(progress.counts).map(tally).collect();
+    board.show(progress.done, progress.all, unexpected, tallies);
 }
 
 /// A campaign succeeds whatever the answer to its question is, unless no run came to its end.

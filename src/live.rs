@@ -1,29 +1,41 @@
-//! `steward live SCENARIO`: a run in the browser, with which a person may interfere.
+//! `steward live`: a run in the browser, with which a person may interfere, or what was recorded of one or two.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use campaigns::Error;
 use clap::Args;
-use cockpit::Cockpit;
+use cockpit::{Board, Cockpit};
+use diagnostics::Unfinished;
+use recording::{Recording, RecordingError};
 use scenarios::scenario::find;
 use scenarios::session::Session;
 
 use crate::browser;
 use crate::names::ScenarioName;
-use crate::output::say;
+use crate::output::{note, say};
 
-/// Which scenario, and where its page is served.
+/// Which run or runs, and where their page is served.
 #[derive(Debug, Args)]
 pub(crate) struct LiveArgs {
-    /// A scenario: a name (see `steward list`) or a file
-    #[arg(value_name = "NAME|FILE", value_parser = ScenarioName, hide_possible_values = true)]
-    scenario: String,
+    /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing; two are shown side by
+    /// side
+    #[arg(value_name = "NAME|FILE", required = true, num_args = 1..=2, value_parser = ScenarioName,
+          hide_possible_values = true)]
+    runs: Vec<String>,
     /// The root seed; the scenario's own if not given
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Changes a value of the scenario: `battery.initial_pct=50`
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    page: PageArgs,
+}
+
+/// Where a page is served.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PageArgs {
     /// The port of the page on this computer [default: any that is free]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     port: u16,
@@ -32,22 +44,78 @@ pub(crate) struct LiveArgs {
     no_open: bool,
 }
 
+/// Whether a page shows how many runs are done, and where.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct BoardArgs {
+    /// Shows the progress on a page in the browser
+    #[arg(long)]
+    live: bool,
+    /// The port of that page on this computer [default: any that is free]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, requires = "live")]
+    port: u16,
+    /// Does not open that page in the browser
+    #[arg(long, requires = "live")]
+    no_open: bool,
+}
+
+impl BoardArgs {
+    /// The page, if there is to be one.
+    pub(crate) fn open(&self, title: &str) -> Result<Option<Board>, Error> {
+        if !self.live {
+            return Ok(None);
+        }
+        let board = Board::open(title, self.port).map_err(refused)?;
+        let address = board.address();
+        note(&format!("the progress is shown at {address}"));
+        if !self.no_open {
+            browser::open(&address);
+        }
+        Ok(Some(board))
+    }
+}
+
 /// Serves the page until the program is interrupted.
 pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
-    let (found, set, seed) = (find::find(&args.scenario)?, args.set.clone(), args.seed);
-    let cockpit = Cockpit::open(move || Session::new(&found, &set, seed), args.port).map_err(refused)?;
+    let port = args.page.port;
+    let cockpit = match args.runs.as_slice() {
+        recordings if recordings.iter().all(|name| is_recording(Path::new(name))) => {
+            if args.seed.is_some() || !args.set.is_empty() {
+                let help = "leave `--seed` and `--set` out, or name a scenario";
+                return Err(Error::refused("what was recorded cannot be changed", help));
+            }
+            Cockpit::replay(&recordings.iter().map(PathBuf::from).collect::<Vec<_>>(), port)
+        }
+        [scenario] => {
+            let (found, set, seed) = (find::find(scenario)?, args.set.clone(), args.seed);
+            Cockpit::open(move || Session::new(&found, &set, seed), port)
+        }
+        _ => {
+            let help = "record each run: `steward run NAME --record NAME.rec`";
+            return Err(Error::refused("only recordings can be shown side by side", help));
+        }
+    };
+    let cockpit = cockpit.map_err(refused)?;
     let address = cockpit.address();
     say(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
-    if !args.no_open {
+    if !args.page.no_open {
         browser::open(&address);
     }
     cockpit.serve().map_err(refused)?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// Whether a file is a recording, or will be one, or has the name of one.
+fn is_recording(path: &Path) -> bool {
+    let is_named = path.extension().is_some_and(|ending| ending == "rec" || ending == "mcap");
+    is_named || !path.exists() && Unfinished::of(path).is_some() || {
+        path.is_file() && matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }))
+    }
+}
+
 fn refused(error: cockpit::Error) -> Error {
     match error {
         cockpit::Error::Scenario(error) => error.into(),
+        cockpit::Error::Recording(error) => reports::Error::from(error).into(),
         cockpit::Error::Io { .. } => Error::refused(error.to_string(), "choose another port with `--port N`"),
     }
 }

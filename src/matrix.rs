@@ -7,10 +7,13 @@ use std::sync::Arc;
 use campaigns::Error;
 use campaigns::matrix::{Matrix, table};
 use clap::Args;
+use cockpit::Board;
+use reports::report::Report;
 use scenarios::Complaints;
 use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
 
+use crate::live::BoardArgs;
 use crate::output::{print_json, say};
 use crate::progress::Bar;
 
@@ -35,6 +38,8 @@ pub(crate) struct MatrixArgs {
     /// Shows no progress
     #[arg(long, short)]
     quiet: bool,
+    #[command(flatten)]
+    board: BoardArgs,
 }
 
 /// Runs everything and prints the matrix. Exit status 1 if there was a false alarm or a run was not as expected.
@@ -53,8 +58,16 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     complaints.check()?;
     let fault_free = fault_free.expect("what could not be loaded was complained about");
     let bar = Bar::new(args.quiet || args.json, "runs");
-    let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all| bar.show(done, all))?;
+    let board = args.board.open("matrix")?;
+    let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all, report| {
+        bar.show(done, all);
+        let unexpected = report.filter(|report| !report.differences.is_empty());
+        let named =
+            |report: &Report| format!("{}, seed {}: {}", report.scenario, report.seed, report.differences.join("; "));
+        board.iter().for_each(|board| board.show(done as u64, all as u64, unexpected.map(named), Vec::new));
+    })?;
     bar.finish();
+    board.into_iter().for_each(Board::finish);
     matrix.write(&args.out)?;
     if args.json {
         print_json(&matrix)?;

@@ -207,7 +207,7 @@ mod tests {
     fn estimates_are_told_of_what_has_been_counted() {
         let asked = ["phi1".to_owned(), "phi2".to_owned(), "expectation".to_owned()];
         let counts = [Count::new(5, 10), Count::default(), Count::new(10, 20)];
-        let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts };
+        let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts, run: None };
         assert_eq!(estimates(&progress), "phi1 0.500 (0.187 to 0.813)  unexpected 0.500 (0.272 to 0.728)  ");
     }
 }

@@ -54,7 +54,7 @@ const ROOMS: [(&str, &[&str]); 25] = [
         ],
     ),
     ("reports", &["channels", "diagnostics", "maps", "robot", "bt", "monitors", "recording", "drawing"]),
-    ("cockpit", &["channels", "maps", "recording", "robot", "scenarios", "reports"]),
+    ("cockpit", &["channels", "diagnostics", "maps", "robot", "recording", "scenarios", "reports"]),
     (
         "campaigns",
         &["channels", "diagnostics", "robot", "monitors", "batch", "recording", "drawing", "scenarios", "reports"],

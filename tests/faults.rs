@@ -142,8 +142,10 @@ fn the_matrix_shows_which_property_detects_which_fault() {
     let folder = out.path().to_str().unwrap();
     let faults = ["faults/battery_level", "faults/battery_sensor_offset"];
     let run = |more: &[&str]| steward(&[&["matrix", "--runs", "3", "--out", folder], &faults[..], more].concat());
-    let output = run(&["--json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = run(&["--json", "--live", "--no-open"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("the progress is shown at http://127.0.0.1:"), "{said}");
     let matrix: Value = serde_json::from_slice(&output.stdout).unwrap();
     let phi1 = matrix["properties"].as_array().unwrap().iter().position(|name| name == "phi1").unwrap();
     let notices = |row: usize| &matrix["rows"][row]["notices"][phi1];

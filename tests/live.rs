@@ -28,9 +28,9 @@ impl Drop for Live {
 }
 
 impl Live {
-    fn start(scenario: &str, arguments: &[&str]) -> Self {
+    fn start(run: &str, arguments: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
-            .args(["live", scenario, "--no-open"])
+            .args(["live", run, "--no-open"])
             .args(arguments)
             .stdout(Stdio::piped())
             .spawn()
@@ -79,6 +79,35 @@ fn hear(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
             return frame[key].clone();
         }
     }
+}
+
+/// Adds up frames until what is known of the run fits.
+fn until(socket: &mut WebSocket<TcpStream>, fits: impl Fn(&Value) -> bool) -> Value {
+    let mut known = json!({});
+    while !fits(&known) {
+        let Message::Text(text) = socket.read().unwrap() else { continue };
+        let frame: Value = serde_json::from_str(&text).unwrap();
+        known.as_object_mut().unwrap().extend(frame.as_object().unwrap().clone());
+    }
+    known
+}
+
+/// Whether a value is a time.
+fn is_at(value: &Value, time: f64) -> bool {
+    value.as_f64().is_some_and(|at| (at - time).abs() < 1e-6)
+}
+
+/// Goes to a time; what is shown there.
+fn seek(socket: &mut WebSocket<TcpStream>, time: f64) -> Value {
+    ask(socket, &json!({ "do": "seek", "time": time }));
+    until(socket, |known| is_at(&known["at"], time) && known["anew"] == true && known["verdicts"].is_string())
+}
+
+/// Records a run of the first experiment, which ends at 24 s; its report.
+fn record(path: &Path, arguments: &[&str]) -> Value {
+    let all = ["--set", "execution.max_time_s=24", "--no-snapshots", "--record", path.to_str().unwrap()];
+    let out = path.with_extension("out");
+    report("battery_fault", &out, &[&all, arguments].concat())
 }
 
 /// The answer to a request.
@@ -271,4 +300,155 @@ fn a_port_that_is_taken_and_a_wrong_scenario_are_refused() {
     assert!(said.contains("choose another port"), "{said}");
     let said = refusal(&["live", "nominal", "--no-open", "--set", "battery.initial_pct=300"]);
     assert!(said.contains("battery.initial_pct=300"), "{said}");
+}
+
+#[test]
+fn what_was_is_shown_while_a_session_goes_on() {
+    let live = Live::start("nominal", &[]);
+    let mut pilot = live.socket(&live.pilot);
+    ask(&mut pilot, &json!({ "do": "pause" }));
+    while hear(&mut pilot, "ticks").as_u64().unwrap() < 9 {
+        ask(&mut pilot, &json!({ "do": "tick" }));
+    }
+    ask(&mut pilot, &json!({ "do": "pause" }));
+    let was = seek(&mut pilot, 3.0);
+    assert_eq!((&was["time"], &was["past"]), (&json!(3.0), &json!(true)));
+    let now = was["to"].as_f64().unwrap();
+    assert!(now > 7.0, "{now}");
+    let fault = json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 12 } });
+    assert_eq!(ask(&mut pilot, &fault)["refused"], "what was cannot be changed; go back to now");
+    // Steps and ticks are those of the past; the session stays where it is.
+    ask(&mut pilot, &json!({ "do": "step" }));
+    assert!(is_at(&until(&mut pilot, |known| is_at(&known["time"], 3.02))["to"], now));
+    ask(&mut pilot, &json!({ "do": "tick" }));
+    let later = until(&mut pilot, |known| known["ticks"] != was["ticks"] && known["ticks"].is_number());
+    assert!(later["past"] == true && is_at(&later["to"], now), "{later}");
+    ask(&mut pilot, &json!({ "do": "now" }));
+    let back = until(&mut pilot, |known| known["past"] == false && known["pose"].is_array());
+    assert!(is_at(&back["time"], now) && back["pose"] != was["pose"], "{back}");
+    assert!(ask(&mut pilot, &fault)["act"].is_number());
+    let end = ask(&mut pilot, &json!({ "do": "end" }));
+    let saved = ask(&mut pilot, &json!({ "do": "save" }));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("session.toml");
+    std::fs::write(&file, saved["scenario"].as_str().unwrap()).unwrap();
+    let replayed = report(file.to_str().unwrap(), &folder.path().join("out"), &[]);
+    assert_eq!(replayed["trace_hash"], end["trace_hash"]);
+}
+
+#[test]
+fn a_recording_shows_what_the_run_was_like_at_any_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let report = record(&path, &[]);
+    let live = Live::start(path.to_str().unwrap(), &[]);
+    let mut pilot = live.socket(&live.pilot);
+    let greeting = hear(&mut pilot, "greeting");
+    assert_eq!((&greeting["scenario"], &greeting["file"]), (&json!("battery_fault"), &json!("run.mcap")));
+    ask(&mut pilot, &json!({ "do": "pause" }));
+    let end = report["sim_time_s"].as_f64().unwrap();
+    until(&mut pilot, |known| known["to"] == end && known["grows"] == false);
+    let phi1 = report["monitors"].as_array().unwrap().iter().find(|monitor| monitor["name"] == "phi1").unwrap();
+    let violated = phi1["time_s"].as_f64().unwrap();
+    let happened = |shown: &Value| shown["happenings"].as_array().unwrap().iter().any(|it| it["kind"] == "violated");
+    let card = |shown: &Value| shown["verdicts"].as_str().unwrap().contains("pill violated");
+    for (time, is_violated) in [(violated, true), (violated - 0.02, false), (1.0, false), (violated + 1.0, true)] {
+        let shown = seek(&mut pilot, time);
+        assert!(is_at(&shown["time"], time), "{} instead of {time}", shown["time"]);
+        assert_eq!((happened(&shown), card(&shown)), (is_violated, is_violated), "at {time} s");
+        assert!(shown["end"].is_null());
+    }
+    let shown = seek(&mut pilot, end);
+    assert_eq!(shown["end"]["trace_hash"], report["trace_hash"]);
+    let act = json!({ "do": "act", "fault": { "kind": "joypad" } });
+    for request in [act, json!({ "do": "save" }), json!({ "do": "end" })] {
+        assert_eq!(ask(&mut pilot, &request)["refused"], "what was recorded cannot be changed");
+    }
+    for time in [-1.0, 1e300] {
+        assert!(ask(&mut pilot, &json!({ "do": "seek", "time": time }))["refused"].is_string());
+    }
+    // Whoever goes on at the end starts over.
+    ask(&mut pilot, &json!({ "do": "resume" }));
+    until(&mut pilot, |known| known["at"].as_f64().is_some_and(|at| at < end));
+}
+
+#[test]
+fn a_recording_is_followed_while_it_grows() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["run.rec", "run.mcap"] {
+        let whole = folder.path().join(name);
+        let report = record(&whole, &[]);
+        let bytes = std::fs::read(&whole).unwrap();
+        // As a program that is still at it, which gives the file its name in the end.
+        let path = folder.path().join(format!("growing-{name}"));
+        let mut file = diagnostics::Unfinished::create(&path).unwrap();
+        let (begun, rest) = bytes.split_at(bytes.len() * 3 / 5);
+        file.write_all(begun).unwrap();
+        let live = Live::start(path.to_str().unwrap(), &[]);
+        let mut pilot = live.socket(&live.pilot);
+        let known = until(&mut pilot, |known| known["past"] == false && known["time"].is_number());
+        assert_eq!((&known["grows"], &known["at"], &known["end"]), (&json!(true), &known["to"], &Value::Null));
+        assert!((1.0..24.0).contains(&known["to"].as_f64().unwrap()), "{name}: {}", known["to"]);
+        file.write_all(rest).unwrap();
+        file.finish().unwrap();
+        let known = until(&mut pilot, |known| known["end"].is_object());
+        assert_eq!((&known["end"]["trace_hash"], &known["grows"]), (&report["trace_hash"], &json!(false)));
+    }
+}
+
+#[test]
+fn two_recordings_are_shown_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = [folder.path().join("with.rec"), folder.path().join("without.rec")];
+    let first = record(&paths[0], &[]);
+    let second = record(&paths[1], &["--seed", "2", "--set", "faults=[]"]);
+    let live = Live::start(paths[0].to_str().unwrap(), &[paths[1].to_str().unwrap()]);
+    let mut pilot = live.socket(&live.pilot);
+    assert_eq!(hear(&mut pilot, "greeting")["sides"], 2);
+    ask(&mut pilot, &json!({ "do": "pause" }));
+    until(&mut pilot, |known| known["to"] == 24.0 && known["grows"] == false);
+    // The sides have what is shown; nobody steers from there.
+    let mut sides = [0, 1].map(|side| live.socket(&format!("{}&side={side}", live.pilot)));
+    for (side, report) in sides.iter_mut().zip([&first, &second]) {
+        assert_eq!(hear(side, "greeting")["seed"], report["seed"]);
+        assert_eq!(hear(side, "pilot"), false);
+    }
+    ask(&mut pilot, &json!({ "do": "seek", "time": 22.0 }));
+    let shown = |side: &mut _| until(side, |known| known["time"] == 22.0 && known["verdicts"].is_string());
+    let is_violated = |shown: Value| shown["verdicts"].as_str().unwrap().contains("pill violated");
+    assert_eq!(sides.each_mut().map(|side| is_violated(shown(side))), [true, false]);
+    let third = live.try_socket(&format!("{}&side=2", live.viewer), Some(&format!("http://{}", live.host)));
+    assert!(matches!(third, Err(tungstenite::Error::Http(_))));
+    let said = refusal(&["live", paths[0].to_str().unwrap(), "nominal", "--no-open"]);
+    assert!(said.contains("only recordings can be shown side by side"), "{said}");
+    let said = refusal(&["live", paths[0].to_str().unwrap(), "--no-open", "--seed", "3"]);
+    assert!(said.contains("what was recorded cannot be changed"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_campaign_shows_its_progress() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("many.toml");
+    let text = "scenario = \"errand\"\nsampling = \"sobol\"\nruns = 100000\nset = [\"execution.max_time_s=1\"]\n\
+                [[parameters]]\nkey = \"battery.initial_pct\"\nfrom = 31\nto = 80\n";
+    std::fs::write(&file, text).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(["campaign", file.to_str().unwrap(), "--live", "--no-open", "--out"])
+        .arg(folder.path().join("out"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let said = BufReader::new(child.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+    let (host, viewer) = said.split_once("http://").unwrap().1.split_once("/?token=").unwrap();
+    let (host, viewer) = (host.to_owned(), viewer.to_owned());
+    let live = Live { child, host, pilot: String::new(), viewer };
+    let mut socket = live.socket(&live.viewer);
+    assert!(hear(&mut socket, "greeting")["title"].as_str().unwrap().ends_with("many.toml"));
+    let known = until(&mut socket, |known| known["done"].as_u64().is_some_and(|done| done > 0));
+    assert_eq!((&known["all"], &known["over"]), (&json!(100_000), &Value::Null));
+    let tallies = known["tallies"].as_array().unwrap();
+    assert!(tallies.iter().any(|tally| tally["name"] == "phi1 violated"), "{tallies:?}");
+    Command::new("kill").args(["-INT", &live.child.id().to_string()]).status().unwrap();
+    until(&mut socket, |known| known["over"] == true);
 }

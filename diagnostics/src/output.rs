@@ -6,6 +6,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -69,6 +70,16 @@ impl Unfinished {
         Ok(Self { path: path.to_owned(), file, names })
     }
 
+    /// Where a file is meanwhile that some program is about to give this name: the latest, if there are several.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<PathBuf> {
+        let tag = tag(path);
+        let is_one = |name: &str| name.starts_with(TEMPORARY.0) && name.ends_with(&format!("{tag}{}", TEMPORARY.1));
+        let entries = fs::read_dir(folder_of(path)).ok()?.filter_map(Result::ok);
+        let found = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_one));
+        found.max_by_key(|entry| entry.metadata().and_then(|about| about.modified()).ok()).map(|entry| entry.path())
+    }
+
     /// Gives the file its final name.
     ///
     /// # Errors
@@ -128,7 +139,7 @@ impl Staging {
             if turn.is_some() {
                 remove_abandoned(folder);
             }
-            let hidden = first_free(folder, |path| fs::create_dir(path))?.0;
+            let hidden = first_free(folder, "", |path| fs::create_dir(path))?.0;
             let lock = File::open(&hidden).ok().filter(|lock| lock.try_lock().is_ok());
             Ok(Self { folder: folder.to_owned(), hidden, replaced: Vec::new(), _lock: lock })
         };
@@ -226,22 +237,29 @@ fn is_temporary(path: &Path) -> bool {
 /// Creates a file under a temporary name beside its final one.
 fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
     let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
-    let (temporary, file) = first_free(folder_of(&name), create)?;
+    let (temporary, file) = first_free(folder_of(&name), &tag(&name), create)?;
     Ok((file, Some((temporary, name))))
 }
 
 /// Creates something under an unused temporary name, which is short however long the final name is.
-fn first_free<T>(folder: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
+fn first_free<T>(folder: &Path, tag: &str, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
     let (begin, end) = TEMPORARY;
     let mut number = 0_u64;
     loop {
-        let path = folder.join(format!("{begin}{}-{number}{end}", std::process::id()));
+        let path = folder.join(format!("{begin}{}-{number}{tag}{end}", std::process::id()));
         match make(&path) {
             Ok(made) => return Ok((path, made)),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
             Err(error) => return Err(error),
         }
     }
+}
+
+/// What the temporary name of a file says of its final one.
+fn tag(name: &Path) -> String {
+    let mut hasher = DefaultHasher::new();
+    name.file_name().hash(&mut hasher);
+    format!("-{:016x}", hasher.finish())
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -275,6 +293,19 @@ mod tests {
         assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names(path.parent().unwrap()).len()), ("old", 1));
         write_whole(&path, "new").unwrap();
         assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names(path.parent().unwrap()).len()), ("new", 1));
+    }
+
+    #[test]
+    fn what_is_still_written_can_be_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.rec");
+        assert_eq!(Unfinished::of(&path), None);
+        let _other = Unfinished::create(&folder.path().join("other.rec")).unwrap();
+        let mut file = Unfinished::create(&path).unwrap();
+        file.write_all(b"begun").unwrap();
+        assert_eq!(fs::read(Unfinished::of(&path).unwrap()).unwrap(), b"begun");
+        file.finish().unwrap();
+        assert_eq!(Unfinished::of(&path), None);
     }
 
     /// The temporary name is no longer than the file's own.

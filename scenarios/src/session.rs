@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnostics::FileProblems;
-use recording::{Detail, Ended, RunView};
+use recording::{Detail, Ended, Record, RunView};
 use toml::{Table, Value};
 
 use crate::conduct::FITS;
@@ -30,6 +30,8 @@ pub struct Session {
     faults: Vec<Value>,
     /// How many faults are not acts.
     given: usize,
+    /// The records since the last call for them.
+    records: Vec<Record>,
 }
 
 impl Session {
@@ -46,7 +48,8 @@ impl Session {
         let scenario = load(&written, found, &said, &faults)?;
         let mut live = Live::new(Arc::new(scenario), seed, true)?;
         let view = RunView::new(live.header(), live.record(Detail::Scenes)).expect(FITS);
-        Ok(Self { found: found.clone(), live, view, ending: Ending::default(), said, faults, given })
+        let (ending, records) = (Ending::default(), Vec::new());
+        Ok(Self { found: found.clone(), live, view, ending, said, faults, given, records })
     }
 
     /// The run so far.
@@ -64,7 +67,9 @@ impl Session {
             return Ok(());
         }
         let stepped = self.live.step();
-        self.view.apply(self.live.record(detail)).expect(FITS);
+        let step = self.live.record(detail);
+        self.records.push(Record::Step(step.clone()));
+        self.view.apply(step).expect(FITS);
         stepped?;
         let over = self.live.is_over().then_some(Ended::Scheduled);
         if let Some(why) = self.ending.reached(&self.live.scenario().file, &self.view).or(over) {
@@ -81,7 +86,16 @@ impl Session {
     }
 
     fn finish(&mut self, why: Ended) {
-        self.view.finish(self.live.end(why, Detail::Full)).expect(FITS);
+        let mut end = self.live.end(why, Detail::Full);
+        // What was done after the last step never took effect, and no record has told of it.
+        end.messages_hit.truncate(self.view.header().faults.len());
+        self.records.push(Record::End(Box::new(end.clone())));
+        self.view.finish(end).expect(FITS);
+    }
+
+    /// The records since the start, or since the last call. They stay in memory until somebody takes them.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
     }
 
     /// The faults in the run that somebody has caused by hand, and that last, each with its index.

@@ -4,6 +4,7 @@ mod page;
 mod table;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use monitors::Outcome;
 use reports::report::Report;
@@ -97,7 +98,8 @@ pub struct Alarm {
 
 impl Matrix {
     /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. Calls `progress`
-    /// with the number of finished runs and the number of all runs.
+    /// with the number of finished runs, the number of all runs, and the report of a run that has just finished, if it
+    /// came to its end.
     ///
     /// # Errors
     /// What is wrong with a scenario, or why a run cannot continue.
@@ -105,13 +107,18 @@ impl Matrix {
         scenarios: Vec<Arc<Scenario>>,
         fault_free: &Arc<Scenario>,
         runs: u64,
-        progress: impl Fn(usize, usize) + Sync,
+        progress: impl Fn(usize, usize, Option<&Report>) + Sync,
     ) -> Result<Self, Error> {
         let faulty = scenarios.into_iter().map(|scenario| Job { seed: scenario.file.seed, scenario });
         let sound = (1..=runs).map(|seed| Job { scenario: Arc::clone(fault_free), seed });
         let jobs: Vec<Job> = faulty.chain(sound).collect();
-        let one = |job: &Job| report_of(Arc::clone(&job.scenario), job.seed);
-        let reports = batch::run(&jobs, one, |done| progress(done, jobs.len()));
+        let done = AtomicUsize::new(0);
+        let one = |job: &Job| {
+            let report = report_of(Arc::clone(&job.scenario), job.seed);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len(), report.as_ref().ok());
+            report
+        };
+        let reports = batch::run(&jobs, one, |_| {});
         let reports = reports.into_iter().collect::<Result<Vec<_>, _>>()?;
         let (faulty, sound) = reports.split_at(jobs.len() - runs as usize);
         let properties = properties(&reports);

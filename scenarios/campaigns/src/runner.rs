@@ -30,6 +30,8 @@ pub struct Progress<'p> {
     pub asked: &'p [String],
     /// In how many of how many runs each event happened: the property was violated, or the run was not as expected.
     pub counts: &'p [Count],
+    /// The run that has just been done; none at the beginning.
+    pub run: Option<&'p RunRecord>,
 }
 
 /// The result of running a campaign.
@@ -93,7 +95,7 @@ fn run_each(
         Ok(())
     })?;
     let all = shard.len(plan.runs());
-    progress(&watch.progress(done, all));
+    progress(&watch.progress(done, all, None));
     let end = if watch.enough() { done } else { all };
     let work = |place: u64| timed(|| run_one(plan, shard.run(place), &conduct));
     hush_caught_panics();
@@ -101,7 +103,7 @@ fn run_each(
         journal.append(&record, wall_time_s)?;
         done = place + 1;
         watch.take(&record);
-        progress(&watch.progress(done, all));
+        progress(&watch.progress(done, all, Some(&record)));
         Ok::<bool, Error>(!watch.enough())
     })?;
     // If the folder has been removed meanwhile, the results are gone.
@@ -132,8 +134,8 @@ impl<'p> Watch<'p> {
         }
     }
 
-    fn progress(&self, done: u64, all: u64) -> Progress<'_> {
-        Progress { done, all, asked: &self.asked, counts: &self.counts }
+    fn progress<'s>(&'s self, done: u64, all: u64, run: Option<&'s RunRecord>) -> Progress<'s> {
+        Progress { done, all, asked: &self.asked, counts: &self.counts, run }
     }
 
     /// The campaign's goal, with the count of its event.

@@ -112,6 +112,10 @@ export class Floor {
     this.layers.draft.replaceChildren();
   }
 
+  unmark() {
+    if (this.there) this.parts.marks.replaceChildren();
+  }
+
   pairs(flat) {
     return Array.from({ length: flat.length / 2 }, (_, i) => this.spot([flat[2 * i], flat[2 * i + 1]]));
   }

@@ -2,7 +2,8 @@
 
 import { notice } from './dom.js';
 
-const token = new URLSearchParams(location.search).get('token') ?? '';
+// The token, and which of several runs this page is for.
+const access = new URLSearchParams(location.search);
 
 export class Link {
   // `take` gets every frame.
@@ -15,7 +16,7 @@ export class Link {
   connect() {
     const address = new URL('/socket', location.href);
     address.protocol = 'ws:';
-    address.search = new URLSearchParams({ token });
+    address.search = access;
     this.socket = new WebSocket(address);
     this.socket.onmessage = ({ data }) => this.hear(JSON.parse(data));
     this.socket.onopen = () => notice('');
@@ -24,6 +25,11 @@ export class Link {
       notice('The connection to the run is lost. Is `steward live` still running?', true);
       setTimeout(() => this.connect(), 1000);
     };
+  }
+
+  // There will be no more.
+  end() {
+    this.socket.onclose = null;
   }
 
   hear(frame) {

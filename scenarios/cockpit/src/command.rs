@@ -19,6 +19,13 @@ pub(crate) enum Command {
         /// From 0.1 on.
         times: Option<f64>,
     },
+    /// Shows what was at a time.
+    Seek {
+        /// Since the start of the run, in seconds.
+        time: f64,
+    },
+    /// Shows again what is now.
+    Now,
     /// Does something: a fault without trigger.
     Act {
         /// The entry of the fault.
@@ -39,6 +46,11 @@ pub(crate) enum Command {
 }
 
 impl Command {
+    /// Whether it is about how fast the run goes.
+    pub(crate) fn is_of_pace(&self) -> bool {
+        matches!(self, Self::Pause | Self::Resume | Self::Step | Self::Tick | Self::Speed { .. })
+    }
+
     /// Reads a request; the reason if it is none.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())

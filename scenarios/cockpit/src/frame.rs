@@ -1,5 +1,8 @@
 //! What the page gets, as JSON: a greeting with what does not change, then a frame again and again.
 
+use std::time::Duration;
+
+use channels::{Event, EventKind, Topology, Verdict};
 use maps::{Point, Pose, heading};
 use recording::{Body, BodyShape, Happening, RunView, Scene};
 use reports::html::live;
@@ -7,18 +10,22 @@ use reports::timeline::Timeline;
 use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
 use serde_json::{Value, json};
 
+use crate::moment::Moment;
 use crate::things;
 
 /// Particles beyond this do not improve the picture.
 const MAX_PARTICLES: usize = 200;
+/// So many of the latest happenings are shown.
+pub(crate) const HAPPENINGS: usize = 400;
 
-/// What does not change in a run.
-pub(crate) fn greeting(view: &RunView) -> Value {
+/// What does not change in a run; `file` is the recording that it comes from, if it is not going on here.
+pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
     let header = view.header();
     let floor = live::floor(view).map(|floor| json!({ "svg": floor.svg, "size": floor.size, "origin": floor.origin }));
     json!({
         "greeting": {
             "scenario": header.scenario,
+            "file": file,
             "about": header.about,
             "seed": header.seed,
             "tick_s": header.tick.as_secs_f64(),
@@ -66,11 +73,35 @@ fn fault_kind(kind: &FaultKind) -> Value {
     })
 }
 
+/// Something that has happened.
+pub(crate) struct Happened {
+    pub(crate) time: Duration,
+    kind: &'static str,
+    words: String,
+    /// Where the robot was.
+    place: Option<Pose>,
+}
+
+impl Happened {
+    /// A happening of the last step, if people are told of it.
+    pub(crate) fn of(happening: &Happening, view: &RunView) -> Option<Self> {
+        let (kind, words) = words(happening, view)?;
+        Some(Self { time: view.time(), kind, words, place: view.robot().pose() })
+    }
+
+    fn value(&self) -> Value {
+        let place = self.place.as_ref().map(pose);
+        json!({ "at": self.time.as_secs_f64(), "kind": self.kind, "words": self.words, "place": place })
+    }
+}
+
 /// What has happened since the last frame.
 #[derive(Default)]
 pub(crate) struct News {
     messages: Vec<Value>,
     happenings: Vec<Value>,
+    /// Whether this is all that there is to tell, instead of what is to be added.
+    anew: bool,
     /// Whether tree, skills, components or monitors may have changed.
     stirred: bool,
     /// Whether a verdict has fallen.
@@ -78,28 +109,35 @@ pub(crate) struct News {
 }
 
 impl News {
-    /// Of a run at its start: everything is new.
-    pub(crate) fn at_start() -> Self {
-        Self { stirred: true, ..Self::default() }
+    /// Everything that there is to tell of a moment.
+    pub(crate) fn anew(moment: &Moment, happened: &[Happened]) -> Self {
+        let topology = moment.view.topology();
+        let latest = &happened[happened.len().saturating_sub(HAPPENINGS)..];
+        Self {
+            messages: moment.messages.iter().filter_map(|event| message(event, topology)).collect(),
+            happenings: latest.iter().map(Happened::value).collect(),
+            anew: true,
+            stirred: true,
+            decided: true,
+        }
     }
 
     /// Takes in the last step.
     pub(crate) fn note(&mut self, view: &RunView) {
-        let topology = view.topology();
-        for event in view.events() {
-            self.stirred = true;
-            let channels::EventKind::Received { channel, message } = &event.kind else { continue };
-            let (from, to) = topology.ends(*channel);
-            self.messages.push(json!([event.step, event.tick, from, to, message.to_string()]));
-        }
+        self.stirred |= !view.events().is_empty();
+        self.messages.extend(view.events().iter().filter_map(|event| message(event, view.topology())));
         for happening in view.happenings() {
             self.decided |= matches!(happening, Happening::Verdict { .. });
-            self.happenings.extend(
-                words(happening, view)
-                    .map(|(kind, words)| json!({ "at": view.time().as_secs_f64(), "kind": kind, "words": words })),
-            );
+            self.happenings.extend(Happened::of(happening, view).map(|happened| happened.value()));
         }
     }
+}
+
+/// A message that was received: step, tick, sender, receiver, and what it says.
+fn message(event: &Event, topology: &Topology) -> Option<Value> {
+    let EventKind::Received { channel, message } = &event.kind else { return None };
+    let (from, to) = topology.ends(*channel);
+    Some(json!([event.step, event.tick, from, to, message.to_string()]))
 }
 
 /// What has happened, in words, with the kind of happening.
@@ -115,7 +153,7 @@ fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)
         Happening::TreeError { message, .. } => ("error", message.clone()),
         Happening::GivenUp { reason } => ("error", format!("navigation gave up: {reason}")),
         Happening::Verdict { monitor, decision } => {
-            let violated = decision.verdict == channels::Verdict::False;
+            let violated = decision.verdict == Verdict::False;
             let name = view.monitor(*monitor).name().to_owned();
             if violated {
                 ("violated", format!("{name} is violated"))
@@ -145,6 +183,9 @@ pub(crate) fn state(view: &RunView, news: News) -> Value {
         "happenings": news.happenings,
         "end": view.end().map(|end| json!({ "words": end.ended.to_string(), "trace_hash": end.trace_hash })),
     });
+    if news.anew {
+        state["anew"] = true.into();
+    }
     if news.stirred {
         state["doing"] = view.doing().into();
         state["navigation"] = view.navigation().map(recording::Navigation::words).into();
@@ -172,7 +213,7 @@ pub(crate) fn parts(view: &RunView, timeline: &Timeline) -> Value {
 
 fn scene(view: &RunView, seen: &Scene) -> Value {
     let hits = || {
-        let (robot, at) = (view.header().robot.as_ref()?, view.robot().pose()?);
+        let (robot, at) = (view.header().robot.as_ref()?, view.seen_from()?);
         Some(seen.scans.iter().flat_map(|scan| scan.hits(&robot.lasers[scan.laser], &at)).collect::<Vec<Point>>())
     };
     let gap = seen.particles.len().div_ceil(MAX_PARTICLES).max(1);

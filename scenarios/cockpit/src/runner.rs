@@ -1,76 +1,17 @@
-//! The thread of the run: performs steps in time, does what the pilot asks, and tells what happens.
+//! The thread of what is shown: lets it go on in time, does what the pilot asks, and tells what happens.
 
-use std::collections::BTreeMap;
+use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use recording::Detail;
-use reports::timeline::Timeline;
-use scenarios::scenario::STEP;
-use scenarios::session::Session;
-use serde_json::{Value, json};
-use tokio::sync::broadcast;
+use serde_json::{Map, Value, json};
 
+use crate::clock::{Clock, FRAME, now};
 use crate::command::Command;
-use crate::frame::{self, News};
-use crate::things;
-
-/// Time between frames.
-const FRAME: Duration = Duration::from_millis(40);
-/// Time between drawings of what takes longer: cards and time axis.
-const PARTS: Duration = Duration::from_millis(1000);
-/// So many of the latest messages and happenings are shown to a browser that comes later.
-const REMEMBERED: usize = 400;
-
-/// A text for browsers.
-pub(crate) type Frame = Arc<str>;
-
-/// What a browser must know that joins a run, or has missed frames.
-#[derive(Default)]
-pub(crate) struct Present {
-    /// What does not change.
-    pub(crate) greeting: Option<Frame>,
-    /// The latest value of everything else, by its key.
-    latest: BTreeMap<String, Value>,
-}
-
-impl Present {
-    fn take(&mut self, frame: &Value) {
-        for (key, value) in frame.as_object().into_iter().flatten() {
-            match (key.as_str(), value, self.latest.get_mut(key)) {
-                ("messages" | "happenings", Value::Array(new), Some(Value::Array(known))) => {
-                    known.extend(new.iter().cloned());
-                    known.drain(..known.len().saturating_sub(REMEMBERED));
-                }
-                _ => drop(self.latest.insert(key.clone(), value.clone())),
-            }
-        }
-    }
-
-    /// A frame with everything.
-    pub(crate) fn frame(&self) -> Frame {
-        let mut all = json!(self.latest);
-        all["anew"] = true.into();
-        all.to_string().into()
-    }
-}
-
-/// What the thread of the run shares with the server.
-#[derive(Clone)]
-pub(crate) struct Outlet {
-    pub(crate) frames: broadcast::Sender<Frame>,
-    pub(crate) present: Arc<Mutex<Present>>,
-}
-
-impl Outlet {
-    fn tell(&self, frame: &Value) {
-        let mut present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
-        present.take(frame);
-        // Nobody may be listening.
-        let _ = self.frames.send(frame.to_string().into());
-    }
-}
+use crate::outlet::Outlet;
+use crate::reel::Reel;
+use crate::side::{PARTS, Side};
+use crate::steered::Steered;
 
 /// A request, and where its answer goes.
 pub(crate) struct Request {
@@ -78,202 +19,281 @@ pub(crate) struct Request {
     pub(crate) answer: Box<dyn FnOnce(Value) + Send>,
 }
 
-/// How fast the run goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Pace {
-    Paused,
-    /// To the next step.
-    Step,
-    /// To the tick with this number.
-    Tick(u64),
-    Running,
+/// Where the records come from.
+pub(crate) enum Source {
+    Session(Box<Steered>),
+    /// One for each side.
+    Recordings(Vec<Reel>),
 }
 
-/// The run on its thread.
+/// What is shown, on its thread.
 pub(crate) struct Runner {
-    session: Session,
-    timeline: Timeline,
+    source: Source,
+    sides: Vec<Side>,
+    /// What tells the page around several sides what they have in common.
+    around: Option<Outlet>,
     requests: Receiver<Request>,
-    outlet: Outlet,
-    pace: Pace,
-    /// How many times faster than time passes; none as fast as it goes.
-    speed: Option<f64>,
-    /// The lasting acts, by the page's names for them.
-    acts: BTreeMap<String, usize>,
-    news: News,
-    /// When the run was where it was, on the clock.
-    since: (Instant, Duration),
+    /// The moment of the past that is shown; none while the newest is.
+    past: Option<Duration>,
+    /// The pace at which the past is played.
+    clock: Clock,
+    /// Whether recordings have just been opened: what is still written is then followed.
+    opens: bool,
     last_frame: Instant,
-    last_parts: Instant,
-    /// Whether anything has happened since the last frame or drawing.
-    is_new: bool,
-    parts_are_old: bool,
+    /// How far the runs had come in the last frame, and whether they were over; none if it is time for another.
+    told: Option<(Duration, bool)>,
 }
 
 impl Runner {
-    /// A run at its start, which goes on at the pace of the clock.
-    pub(crate) fn new(session: Session, requests: Receiver<Request>, outlet: Outlet) -> Self {
-        let now = clock();
-        let timeline = Timeline::new(session.view());
-        let greeting = frame::greeting(session.view()).to_string().into();
-        outlet.present.lock().unwrap_or_else(PoisonError::into_inner).greeting = Some(greeting);
-        Self {
-            since: (now, session.view().time()),
-            session,
-            timeline,
+    /// A session at the present, or recordings that are played from their start.
+    pub(crate) fn new(source: Source, sides: Vec<Side>, around: Option<Outlet>, requests: Receiver<Request>) -> Self {
+        let is_recorded = matches!(source, Source::Recordings(_));
+        let mut runner = Self {
+            source,
+            sides,
+            around,
             requests,
-            outlet,
-            pace: Pace::Running,
-            speed: Some(1.0),
-            acts: BTreeMap::new(),
-            news: News::at_start(),
-            last_frame: now,
-            last_parts: now,
-            is_new: true,
-            parts_are_old: true,
+            past: None,
+            clock: Clock::running(Duration::ZERO),
+            opens: is_recorded,
+            last_frame: now(),
+            told: None,
+        };
+        if is_recorded {
+            runner.seek(Duration::ZERO);
         }
+        runner
     }
 
     /// Runs until nobody can ask for anything any more.
     pub(crate) fn run(mut self) {
-        self.tell(true);
+        self.tell();
         loop {
-            match self.requests.recv_timeout(self.pause()) {
-                Ok(request) => self.obey(request),
+            match self.requests.recv_timeout(self.wait()) {
+                Ok(Request { command, answer }) => {
+                    let done = self.obey(command);
+                    answer(done.unwrap_or_else(|error| refused(&error.to_string())));
+                    self.sides.iter_mut().for_each(Side::stir);
+                    (self.opens, self.told) = (false, None);
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            self.go_on();
-            self.tell(false);
+            if let Err(error) = self.go_on().and_then(|()| self.play()) {
+                self.fail(&error.to_string());
+            }
+            if self.last_frame.elapsed() >= FRAME {
+                self.tell();
+            }
         }
     }
 
     /// How long nothing has to be done.
-    fn pause(&self) -> Duration {
-        let due = match (self.pace, self.speed) {
-            _ if self.session.view().end().is_some() => PARTS,
-            (Pace::Paused, _) => PARTS,
-            (Pace::Step | Pace::Tick(_), _) | (_, None) => Duration::ZERO,
-            (Pace::Running, Some(_)) => {
-                let next = self.session.view().time() + STEP;
-                next.saturating_sub(self.target()).div_f64(self.speed.unwrap_or(1.0)).min(FRAME)
+    fn wait(&self) -> Duration {
+        let source = match &self.source {
+            Source::Session(steered) => steered.wait(PARTS),
+            Source::Recordings(reels) => reels.iter().map(|reel| reel.wait(PARTS)).min().unwrap_or(PARTS),
+        };
+        let plays = self.past.is_some() && !self.clock.is_paused();
+        let jumps = self.sides.iter().any(Side::jumps);
+        let frame = if self.has_news() || plays { FRAME.saturating_sub(self.last_frame.elapsed()) } else { PARTS };
+        if jumps { Duration::ZERO } else { source.min(frame) }
+    }
+
+    /// Lets the source go on, for at most half the time of a frame.
+    fn go_on(&mut self) -> io::Result<()> {
+        let deadline = now() + FRAME / 2;
+        let failures: Vec<String> = match &mut self.source {
+            Source::Session(steered) => steered.go_on(&mut self.sides[0], deadline)?.into_iter().collect(),
+            Source::Recordings(reels) => {
+                let read = reels.iter_mut().zip(&mut self.sides);
+                read.filter_map(|(reel, side)| reel.read(side, deadline)).collect()
             }
         };
-        if self.is_new { due.min(FRAME.saturating_sub(clock() - self.last_frame)) } else { due }
-    }
-
-    /// Where the run ought to be now.
-    fn target(&self) -> Duration {
-        let (at, time) = self.since;
-        time + (clock() - at).mul_f64(self.speed.unwrap_or(1.0))
-    }
-
-    /// Performs the steps that are due, for at most the time of a frame.
-    fn go_on(&mut self) {
-        let began = clock();
-        while clock() - began < FRAME && self.is_due() {
-            // A scene for each frame is enough.
-            let is_shown = self.speed.is_some_and(|speed| speed <= 1.0) || clock() - self.last_frame >= FRAME / 2;
-            let stepped = self.session.step(if is_shown { Detail::Scenes } else { Detail::Full });
-            self.timeline.follow(self.session.view());
-            self.news.note(self.session.view());
-            (self.is_new, self.parts_are_old) = (true, true);
-            if let Err(error) = stepped {
-                self.outlet.tell(&json!({ "failed": error.reasons() }));
-                self.session.end();
-            }
-            let ticks = self.session.view().ticks();
-            if self.pace == Pace::Step || matches!(self.pace, Pace::Tick(tick) if ticks >= tick) {
-                self.pace = Pace::Paused;
-            }
+        if self.grows() && std::mem::take(&mut self.opens) {
+            self.follow();
         }
-        // A run that cannot keep up goes on from where it is instead of running after the clock.
-        if self.target() > self.session.view().time() + 10 * STEP {
-            self.since = (clock(), self.session.view().time());
+        failures.iter().for_each(|reason| self.fail(reason));
+        Ok(())
+    }
+
+    /// Plays the past, for at most half the time of a frame.
+    fn play(&mut self) -> io::Result<()> {
+        let (end, deadline) = (self.end(), now() + FRAME / 2);
+        let Some(time) = &mut self.past else { return Ok(()) };
+        if self.clock.is_running() {
+            *time = self.clock.target().min(end);
         }
+        let mut is_there = true;
+        for side in &mut self.sides {
+            is_there &= side.play(*time, deadline)?;
+        }
+        if !is_there {
+            // What takes longer to get at is played from there, and not in a hurry.
+            self.clock = self.clock.at(*time);
+            return Ok(());
+        }
+        if self.clock.is_running() {
+            if *time >= end {
+                self.arrive();
+            }
+            return Ok(());
+        }
+        let ticks = |sides: &[Side]| sides.iter().map(|side| side.shown().ticks()).max().unwrap_or(0);
+        while self.clock.allows(*time, ticks(&self.sides)) && now() < deadline {
+            let mut next = None;
+            for side in &mut self.sides {
+                let other = side.next_time()?;
+                next = [next, other].into_iter().flatten().min();
+            }
+            let Some(next) = next else {
+                self.arrive();
+                break;
+            };
+            *time = next;
+            for side in &mut self.sides {
+                side.play(next, deadline + FRAME)?;
+            }
+            self.clock.stepped(ticks(&self.sides));
+        }
+        Ok(())
     }
 
-    fn is_due(&self) -> bool {
-        let view = self.session.view();
-        view.end().is_none()
-            && match self.pace {
-                Pace::Paused => false,
-                Pace::Step => true,
-                Pace::Tick(tick) => view.ticks() < tick,
-                Pace::Running => self.speed.is_none() || view.time() + STEP <= self.target(),
-            }
+    /// The past has been played to its end.
+    fn arrive(&mut self) {
+        match &self.source {
+            Source::Recordings(_) if self.is_over() => self.clock.hold(),
+            // The rest is about to be read.
+            Source::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
+            _ => self.follow(),
+        }
+        self.sides.iter_mut().for_each(Side::stir);
     }
 
-    /// Does what the pilot asks.
-    fn obey(&mut self, Request { command, answer }: Request) {
-        self.since = (clock(), self.session.view().time());
-        self.is_new = true;
-        let done = match command {
-            Command::Pause => self.set_pace(Pace::Paused),
-            Command::Resume => self.set_pace(Pace::Running),
-            Command::Step => self.set_pace(Pace::Step),
-            Command::Tick => self.set_pace(Pace::Tick(self.session.view().ticks() + 1)),
-            Command::Speed { times } => {
-                self.speed = times.map(|times| times.clamp(0.1, 1000.0));
-                Ok(Value::Null)
-            }
-            Command::Act { fault, name } => self.act(fault, name),
-            Command::Release { name } => match self.acts.remove(&name) {
-                Some(act) => self.session.release(act).map(|()| Value::Null),
-                None => Ok(Value::Null),
+    /// How far the runs have come.
+    fn end(&self) -> Duration {
+        self.sides.iter().map(|side| side.newest().time()).max().unwrap_or_default()
+    }
+
+    /// Whether a recording is still written, and all that is there has been read.
+    fn grows(&self) -> bool {
+        let Source::Recordings(reels) = &self.source else { return false };
+        reels.iter().any(Reel::grows) && reels.iter().all(|reel| reel.grows() || reel.has_ended())
+    }
+
+    /// Whether nothing will be added to the recordings.
+    fn is_over(&self) -> bool {
+        matches!(&self.source, Source::Recordings(reels) if reels.iter().all(Reel::has_ended))
+    }
+
+    /// Shows what was.
+    fn seek(&mut self, time: Duration) {
+        self.clock = match &self.source {
+            Source::Session(steered) if self.past.is_none() => steered.clock().held(time),
+            _ => self.clock.at(time),
+        };
+        self.past = Some(time);
+        self.sides.iter_mut().for_each(|side| side.seek(time));
+    }
+
+    /// Shows what is now.
+    fn follow(&mut self) {
+        self.past = None;
+        self.sides.iter_mut().for_each(Side::follow);
+    }
+
+    /// Does what the pilot asks, and gives the answer.
+    fn obey(&mut self, command: Command) -> io::Result<Value> {
+        let (end, is_recorded) = (self.end(), matches!(self.source, Source::Recordings(_)));
+        match command {
+            Command::Seek { time } => match Duration::try_from_secs_f64(time) {
+                Ok(time) if time < end || self.is_over() => self.seek(time.min(end)),
+                Ok(_) => self.follow(),
+                Err(error) => return Ok(refused(&error.to_string())),
             },
-            Command::Save => Ok(json!({ "scenario": self.session.saved() })),
-            Command::End => {
-                self.session.end();
-                Ok(json!({ "trace_hash": self.session.view().end().map(|end| &end.trace_hash) }))
+            Command::Now => self.follow(),
+            command if is_recorded || self.past.is_some() && command.is_of_pace() => {
+                let time = self.past.unwrap_or(end);
+                let starts_over = matches!(command, Command::Resume) && time >= end && self.is_over();
+                let time = if starts_over { Duration::ZERO } else { time };
+                let ticks = self.sides.iter().map(|side| side.shown().ticks()).max();
+                if !command.is_of_pace() {
+                    return Ok(refused("what was recorded cannot be changed"));
+                }
+                if self.past != Some(time) {
+                    self.seek(time);
+                }
+                self.clock.obey(&command, time, ticks.unwrap_or(0));
             }
-        };
-        answer(done.unwrap_or_else(|error| json!({ "refused": error.reasons() })));
-    }
-
-    /// Does something; in place of what lasts under the same name.
-    fn act(&mut self, fault: toml::Table, name: String) -> Result<Value, scenarios::Error> {
-        let lasts = |act: &usize| self.session.lasting().any(|(index, _)| index == *act);
-        let act = match self.acts.get(&name).copied().filter(|_| !name.is_empty()).filter(lasts) {
-            Some(before) => self.session.replace(before, fault)?,
-            None => self.session.act(fault)?,
-        };
-        self.acts.insert(name, act);
-        Ok(json!({ "act": act }))
-    }
-
-    fn set_pace(&mut self, pace: Pace) -> Result<Value, scenarios::Error> {
-        self.pace = pace;
+            Command::Act { .. } if self.past.is_some() => {
+                return Ok(refused("what was cannot be changed; go back to now"));
+            }
+            command => {
+                let Source::Session(steered) = &mut self.source else { return Ok(Value::Null) };
+                return steered.obey(command, &mut self.sides[0]);
+            }
+        }
         Ok(Value::Null)
     }
 
-    /// Tells what has happened, if it is time.
-    fn tell(&mut self, at_once: bool) {
-        let now = clock();
-        let rests = self.pace == Pace::Paused || self.session.view().end().is_some();
-        if self.is_new && (at_once || now - self.last_frame >= FRAME) {
-            let news = std::mem::take(&mut self.news);
-            let decided = news.decided;
-            let mut frame = frame::state(self.session.view(), news);
-            frame["paused"] = rests.into();
-            frame["speed"] = json!(self.speed);
-            frame["lasting"] = things::lasting(&self.session, &self.acts);
-            self.outlet.tell(&frame);
-            (self.last_frame, self.is_new) = (now, false);
-            // A violation is told the moment it happens.
-            if decided {
-                self.last_parts = now.checked_sub(PARTS).unwrap_or(now);
-            }
+    /// Whether what is shown stays as it is.
+    fn rests(&self) -> bool {
+        match &self.source {
+            _ if self.past.is_some() => self.clock.is_paused(),
+            Source::Session(steered) => steered.rests(),
+            Source::Recordings(_) => self.is_over(),
         }
-        if self.parts_are_old && (at_once || rests || now - self.last_parts >= PARTS) {
-            self.outlet.tell(&frame::parts(self.session.view(), &self.timeline));
-            (self.last_parts, self.parts_are_old) = (clock(), false);
+    }
+
+    fn has_news(&self) -> bool {
+        self.told.is_none() || self.sides.iter().any(Side::has_news)
+    }
+
+    /// Tells what is new.
+    fn tell(&mut self) {
+        let (end, over, rests) = (self.end(), self.is_over(), self.rests());
+        // How far a run has come is told now and then while its past is shown.
+        if self.told != Some((end, over)) && self.last_frame.elapsed() >= PARTS {
+            self.told = None;
         }
+        if !self.has_news() {
+            return;
+        }
+        if self.told.is_none() {
+            self.sides.iter_mut().for_each(Side::stir);
+        }
+        let clock = match &self.source {
+            Source::Session(steered) if self.past.is_none() => steered.clock(),
+            _ => &self.clock,
+        };
+        let mut common = Map::from_iter([
+            ("paused".to_owned(), rests.into()),
+            ("speed".to_owned(), json!(clock.speed())),
+            ("at".to_owned(), self.past.unwrap_or(end).as_secs_f64().into()),
+            ("to".to_owned(), end.as_secs_f64().into()),
+            ("past".to_owned(), self.past.is_some().into()),
+            ("grows".to_owned(), (!over).into()),
+        ]);
+        if let Source::Session(steered) = &self.source {
+            steered.describe(&mut common);
+        }
+        for side in &mut self.sides {
+            side.tell(&common, rests);
+        }
+        if let Some(outlet) = &self.around {
+            outlet.tell(common);
+        }
+        (self.last_frame, self.told) = (now(), Some((end, over)));
+    }
+
+    fn fail(&self, reason: &str) {
+        let failed = Map::from_iter([("failed".to_owned(), reason.into())]);
+        self.around.iter().for_each(|outlet| outlet.tell(failed.clone()));
+        self.sides.iter().for_each(|side| side.say(failed.clone()));
     }
 }
 
-/// The time on the clock, which paces the run and does not enter it.
-#[expect(clippy::disallowed_methods, reason = "what is shown to a person keeps pace with the clock")]
-fn clock() -> Instant {
-    Instant::now()
+/// The answer to what is not done.
+fn refused(reason: &str) -> Value {
+    json!({ "refused": reason })
 }

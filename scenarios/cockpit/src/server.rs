@@ -2,8 +2,9 @@
 
 use std::io;
 use std::net::Ipv4Addr;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use axum::Router;
@@ -21,6 +22,7 @@ use axum::routing::{any, get};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use recording::RecordingError;
 use scenarios::session::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -28,7 +30,12 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, broadcast, oneshot};
 
 use crate::command::Command;
-use crate::runner::{self, Outlet, Present, Runner};
+use crate::history::History;
+use crate::outlet::Outlet;
+use crate::reel::Reel;
+use crate::runner::{self, Runner, Source};
+use crate::side::Side;
+use crate::steered::Steered;
 use crate::token::Token;
 
 /// So many connections ask for something at once; others wait.
@@ -39,11 +46,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const MOST_VIEWERS: usize = 50;
 /// A request of the page is not longer, in bytes.
 const LONGEST_REQUEST: usize = 16 * 1024;
-/// A browser may be so many frames behind before it misses some.
-const BACKLOG: usize = 50;
 
 /// The files of the page.
-const FILES: [(&str, &str, &str); 14] = [
+const FILES: [(&str, &str, &str); 17] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
     ("/link.js", "text/javascript", include_str!("../page/link.js")),
@@ -56,14 +61,22 @@ const FILES: [(&str, &str, &str); 14] = [
     ("/details.js", "text/javascript", include_str!("../page/details.js")),
     ("/hand.js", "text/javascript", include_str!("../page/hand.js")),
     ("/keys.js", "text/javascript", include_str!("../page/keys.js")),
+    ("/transport.js", "text/javascript", include_str!("../page/transport.js")),
+    ("/board.js", "text/javascript", include_str!("../page/board.js")),
+    ("/beside.js", "text/javascript", include_str!("../page/beside.js")),
     ("/messages.js", "text/javascript", include_str!("../page/messages.js")),
     ("/dom.js", "text/javascript", include_str!("../page/dom.js")),
 ];
-const PAGE: &str = include_str!("../page/index.html");
+/// The page of runs.
+const RUNS: &str = include_str!("../page/index.html");
+/// The page that shows how many runs are done.
+const BOARD: &str = include_str!("../page/board.html");
 
-/// What browsers may do with the page: run its own scripts, nothing else; styles of drawings stand in them.
+/// What browsers may do with the page: run its own scripts, show it beside itself, nothing else; styles of drawings
+/// stand in them.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
-                      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+                      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-src 'self'; \
+                      frame-ancestors 'self'";
 
 /// Why a run cannot be shown.
 #[derive(Debug, thiserror::Error)]
@@ -79,11 +92,15 @@ pub enum Error {
     /// The session cannot be made.
     #[error(transparent)]
     Scenario(#[from] scenarios::Error),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
 }
 
 /// A run that waits for browsers.
+#[derive(Clone)]
 pub struct Cockpit {
-    listener: std::net::TcpListener,
+    listener: Arc<std::net::TcpListener>,
     shared: Arc<Shared>,
 }
 
@@ -93,7 +110,11 @@ struct Shared {
     hosts: [String; 2],
     pilot: Token,
     viewer: Token,
+    page: &'static str,
+    /// What is told to it.
     outlet: Outlet,
+    /// What is told of each run, if the page shows several side by side.
+    sides: Vec<Outlet>,
     requests: mpsc::Sender<runner::Request>,
     /// Who holds the one permit is the pilot.
     helm: Semaphore,
@@ -110,33 +131,101 @@ impl Cockpit {
     where
         F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,
     {
+        let outlet = Outlet::new();
+        let failed = move |source| Error::Io { port, source };
+        let begin = {
+            let outlet = outlet.clone();
+            move || {
+                let session = session()?;
+                let history = History::begin(session.view().clone()).map_err(failed)?;
+                let side = Side::new(history, outlet, None);
+                Ok((Source::Session(Box::new(Steered::new(session))), vec![side], None))
+            }
+        };
+        Self::start(outlet, Vec::new(), begin, port)
+    }
+
+    /// Opens recordings, finished or growing, and listens as [`open`](Self::open) does. Several are shown side by side.
+    ///
+    /// # Errors
+    /// If that port cannot be had, or a recording cannot be read.
+    pub fn replay(recordings: &[PathBuf], port: u16) -> Result<Self, Error> {
+        let outlet = Outlet::new();
+        let beside = if recordings.len() > 1 { recordings } else { &[] };
+        let sides: Vec<Outlet> = beside.iter().map(|_| Outlet::new()).collect();
+        let failed = move |source| Error::Io { port, source };
+        let begin = {
+            let (outlet, outlets, recordings) = (outlet.clone(), sides.clone(), recordings.to_vec());
+            move || {
+                let (mut reels, mut sides) = (Vec::new(), Vec::new());
+                for (index, path) in recordings.iter().enumerate() {
+                    let (reel, start) = Reel::open(path)?;
+                    let history = History::begin(start).map_err(failed)?;
+                    let name = path.file_name().unwrap_or_default().to_string_lossy();
+                    sides.push(Side::new(history, outlets.get(index).unwrap_or(&outlet).clone(), Some(&name)));
+                    reels.push(reel);
+                }
+                let around = (!outlets.is_empty()).then(|| {
+                    outlet.greet(&json!({ "greeting": { "sides": recordings.len() } }));
+                    outlet
+                });
+                Ok((Source::Recordings(reels), sides, around))
+            }
+        };
+        Self::start(outlet, sides, begin, port)
+    }
+
+    /// A page that shows nothing but what comes out of an outlet.
+    pub(crate) fn board(outlet: Outlet, port: u16) -> Result<Self, Error> {
+        Self::listen(BOARD, outlet, Vec::new(), port).map(|(cockpit, _)| cockpit)
+    }
+
+    fn start<F>(outlet: Outlet, sides: Vec<Outlet>, begin: F, port: u16) -> Result<Self, Error>
+    where
+        F: FnOnce() -> Result<(Source, Vec<Side>, Option<Outlet>), Error> + Send + 'static,
+    {
+        let (cockpit, requests) = Self::listen(RUNS, outlet, sides, port)?;
+        let (made, is_made) = mpsc::channel();
+        std::thread::spawn(move || {
+            let (runner, made_well) = match begin() {
+                Ok((source, sides, around)) => (Some(Runner::new(source, sides, around, requests)), Ok(())),
+                Err(error) => (None, Err(error)),
+            };
+            let _ = made.send(made_well);
+            runner.map(Runner::run)
+        });
+        is_made.recv().unwrap_or(Ok(()))?;
+        Ok(cockpit)
+    }
+
+    fn listen(
+        page: &'static str,
+        outlet: Outlet,
+        sides: Vec<Outlet>,
+        port: u16,
+    ) -> Result<(Self, mpsc::Receiver<runner::Request>), Error> {
         let failed = |source| Error::Io { port, source };
         let listener = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
         let (requests, received) = mpsc::channel();
-        let outlet = Outlet { frames: broadcast::channel(BACKLOG).0, present: Arc::default() };
         let shared = Shared {
             hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
             pilot: Token::new().map_err(failed)?,
             viewer: Token::new().map_err(failed)?,
-            outlet: outlet.clone(),
+            page,
+            outlet,
+            sides,
             requests,
             helm: Semaphore::new(1),
             viewers: AtomicUsize::new(0),
         };
-        let (made, is_made) = mpsc::channel();
-        std::thread::spawn(move || {
-            let (session, made_well) = match session() {
-                Ok(session) => (Some(session), Ok(())),
-                Err(error) => (None, Err(error)),
-            };
-            let runner = session.map(|session| Runner::new(session, received, outlet));
-            let _ = made.send(made_well);
-            runner.map(Runner::run)
-        });
-        is_made.recv().unwrap_or(Ok(()))?;
-        Ok(Self { listener, shared: Arc::new(shared) })
+        Ok((Self { listener: Arc::new(listener), shared: Arc::new(shared) }, received))
+    }
+
+    /// Whether anybody looks on.
+    pub(crate) fn has_viewers(&self) -> bool {
+        self.shared.viewers.load(Ordering::Acquire) > 0
     }
 
     /// The address of the page for the pilot.
@@ -159,7 +248,7 @@ impl Cockpit {
         let failed = |source| Error::Io { port: 0, source };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
         runtime.block_on(async {
-            let listener = TcpListener::from_std(self.listener).map_err(failed)?;
+            let listener = self.listener.try_clone().and_then(TcpListener::from_std).map_err(failed)?;
             let free = Arc::new(Semaphore::new(MOST_CONNECTIONS));
             let service = TowerToHyperService::new(router(self.shared));
             let mut server = http1::Builder::new();
@@ -228,11 +317,13 @@ fn only<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
 struct Access {
     #[serde(default)]
     token: String,
+    /// Which of the runs that are shown side by side, for those who only look at it.
+    side: Option<usize>,
 }
 
 async fn page(State(shared): State<Arc<Shared>>, Query(access): Query<Access>) -> Response {
     match shared.knows(&access) {
-        true => file("text/html; charset=utf-8", PAGE),
+        true => file("text/html; charset=utf-8", shared.page),
         false => (StatusCode::FORBIDDEN, "Open the address that `steward live` has printed.").into_response(),
     }
 }
@@ -246,13 +337,20 @@ async fn socket(
     if !shared.knows(&access) || !headers.contains_key(ORIGIN) {
         return StatusCode::FORBIDDEN.into_response();
     }
-    let may_steer = shared.pilot.is(&access.token);
+    let outlet = match access.side {
+        None => shared.outlet.clone(),
+        Some(side) => match shared.sides.get(side) {
+            Some(outlet) => outlet.clone(),
+            None => return StatusCode::NOT_FOUND.into_response(),
+        },
+    };
+    let may_steer = shared.pilot.is(&access.token) && access.side.is_none();
     let upgrade = upgrade.max_message_size(LONGEST_REQUEST).max_frame_size(LONGEST_REQUEST);
     upgrade.on_upgrade(move |socket| async move {
         let viewers = shared.viewers.fetch_add(1, Ordering::AcqRel);
         if viewers < MOST_VIEWERS {
             // A connection that breaks has nothing more to say.
-            let _ = attend(socket, &shared, may_steer).await;
+            let _ = attend(socket, &shared, &outlet, may_steer).await;
         }
         shared.viewers.fetch_sub(1, Ordering::AcqRel);
     })
@@ -262,32 +360,26 @@ impl Shared {
     fn knows(&self, access: &Access) -> bool {
         self.pilot.is(&access.token) || self.viewer.is(&access.token)
     }
-
-    /// The present state, for a browser that joins or has missed something.
-    fn present(&self) -> (Option<runner::Frame>, runner::Frame) {
-        let present = self.outlet.present.lock().unwrap_or_else(PoisonError::into_inner);
-        let Present { greeting, .. } = &*present;
-        (greeting.clone(), present.frame())
-    }
 }
 
 /// Tells a browser everything, and takes the pilot's requests. Who may steer becomes the pilot as soon as there is no
 /// other one.
-async fn attend(mut socket: WebSocket, shared: &Shared, may_steer: bool) -> Result<(), axum::Error> {
+async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_steer: bool) -> Result<(), axum::Error> {
     let pilot = |is_pilot: bool| json!({ "pilot": is_pilot }).to_string();
     let mut helm = may_steer.then(|| shared.helm.try_acquire().ok()).flatten();
-    let mut frames = shared.outlet.frames.subscribe();
-    let (greeting, present) = shared.present();
+    let mut frames = outlet.listen();
+    let (greeting, present) = outlet.present();
     for text in greeting.into_iter().chain([present, pilot(helm.is_some()).into()]) {
         send(&mut socket, &text).await?;
     }
     loop {
         tokio::select! {
             frame = frames.recv() => match frame {
+                Ok(frame) if frame.is_empty() => return socket.send(Message::Close(None)).await,
                 Ok(frame) => send(&mut socket, &frame).await?,
                 Err(broadcast::error::RecvError::Lagged(_)) => {
                     frames = frames.resubscribe();
-                    send(&mut socket, &shared.present().1).await?;
+                    send(&mut socket, &outlet.present().1).await?;
                 }
                 Err(broadcast::error::RecvError::Closed) => return Ok(()),
             },

@@ -9,6 +9,9 @@ use crate::RecordRef;
 /// No chunk takes more bytes than this, compressed or not; a step is at most a part of one.
 pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
+/// A chunk is full once its records take this many bytes.
+const CHUNK_BYTES: usize = 256 * 1024;
+
 /// Records on their way to a file, several at a time.
 pub(crate) struct Chunk {
     records: Vec<u8>,
@@ -49,9 +52,8 @@ impl Chunk {
         Ok(Some(self.packer.get_ref()))
     }
 
-    /// How many bytes they take.
-    pub(crate) fn len(&self) -> usize {
-        self.records.len()
+    pub(crate) fn is_full(&self) -> bool {
+        self.records.len() >= CHUNK_BYTES
     }
 }
 

@@ -1,16 +1,13 @@
 //! Recordings in a file of their own.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
 use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
 use crate::{FORMAT, RecordRef};
 
 /// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
-/// A chunk is written once its records take this many bytes.
-const CHUNK_BYTES: usize = 256 * 1024;
-
 /// Writes a recording.
 ///
 /// The documentation of the crate describes the file. It is written in chunks: if the program is killed, the chunks
@@ -38,7 +35,7 @@ impl<W: Write> Writer<W> {
     /// If writing fails.
     pub fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
         self.chunk.push(record)?;
-        if self.chunk.len() >= CHUNK_BYTES { self.flush() } else { Ok(()) }
+        if self.chunk.is_full() { self.flush() } else { Ok(()) }
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -74,8 +71,17 @@ impl FileChunks {
         if found == FORMAT { Ok(Self(input)) } else { Err(ChunkError::Version(found)) }
     }
 
-    /// The next chunk, compressed; none if the file ends first.
+    /// The next chunk, compressed; none if the file ends first. If it has grown meanwhile, the chunk may be there later.
     pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
+        let begin = self.0.stream_position()?;
+        let whole = self.whole()?;
+        if whole.is_none() {
+            self.0.seek(SeekFrom::Start(begin))?;
+        }
+        Ok(whole)
+    }
+
+    fn whole(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
         let mut length = [0; 4];
         if fill(&mut self.0, &mut length)? < length.len() {
             return Ok(None);

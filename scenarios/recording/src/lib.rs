@@ -107,6 +107,7 @@ mod record;
 mod recording;
 mod scene_clock;
 mod step;
+mod tape;
 mod topics;
 mod trace_hash;
 mod view;
@@ -129,6 +130,7 @@ pub use scene_clock::SceneClock;
 pub use step::{
     Battery, Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
 };
+pub use tape::Tape;
 pub use trace_hash::TraceHash;
 pub use view::{
     BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,

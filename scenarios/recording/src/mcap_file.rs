@@ -110,12 +110,14 @@ impl McapChunks {
         while let Some(event) = self.reader.next_event() {
             let (opcode, data) = match event {
                 Ok(LinearReadEvent::ReadRequest(bytes)) => {
-                    let read = self.input.read(self.reader.insert(bytes))?;
-                    self.reader.notify_read(read);
+                    match self.input.read(self.reader.insert(bytes))? {
+                        // The rest may be there later.
+                        0 => break,
+                        read => self.reader.notify_read(read),
+                    }
                     continue;
                 }
                 Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data),
-                Err(McapError::UnexpectedEof) => break,
                 Err(McapError::UnsupportedCompression(by)) => return Err(ChunkError::Compressed(by)),
                 Err(_) => return Err(ChunkError::Damaged),
             };

@@ -18,6 +18,18 @@ pub enum Record {
     End(Box<End>),
 }
 
+impl Record {
+    /// The record on its way to a file.
+    #[must_use]
+    pub fn borrowed(&self) -> RecordRef<'_> {
+        match self {
+            Self::Header(header) => RecordRef::Header(header),
+            Self::Step(step) => RecordRef::Step(step),
+            Self::End(end) => RecordRef::End(end),
+        }
+    }
+}
+
 /// A [`Record`] on its way to a file, which is written alike.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub enum RecordRef<'r> {

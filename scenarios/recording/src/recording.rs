@@ -99,7 +99,8 @@ impl Recording {
         Ok(Self { path: path.to_owned(), chunks, chunk: Vec::new(), read: 0, ahead: None })
     }
 
-    /// The next record; none at the end of the file, even in the middle of a chunk.
+    /// The next record; none at the end of the file, even in the middle of a chunk. If the file is still being written,
+    /// the record may be there later.
     ///
     /// # Errors
     /// [`RecordingError`], if the file cannot be read or is damaged.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology, Verdict};
-use maps::Point;
+use maps::{Point, Pose};
 use monitors::Outcome;
 
 use crate::{
@@ -35,6 +35,8 @@ pub struct RunView {
     decisions: Vec<Option<Decision>>,
     navigation: Option<Navigation>,
     scene: Scene,
+    /// Where the robot was in that scene.
+    seen_from: Option<Pose>,
     /// Whether the last step had it.
     has_new_scene: bool,
     /// Whether the last step may have changed outcomes, locations, monitors or navigation.
@@ -82,6 +84,7 @@ impl RunView {
             decisions: vec![None; header.monitors.len()],
             navigation: None,
             scene: Scene::default(),
+            seen_from: None,
             has_new_scene: false,
             has_new_states: true,
             faults: Vec::new(),
@@ -198,6 +201,7 @@ impl RunView {
     fn set_scene(&mut self, scene: Scene) -> Result<(), Inconsistent> {
         check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers().len()))?;
         self.scene = scene;
+        self.seen_from = self.robot.pose();
         self.has_new_scene = true;
         Ok(())
     }
@@ -357,6 +361,12 @@ impl RunView {
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Where the robot was in the last scene, in the `map` frame: what its lasers saw, they saw from there.
+    #[must_use]
+    pub fn seen_from(&self) -> Option<Pose> {
+        self.seen_from
     }
 
     /// The faults that have taken effect so far.

@@ -124,6 +124,27 @@ impl Timeline {
         }
     }
 
+    /// The timeline as it was when the run was still where `view` shows it.
+    #[must_use]
+    pub fn until(&self, view: &RunView) -> Self {
+        let now = view.time();
+        let mut episodes = self.episodes.clone();
+        episodes.retain(|episode| episode.decided.time <= now);
+        Self {
+            battery: self.battery.until(now),
+            charging: self.charging.until(now),
+            navigation: self.navigation.until(now),
+            leaves: Lane::all_until(&self.leaves, now),
+            skills: Lane::all_until(&self.skills, now),
+            components: Lane::all_until(&self.components, now),
+            monitors: Lane::all_until(&self.monitors, now),
+            trail: self.trail.until(now, view.position()),
+            recent: Recent::default(),
+            episodes,
+            end: now,
+        }
+    }
+
     /// When the run has come to, or ended.
     #[must_use]
     pub fn end(&self) -> Duration {

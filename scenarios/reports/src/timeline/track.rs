@@ -40,6 +40,13 @@ impl<S: PartialEq + Clone> Track<S> {
     }
 }
 
+impl<S: Clone> Track<S> {
+    /// The track up to a time.
+    pub(super) fn until(&self, time: Duration) -> Self {
+        Self { changes: self.changes.iter().take_while(|(since, _)| *since <= time).cloned().collect() }
+    }
+}
+
 impl<S> Track<S> {
     /// The stretches of time, one after the other, the last one until `end`.
     pub fn spans(&self, end: Duration) -> impl Iterator<Item = Interval<'_, S>> {
@@ -72,6 +79,13 @@ pub struct Lane<S> {
 impl<S> Lane<S> {
     pub(super) fn new(name: &str) -> Self {
         Self { name: name.to_owned(), track: Track::default() }
+    }
+}
+
+impl<S: Clone> Lane<S> {
+    /// Lanes up to a time.
+    pub(super) fn all_until(lanes: &[Self], time: Duration) -> Vec<Self> {
+        lanes.iter().map(|lane| Self { name: lane.name.clone(), track: lane.track.until(time) }).collect()
     }
 }
 

@@ -66,6 +66,16 @@ impl Trail {
         self.stages.push(Stage { doing: doing.to_owned(), from: now, to: now, points });
     }
 
+    /// The way up to a time at which the robot was `here`.
+    pub(super) fn until(&self, time: Duration, here: Option<Point>) -> Self {
+        let stages = self.stages.iter().filter(|stage| stage.from <= time).cloned();
+        let cut = |mut stage: Stage| {
+            stage.points.retain(|(at, _)| *at <= time);
+            stage
+        };
+        Self { stages: stages.map(cut).collect(), here: here.map(|here| (time, here)) }
+    }
+
     /// The stages of a run that has come to `end`. What was done in passing belongs to the stage before.
     #[must_use]
     pub fn stages(&self, end: Duration) -> Vec<Stage> {

@@ -1,0 +1,44 @@
+// How many runs of a campaign are done, and what they were like.
+
+import { $, element, notice } from './dom.js';
+import { Link } from './link.js';
+
+const link = new Link(take);
+
+function take(frame) {
+  if (frame.greeting) {
+    document.title = `${frame.greeting.title} · live`;
+    $('title').textContent = frame.greeting.title;
+  }
+  if ('done' in frame) show(frame);
+  if (frame.over) {
+    link.end();
+    $('pace').textContent = 'over';
+    notice('The command has ended; its results are where it wrote them.', true);
+  }
+}
+
+function show({ done, all, before, elapsed_s, unexpected, named, tallies }) {
+  $('bar').max = all;
+  $('bar').value = done;
+  $('done').textContent = `${done} of ${all} runs`;
+  const rate = (done - before) / elapsed_s;
+  $('pace').textContent = rate > 0 ? `${rate.toFixed(1)} runs a second, ${words((all - done) / rate)} to go` : '';
+  document.querySelector('table').hidden = !tallies.length;
+  $('tallies').replaceChildren(...tallies.map(({ name, happened, of, interval }) => element('tr', {},
+    element('th', { scope: 'row', textContent: name }),
+    ...[happened, of, between(interval)].map(text => element('td', { textContent: text })))));
+  $('unexpected').textContent = `${unexpected || 'no'} runs since the command began${unexpected ? '; the latest:' : ''}`;
+  $('named').start = unexpected;
+  $('named').replaceChildren(...named.toReversed().map(text => element('li', { textContent: text })));
+}
+
+function between(interval) {
+  return interval ? interval.map(end => end.toFixed(4)).join(' to ') : '';
+}
+
+function words(seconds) {
+  const minutes = Math.floor(seconds / 60);
+  if (minutes >= 60) return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  return minutes ? `${minutes} min ${Math.floor(seconds % 60)} s` : `${Math.ceil(seconds)} s`;
+}

@@ -1,0 +1,54 @@
+// The pace of what is shown: hold, go on, steps, speed, and the slider over what was recorded.
+
+import { $ } from './dom.js';
+
+export class Transport {
+  constructor(link) {
+    this.link = link;
+    this.steers = false;
+    $('go').onclick = () => link.ask(this.paused ? 'resume' : 'pause');
+    $('step').onclick = () => link.ask('step');
+    $('tick').onclick = () => link.ask('tick');
+    $('now').onclick = () => link.ask('now');
+    $('speed').onchange = () => link.ask('speed', { times: $('speed').value ? Number($('speed').value) : null });
+    $('when').oninput = () => this.seek();
+    addEventListener('keydown', event => this.key(event));
+  }
+
+  // `at` is the moment that is shown, `past` whether it is another than the newest, `grows` whether there will be more.
+  show({ at, to, paused, past, grows, speed, end }) {
+    this.paused = paused;
+    $('go').textContent = paused ? 'Go' : 'Pause';
+    $('speed').value = speed ?? '';
+    for (const button of ['go', 'step', 'tick']) $(button).disabled = Boolean(end) && grows && !past;
+    const slider = $('when');
+    slider.max = Math.ceil(to * 50) / 50;
+    if (!this.sought) slider.value = past ? at : slider.max;
+    slider.ariaValueText = `${Number(slider.value).toFixed(2)} of ${to.toFixed(2)} seconds`;
+    slider.disabled = !this.steers;
+    $('until').textContent = `${to.toFixed(1)} s`;
+    $('now').hidden = !grows;
+    $('now').disabled = !past || !this.steers;
+    document.body.classList.toggle('past', past);
+  }
+
+  // One request at a time; the latest place of the slider counts.
+  async seek() {
+    const busy = this.sought;
+    this.sought = true;
+    if (busy) return;
+    let asked;
+    while (asked !== $('when').value) {
+      asked = $('when').value;
+      await this.link.ask('seek', { time: Number(asked) });
+    }
+    this.sought = false;
+  }
+
+  key(event) {
+    if (!this.steers || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.closest('input:not([type=range]), select, textarea, button, summary')) return;
+    const key = { ' ': 'go', '.': 'step', t: 'tick', n: 'now' }[event.key];
+    if (key && !$(key).hidden) { event.preventDefault(); $(key).click(); }
+  }
+}

@@ -1,0 +1,221 @@
+//! A run so far: it can be shown as it was at any time.
+
+use std::io;
+use std::time::Duration;
+
+use recording::{Record, RunView, Tape};
+use reports::timeline::Timeline;
+
+use crate::frame::Happened;
+use crate::moment::Moment;
+
+/// Time between scenes that are kept.
+const SCENES: Duration = Duration::from_millis(500);
+/// The memory has at most so many moments from which the tape is played.
+const MARKS: usize = 48;
+
+/// A moment from which the tape can be played.
+struct Mark {
+    moment: Moment,
+    /// The chunk of the tape that comes next.
+    chunk: usize,
+}
+
+/// A run so far. Its records are in a temporary file, with a few moments in memory from which they can be played.
+pub(crate) struct History {
+    newest: Moment,
+    timeline: Timeline,
+    happened: Vec<Happened>,
+    tape: Tape,
+    marks: Vec<Mark>,
+    /// A moment is kept after so many chunks.
+    spacing: usize,
+    next_scene: Duration,
+}
+
+impl History {
+    /// A run at its start.
+    ///
+    /// # Errors
+    /// If there can be no temporary file.
+    pub(crate) fn begin(start: RunView) -> io::Result<Self> {
+        let newest = Moment::start(start);
+        Ok(Self {
+            timeline: Timeline::new(&newest.view),
+            happened: Vec::new(),
+            tape: Tape::new(tempfile::tempfile()?),
+            marks: vec![Mark { moment: newest.clone(), chunk: 0 }],
+            newest,
+            spacing: 1,
+            next_scene: Duration::ZERO,
+        })
+    }
+
+    /// Takes in the next record.
+    ///
+    /// # Errors
+    /// If it does not fit, or cannot be kept.
+    pub(crate) fn push(&mut self, mut record: Record) -> io::Result<()> {
+        self.newest.apply(record.clone()).map_err(io::Error::other)?;
+        let view = &self.newest.view;
+        if let Record::Step(step) = &mut record {
+            self.timeline.follow(view);
+            self.happened.extend(view.happenings().iter().filter_map(|happening| Happened::of(happening, view)));
+            if let Some(details) = step.details.as_mut().filter(|details| details.scene.is_some()) {
+                if step.time < self.next_scene {
+                    details.scene = None;
+                } else {
+                    self.next_scene = step.time + SCENES;
+                }
+            }
+        }
+        let complete = self.tape.chunks();
+        self.tape.push(record.borrowed())?;
+        let chunk = self.tape.chunks();
+        if chunk > complete && chunk.is_multiple_of(self.spacing) {
+            self.marks.push(Mark { moment: self.newest.clone(), chunk });
+        }
+        if self.marks.len() > MARKS {
+            self.spacing *= 2;
+            self.marks.retain(|mark| mark.chunk.is_multiple_of(self.spacing));
+        }
+        Ok(())
+    }
+
+    /// The run now.
+    pub(crate) fn newest(&self) -> &Moment {
+        &self.newest
+    }
+
+    /// What there is to tell of the whole run.
+    pub(crate) fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// What has happened until a time.
+    pub(crate) fn happened(&self, until: Duration) -> &[Happened] {
+        &self.happened[..self.happened.partition_point(|happened| happened.time <= until)]
+    }
+
+    /// A player for a time, at the nearest moment before it.
+    fn player(&self, time: Duration) -> Player {
+        let after = self.marks.partition_point(|mark| mark.moment.view.time() <= time);
+        let mark = &self.marks[after.saturating_sub(1)];
+        Player { moment: mark.moment.clone(), chunk: mark.chunk, records: Vec::new().into_iter() }
+    }
+}
+
+/// Plays the past of a run.
+pub(crate) struct Player {
+    moment: Moment,
+    /// The chunk of the tape that comes next.
+    chunk: usize,
+    /// What comes before it.
+    records: std::vec::IntoIter<Record>,
+}
+
+impl Player {
+    /// A player that gets to this time soonest; `present` is the one so far.
+    pub(crate) fn towards(time: Duration, present: Option<Self>, history: &History) -> Self {
+        let other = history.player(time);
+        let is_nearer = |present: &Self| (other.time()..=time).contains(&present.time());
+        present.filter(is_nearer).unwrap_or(other)
+    }
+
+    /// The moment that it has come to.
+    pub(crate) fn moment(&self) -> &Moment {
+        &self.moment
+    }
+
+    fn time(&self) -> Duration {
+        self.moment.view.time()
+    }
+
+    /// When the next record was made; none if there is none.
+    ///
+    /// # Errors
+    /// If the tape cannot be read.
+    pub(crate) fn next_time(&mut self, history: &mut History) -> io::Result<Option<Duration>> {
+        if self.records.as_slice().is_empty() {
+            self.records = history.tape.read(self.chunk)?.into_iter();
+            self.chunk += usize::from(!self.records.as_slice().is_empty());
+        }
+        Ok(self.records.as_slice().first().map(|record| match record {
+            Record::Step(step) => step.time,
+            Record::Header(_) | Record::End(_) => self.time(),
+        }))
+    }
+
+    /// Goes on to the next record, if there is one in memory; says whether it is a step.
+    ///
+    /// # Errors
+    /// If it does not fit.
+    pub(crate) fn advance(&mut self) -> io::Result<bool> {
+        let Some(record) = self.records.next() else { return Ok(false) };
+        let is_step = matches!(record, Record::Step(_));
+        self.moment.apply(record).map_err(io::Error::other)?;
+        Ok(is_step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::Detail;
+    use scenarios::scenario::find;
+    use scenarios::session::Session;
+
+    use super::*;
+    use crate::frame::{self, News};
+
+    /// What the page is told of a moment. Scenes are kept now and then, the curve of the battery has other points, and
+    /// points of the trail may be there twice.
+    fn told(moment: &Moment, timeline: &Timeline, history: &History) -> [serde_json::Value; 2] {
+        let news = News::anew(moment, history.happened(moment.view.time()));
+        let mut told = [frame::state(&moment.view, news), frame::parts(&moment.view, timeline)];
+        assert!(told[0]["scene"].take().is_object());
+        assert!(told[1]["course"].take().is_string());
+        let trail: Vec<f64> = serde_json::from_value(told[1]["trail"].take()).unwrap();
+        let mut trail: Vec<&[f64]> = trail.chunks(2).collect();
+        trail.dedup();
+        told[1]["trail"] = serde_json::json!(trail);
+        told
+    }
+
+    #[test]
+    fn the_past_is_shown_as_it_was() {
+        let mut session = Session::new(&find::find("battery_fault").unwrap(), &[], None).unwrap();
+        let mut history = History::begin(session.view().clone()).unwrap();
+        let mut then = Vec::new();
+        for number in 0_usize.. {
+            if number.is_multiple_of(101) || session.view().end().is_some() {
+                then.push((history.newest.view.time(), told(&history.newest, &history.timeline, &history)));
+            }
+            if session.view().end().is_some() {
+                break;
+            }
+            if session.view().time() >= Duration::from_secs(30) {
+                session.end();
+            } else {
+                session.step(Detail::Scenes).unwrap();
+            }
+            session.take_records().into_iter().for_each(|record| history.push(record).unwrap());
+        }
+        assert!(then.len() > 10 && history.marks.len() > 2, "{} marks", history.marks.len());
+        let mut player = None;
+        // Backwards, and then once forwards.
+        for (time, was) in then.iter().rev().chain(&then) {
+            let mut there = Player::towards(*time, player, &history);
+            while there.next_time(&mut history).unwrap().is_some_and(|next| next <= *time) {
+                there.advance().unwrap();
+            }
+            let view = &there.moment.view;
+            let is = told(&there.moment, &history.timeline.until(view), &history);
+            for (is, was) in is.iter().zip(was) {
+                for (key, was) in was.as_object().unwrap() {
+                    assert_eq!(is[key], *was, "{key} at {time:?}");
+                }
+            }
+            player = Some(there);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! A moment of a run, as it is shown.
+
+use std::collections::VecDeque;
+
+use channels::{Event, EventKind};
+use recording::{Inconsistent, Record, RunView};
+
+/// So many of the latest messages are shown.
+const MESSAGES: usize = 400;
+
+/// A moment of a run.
+#[derive(Clone)]
+pub(crate) struct Moment {
+    pub(crate) view: RunView,
+    /// The latest messages.
+    pub(crate) messages: VecDeque<Event>,
+}
+
+impl Moment {
+    /// The start of a run.
+    pub(crate) fn start(view: RunView) -> Self {
+        Self { view, messages: VecDeque::new() }
+    }
+
+    /// Goes on to the next record.
+    ///
+    /// # Errors
+    /// [`Inconsistent`] if it does not fit.
+    pub(crate) fn apply(&mut self, record: Record) -> Result<(), Inconsistent> {
+        match record {
+            Record::Header(_) => return Err(Inconsistent),
+            Record::End(end) => return self.view.finish(*end),
+            Record::Step(step) => self.view.apply(step)?,
+        }
+        let received = self.view.events().iter().filter(|event| matches!(event.kind, EventKind::Received { .. }));
+        self.messages.extend(received.cloned());
+        self.messages.drain(..self.messages.len().saturating_sub(MESSAGES));
+        Ok(())
+    }
+}

@@ -1,0 +1,87 @@
+//! What is told to browsers, and what those must know that come later.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde_json::{Map, Value, json};
+use tokio::sync::broadcast;
+
+use crate::frame::HAPPENINGS;
+
+/// A browser may be so many frames behind before it misses some.
+const BACKLOG: usize = 50;
+
+/// A text for browsers.
+pub(crate) type Frame = Arc<str>;
+
+/// What a browser must know that joins, or has missed frames.
+#[derive(Default)]
+struct Present {
+    /// What does not change.
+    greeting: Option<Frame>,
+    /// The latest value of everything else, by its key.
+    latest: BTreeMap<String, Value>,
+}
+
+impl Present {
+    fn take(&mut self, frame: &Map<String, Value>) {
+        let anew = frame.contains_key("anew");
+        for (key, value) in frame {
+            match (key.as_str(), value, self.latest.get_mut(key)) {
+                ("messages" | "happenings", Value::Array(new), Some(Value::Array(known))) if !anew => {
+                    known.extend(new.iter().cloned());
+                    known.drain(..known.len().saturating_sub(HAPPENINGS));
+                }
+                _ => drop(self.latest.insert(key.clone(), value.clone())),
+            }
+        }
+    }
+}
+
+/// A way to browsers.
+#[derive(Clone)]
+pub(crate) struct Outlet {
+    frames: broadcast::Sender<Frame>,
+    present: Arc<Mutex<Present>>,
+}
+
+impl Outlet {
+    pub(crate) fn new() -> Self {
+        Self { frames: broadcast::channel(BACKLOG).0, present: Arc::default() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Present> {
+        self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says what does not change.
+    pub(crate) fn greet(&self, greeting: &Value) {
+        self.lock().greeting = Some(greeting.to_string().into());
+    }
+
+    /// Tells what has changed.
+    pub(crate) fn tell(&self, frame: Map<String, Value>) {
+        let mut present = self.lock();
+        present.take(&frame);
+        // Nobody may be listening.
+        let _ = self.frames.send(Value::Object(frame).to_string().into());
+    }
+
+    /// Says that there will be no more: the last frame is empty.
+    pub(crate) fn close(&self) {
+        let _ = self.frames.send("".into());
+    }
+
+    /// All frames from now on.
+    pub(crate) fn listen(&self) -> broadcast::Receiver<Frame> {
+        self.frames.subscribe()
+    }
+
+    /// What does not change, and a frame with everything else.
+    pub(crate) fn present(&self) -> (Option<Frame>, Frame) {
+        let present = self.lock();
+        let mut all = json!(present.latest);
+        all["anew"] = true.into();
+        (present.greeting.clone(), all.to_string().into())
+    }
+}

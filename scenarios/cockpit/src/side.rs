@@ -1,0 +1,185 @@
+//! A run on the page: what is known of it, which moment of it is shown, and those who are told.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use recording::{Record, RunView};
+use serde_json::{Map, Value};
+
+use crate::clock::now;
+use crate::frame::{self, News};
+use crate::history::{History, Player};
+use crate::outlet::Outlet;
+
+/// Time between drawings of what takes longer: cards and time axis.
+pub(crate) const PARTS: Duration = Duration::from_millis(1000);
+
+/// A run on the page.
+pub(crate) struct Side {
+    history: History,
+    outlet: Outlet,
+    /// What shows the past; none while the newest is shown.
+    player: Option<Player>,
+    /// Whether the player goes to another moment: what is between is not told.
+    jumps: bool,
+    news: News,
+    /// Whether there is anything new since the last frame or drawing.
+    is_new: bool,
+    parts_are_old: bool,
+    last_parts: Instant,
+}
+
+impl Side {
+    /// A run, of which `file` was recorded if it is not going on here.
+    pub(crate) fn new(history: History, outlet: Outlet, file: Option<&str>) -> Self {
+        outlet.greet(&frame::greeting(&history.newest().view, file));
+        let mut side = Self {
+            history,
+            outlet,
+            player: None,
+            jumps: false,
+            news: News::default(),
+            is_new: true,
+            parts_are_old: true,
+            last_parts: now(),
+        };
+        side.show_anew();
+        side
+    }
+
+    /// Takes in the next record.
+    ///
+    /// # Errors
+    /// If it does not fit, or cannot be kept.
+    pub(crate) fn push(&mut self, record: Record) -> io::Result<()> {
+        let is_step = matches!(record, Record::Step(_));
+        self.history.push(record)?;
+        if self.player.is_none() {
+            if is_step {
+                self.news.note(&self.history.newest().view);
+            }
+            (self.is_new, self.parts_are_old) = (true, true);
+        }
+        Ok(())
+    }
+
+    /// The run now.
+    pub(crate) fn newest(&self) -> &RunView {
+        &self.history.newest().view
+    }
+
+    /// The moment that is shown.
+    pub(crate) fn shown(&self) -> &RunView {
+        self.player.as_ref().map_or(self.newest(), |player| &player.moment().view)
+    }
+
+    fn show_anew(&mut self) {
+        let moment = self.player.as_ref().map_or(self.history.newest(), Player::moment);
+        self.news = News::anew(moment, self.history.happened(moment.view.time()));
+        (self.is_new, self.parts_are_old) = (true, true);
+    }
+
+    /// Shows the newest again.
+    pub(crate) fn follow(&mut self) {
+        if self.player.take().is_some() {
+            self.jumps = false;
+            self.show_anew();
+        }
+    }
+
+    /// Begins to go to a time; [`play`](Self::play) gets there.
+    pub(crate) fn seek(&mut self, time: Duration) {
+        self.player = Some(Player::towards(time, self.player.take(), &self.history));
+        self.jumps = true;
+    }
+
+    /// When the next step of what is shown was made; none at the end.
+    ///
+    /// # Errors
+    /// If the tape cannot be read.
+    pub(crate) fn next_time(&mut self) -> io::Result<Option<Duration>> {
+        self.player.as_mut().map_or(Ok(None), |player| player.next_time(&mut self.history))
+    }
+
+    /// Plays what was until `time`, but not beyond the `deadline`; says whether it got there.
+    ///
+    /// # Errors
+    /// If the tape cannot be read.
+    pub(crate) fn play(&mut self, time: Duration, deadline: Instant) -> io::Result<bool> {
+        let Some(player) = &mut self.player else { return Ok(true) };
+        while player.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
+            if now() >= deadline {
+                return Ok(false);
+            }
+            let is_step = player.advance()?;
+            if !self.jumps {
+                if is_step {
+                    self.news.note(&player.moment().view);
+                }
+                (self.is_new, self.parts_are_old) = (true, true);
+            }
+        }
+        if std::mem::take(&mut self.jumps) {
+            self.show_anew();
+        }
+        Ok(true)
+    }
+
+    /// Whether it is on its way to another moment.
+    pub(crate) fn jumps(&self) -> bool {
+        self.jumps
+    }
+
+    /// There is something to tell besides records.
+    pub(crate) fn stir(&mut self) {
+        self.is_new = true;
+    }
+
+    /// Whether there is something to tell.
+    pub(crate) fn has_news(&self) -> bool {
+        !self.jumps && (self.is_new || self.parts_are_old)
+    }
+
+    /// Tells what is shown, and what is `common` to all sides. What takes longer is told at times, and at once if the
+    /// run `rests`.
+    pub(crate) fn tell(&mut self, common: &Map<String, Value>, rests: bool) {
+        if self.jumps {
+            return;
+        }
+        let mut frame = Map::new();
+        let mut is_due = rests || self.last_parts.elapsed() >= PARTS;
+        if std::mem::take(&mut self.is_new) {
+            let news = std::mem::take(&mut self.news);
+            // A violation is told the moment it happens.
+            is_due |= news.decided;
+            add(&mut frame, frame::state(self.shown(), news));
+            frame.extend(common.clone());
+        }
+        if is_due && std::mem::take(&mut self.parts_are_old) {
+            add(&mut frame, self.parts());
+            self.last_parts = now();
+        }
+        if !frame.is_empty() {
+            self.outlet.tell(frame);
+        }
+    }
+
+    fn parts(&self) -> Value {
+        match &self.player {
+            None => frame::parts(self.newest(), self.history.timeline()),
+            Some(_) => frame::parts(self.shown(), &self.history.timeline().until(self.shown())),
+        }
+    }
+
+    /// Tells something else.
+    pub(crate) fn say(&self, what: Map<String, Value>) {
+        self.outlet.tell(what);
+    }
+}
+
+/// Adds what an object has.
+fn add(frame: &mut Map<String, Value>, more: Value) {
+    if let Value::Object(more) = more {
+        frame.extend(more);
+    }
+}

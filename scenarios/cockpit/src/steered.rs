@@ -1,0 +1,125 @@
+//! A session, steered by the pilot.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::time::{Duration, Instant};
+
+use recording::Detail;
+use scenarios::scenario::STEP;
+use scenarios::session::Session;
+use serde_json::{Map, Value, json};
+
+use crate::clock::{Clock, FRAME, now};
+use crate::command::Command;
+use crate::side::Side;
+use crate::things;
+
+/// A session that goes on at some pace.
+pub(crate) struct Steered {
+    session: Session,
+    clock: Clock,
+    /// The lasting acts, by the page's names for them.
+    acts: BTreeMap<String, usize>,
+    last_scene: Instant,
+}
+
+impl Steered {
+    /// A session at its start, which goes on at the pace of the clock.
+    pub(crate) fn new(session: Session) -> Self {
+        let clock = Clock::running(session.view().time());
+        Self { session, clock, acts: BTreeMap::new(), last_scene: now() }
+    }
+
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Whether nothing happens before somebody asks for it.
+    pub(crate) fn rests(&self) -> bool {
+        self.clock.is_paused() || self.session.view().end().is_some()
+    }
+
+    /// How long there is nothing to do; at most `most`.
+    pub(crate) fn wait(&self, most: Duration) -> Duration {
+        if self.rests() { most } else { self.clock.wait(self.next(), most.min(FRAME)) }
+    }
+
+    fn next(&self) -> Duration {
+        self.session.view().time() + STEP
+    }
+
+    /// Performs the steps that are due before the deadline. The reasons if the run cannot go on.
+    ///
+    /// # Errors
+    /// If what happens cannot be kept.
+    pub(crate) fn go_on(&mut self, side: &mut Side, deadline: Instant) -> io::Result<Option<String>> {
+        let mut failure = None;
+        while self.is_due() && now() < deadline {
+            // A scene for each frame is enough.
+            let is_slow = self.clock.speed().is_some_and(|speed| speed <= 1.0);
+            let detail = if is_slow || self.last_scene.elapsed() >= FRAME / 2 { Detail::Scenes } else { Detail::Full };
+            if detail == Detail::Scenes {
+                self.last_scene = now();
+            }
+            if let Err(error) = self.session.step(detail) {
+                failure = Some(error.reasons());
+                self.session.end();
+            }
+            self.clock.stepped(self.session.view().ticks());
+            self.tell(side)?;
+        }
+        self.clock.arrive(self.session.view().time());
+        Ok(failure)
+    }
+
+    fn is_due(&self) -> bool {
+        let view = self.session.view();
+        view.end().is_none() && self.clock.allows(self.next(), view.ticks())
+    }
+
+    fn tell(&mut self, side: &mut Side) -> io::Result<()> {
+        self.session.take_records().into_iter().try_for_each(|record| side.push(record))
+    }
+
+    /// Does what is asked for, and gives the answer.
+    ///
+    /// # Errors
+    /// If what happens cannot be kept.
+    pub(crate) fn obey(&mut self, command: Command, side: &mut Side) -> io::Result<Value> {
+        let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
+        if self.clock.obey(&command, time, ticks) {
+            return Ok(Value::Null);
+        }
+        let done = match command {
+            Command::Act { fault, name } => self.act(fault, name),
+            Command::Release { name } => match self.acts.remove(&name) {
+                Some(act) => self.session.release(act).map(|()| Value::Null),
+                None => Ok(Value::Null),
+            },
+            Command::Save => Ok(json!({ "scenario": self.session.saved() })),
+            Command::End => {
+                self.session.end();
+                self.tell(side)?;
+                Ok(json!({ "trace_hash": self.session.view().end().map(|end| &end.trace_hash) }))
+            }
+            _ => Ok(Value::Null),
+        };
+        Ok(done.unwrap_or_else(|error| json!({ "refused": error.reasons() })))
+    }
+
+    /// Does something; in place of what lasts under the same name.
+    fn act(&mut self, fault: toml::Table, name: String) -> Result<Value, scenarios::Error> {
+        let lasts = |act: &usize| self.session.lasting().any(|(index, _)| index == *act);
+        let act = match self.acts.get(&name).copied().filter(|_| !name.is_empty()).filter(lasts) {
+            Some(before) => self.session.replace(before, fault)?,
+            None => self.session.act(fault)?,
+        };
+        self.acts.insert(name, act);
+        Ok(json!({ "act": act }))
+    }
+
+    /// The acts that last.
+    pub(crate) fn describe(&self, frame: &mut Map<String, Value>) {
+        frame.insert("lasting".to_owned(), things::lasting(&self.session, &self.acts));
+    }
+}
