@@ -32,7 +32,7 @@ pub(crate) struct CampaignArgs {
     /// A campaign's name (see `steward list`) or file, or a RoAML model
     #[arg(value_name = "NAME|FILE", required = true, value_parser = CampaignName, hide_possible_values = true)]
     file: Option<String>,
-    /// How many runs, instead of as many as the file says
+    /// How many runs, instead of the number in the file
     #[arg(long, value_name = "N")]
     runs: Option<u64>,
     /// Runs only those k with k mod N = I [default: as the Slurm array or the indexed Kubernetes job says]
@@ -103,7 +103,7 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
         Error::refused(
             "the job's environment does not say which shard to run",
             "Slurm sets SLURM_ARRAY_TASK_ID, _MIN and _COUNT (number the tasks without gaps); Kubernetes sets \
-             JOB_COMPLETION_INDEX, and JOB_COMPLETIONS is yours to set; or give `--shard I/N`",
+             JOB_COMPLETION_INDEX, and you set JOB_COMPLETIONS; or give `--shard I/N`",
         )
     })
 }

@@ -81,8 +81,8 @@ its JSON schema, for editors.
 ";
 
 const MAPPING: &str = "\
-A mapping says which messages of a bag of ROS 2 are which messages of channels; it is one TOML file. `steward verify \
---list BAG` proposes one, and `steward schema mapping` prints its JSON schema, for editors.
+A mapping turns the messages of a ROS 2 bag into messages of channels; it is one TOML file. `steward verify --list \
+BAG` proposes one, and `steward schema mapping` prints its JSON schema, for editors.
 ";
 
 /// All keys, table by table.
@@ -126,7 +126,7 @@ fn scope() -> String {
     });
     format!(
         "Properties are written in the SCOPE language, in files `NAME.scope`:\n\n{GRAMMAR}\n{}\n`steward monitor check \
-         FILE` says what is wrong with such a file, `steward monitor explain FILE` says it in English.\n",
+         FILE` says what is wrong with such a file, `steward monitor explain FILE` explains it in English.\n",
         operators.collect::<String>()
     )
 }

@@ -63,7 +63,7 @@ const RECORDING: [(&str, &[u8]); 5] = [
 
 /// The kind of a file in an application, by the end of its name.
 const KINDS: &[(&str, &str)] = &[
-    (".schema.json", "what may stand in a scenario: editors that know `#:schema` complete and check keys with it"),
+    (".schema.json", "the keys of a scenario: editors that know `#:schema` complete and check keys with it"),
     (".yaml", "the map: its picture, resolution and origin"),
     (".pgm", "the map's picture: dark is a wall"),
     (".png", "the map's picture: dark is a wall"),
@@ -194,7 +194,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     let some = |ending: &str| files.keys().find(|path| path.extension().is_some_and(|is| is == ending));
     let value = if has_robot { "battery.initial_pct=50" } else { "execution.tick_s=0.5" };
     let mut commands = vec![
-        (format!("steward check {name}"), "what is wrong with it, without a run"),
+        (format!("steward check {name}"), "check it without running it"),
         (format!("steward run {name} --open"), "run it and open its report"),
         (format!("steward run {name} --set {value}"), "run it with another value"),
     ];
@@ -242,7 +242,7 @@ fn kind(path: &Path, contents: &[u8]) -> String {
     match Toml::of(&text) {
         Toml::Campaign => format!("a campaign: {about}"),
         Toml::Scenario => format!("a scenario: {about}"),
-        Toml::Interface => "the interface of a component: what it can be asked".to_owned(),
+        Toml::Interface => "the interface of a component: its services, topics and actions".to_owned(),
         Toml::Places => "the places on the map, in metres and degrees".to_owned(),
     }
 }

@@ -20,7 +20,7 @@ pub(crate) fn listen() -> &'static AtomicBool {
         }
     });
     if heard.is_err() {
-        note("Ctrl-C ends the program at once: the system does not let it listen");
+        note("Ctrl-C ends the program at once: the system does not allow it to be handled");
     }
     &INTERRUPTED
 }

@@ -18,8 +18,8 @@ pub(crate) fn list() -> Result<(), Error> {
         "faults/KIND      One kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
     );
     for (folder, title) in [
-        ("guide/", "What may go wrong in `guide`; `steward run 'guide/*'` runs all of them:"),
-        ("nav2/", "Defects of Nav2, and how they were mended; `steward prove 'nav2/*'` finds them:"),
+        ("guide/", "What can go wrong in `guide`; `steward run 'guide/*'` runs all of them:"),
+        ("nav2/", "Defects of Nav2, and how they were fixed; `steward prove 'nav2/*'` finds them:"),
     ] {
         text.push_str(&format!("\n{title}\n"));
         for name in scenario_names().filter(|name| name.starts_with(folder)) {

@@ -57,7 +57,7 @@ Examples:
 
 Exit status:
     0  the run was as the scenario's [expect] says
-    1  it was not, or no run of a campaign came to its end
+    1  it was not, or no run of a campaign finished
     2  the input is wrong, or the processes that it describes cannot go on
     3  the program could not do its work, for example on a full disk
   130  a run or a campaign was interrupted";

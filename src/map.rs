@@ -54,7 +54,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
         ..MappingParameters::default()
     };
     let grid = map_of(&recording, &parameters).map_err(|error| {
-        let help = "a map is made of the scans of FLASER lines, at the poses that these lines have first";
+        let help = "a map is made from the scans of FLASER lines, at the poses that these lines give first";
         Error::refused(format!("{}: {error}", args.log.display()), help)
     })?;
     maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(scenarios::Error::from)?;

@@ -56,7 +56,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let scenarios: Vec<_> = names.iter().filter_map(&mut load).collect();
     let fault_free = load(&args.fault_free);
     complaints.check()?;
-    let fault_free = fault_free.expect("what could not be loaded was complained about");
+    let fault_free = fault_free.expect("a file that could not be loaded was reported");
     let bar = Bar::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all, report| {

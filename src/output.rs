@@ -65,7 +65,7 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
 /// # Errors
 /// As [`print`].
 pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
-    print(&(serde_json::to_string_pretty(value).expect("what is printed is always JSON") + "\n"))
+    print(&(serde_json::to_string_pretty(value).expect("printed values are always JSON") + "\n"))
 }
 
 /// Writes results for people to stdout: in lines that fit the terminal, or whole where there is none.
@@ -179,7 +179,7 @@ mod tests {
         let mut painted = Text::from("  ");
         painted.paint(BAD, "violated", 10);
         assert_eq!(painted.0.len(), 12 + BAD.render().to_string().len() + BAD.render_reset().to_string().len());
-        assert_eq!(fit(&painted.0, 12), painted.0, "colours take no room");
+        assert_eq!(fit(&painted.0, 12), painted.0, "colours take no space");
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Bar {
             return Self(None);
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-        let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} to go");
+        let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} left");
         // A template that is fixed here can be parsed; if not, the default style serves.
         if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style);
@@ -104,7 +104,8 @@ impl ProofBar {
         let rate = |state: &ProgressState, text: &mut dyn Write| {
             let _ = write!(text, "{:.0}", state.per_sec());
         };
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}: {pos} states, {rate} a second, {wide_msg}")
+        if let Ok(style) =
+            ProgressStyle::with_template("{spinner} {prefix}: {pos} states, {rate} per second, {wide_msg}")
         {
             bar.set_style(style.with_key("rate", rate));
         }
@@ -146,7 +147,7 @@ impl CampaignBar {
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
         // A template that is fixed here can be parsed; if not, the default style serves.
-        let template = "{bar:24} {pos} of {len} runs, {rate} a second, {eta} to go\n{wide_msg}";
+        let template = "{bar:24} {pos} of {len} runs, {rate} per second, {eta} left\n{wide_msg}";
         let rate = |state: &ProgressState, text: &mut dyn Write| {
             let _ = write!(text, "{:.1}", state.per_sec());
         };

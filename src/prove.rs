@@ -192,7 +192,7 @@ impl ProveArgs {
         stop: &'static AtomicBool,
     ) -> Result<Finding, Error> {
         let limits = self.limits(proof, stop);
-        #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of a proof")]
+        #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of a proof")]
         let began = Instant::now();
         let bar = ProofBar::new(self.quiet || self.json, &question.property);
         let answer = proof.prove(question, &limits, &mut |progress| bar.show(progress));

@@ -116,7 +116,7 @@ impl RunOptions {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
         match of_one.iter().find(|(_, given)| *given) {
             Some((option, _)) => {
-                let message = format!("`{option}` is for one run, and {count} scenarios are to be run");
+                let message = format!("`{option}` is for a single run, but {count} scenarios are to be run");
                 Err(Error::refused(message, format!("run a scenario alone for that: `steward run NAME {option} …`")))
             }
             None => Ok(()),
@@ -173,7 +173,7 @@ fn check_folders(jobs: &[Job]) -> Result<(), Error> {
         if let Some(other) = jobs[..place].iter().find(|other| other.folder == job.folder) {
             let [one, two] = [other, job].map(|job| job.scenario.origin.argument.as_str());
             let message = format!("{one} and {two} would both write to {}", job.folder.display());
-            return Err(Error::refused(message, "run them apart, each with an `--out` of its own"));
+            return Err(Error::refused(message, "run them separately, each with its own `--out`"));
         }
     }
     Ok(())

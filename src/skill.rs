@@ -44,7 +44,7 @@ pub(crate) enum SkillCommand {
         /// Events to give it, one JSON object per line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
         #[arg(long, value_name = "FILE")]
         events: Option<PathBuf>,
-        /// Stops it after so many simulated seconds, if delayed events keep it going
+        /// Stops it after this many simulated seconds, if delayed events keep it going
         #[arg(long, value_name = "SECONDS", default_value_t = 3600.0)]
         until: f64,
         /// Prints one JSON object per line

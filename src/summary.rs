@@ -68,7 +68,7 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
     }
     for error in &report.tree_errors {
         let TreeErrorReport { label, node, message, tick, time_s } = error;
-        fact("tree", format_args!("{label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s"))?;
+        fact("tree", format_args!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))?;
     }
     for error in &report.skill_errors {
         fact(error.kind, format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;

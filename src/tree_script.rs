@@ -93,9 +93,8 @@ fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&Part>) -> Option<Ve
         }
     }
     for key in missing.into_iter().map(bt::one_line) {
-        let problem = leaves.span().problem(format!("nothing says what the leaf `{key}` answers")).with_label("here");
-        let help =
-            format!("add `{key} = \"success\"`, or what it is to answer; `otherwise`, at the top, is for all others");
+        let problem = leaves.span().problem(format!("there is no answer for the leaf `{key}`")).with_label("here");
+        let help = format!("add `{key} = \"success\"`, or another answer; `otherwise`, at the top, is for all others");
         leaves.report(problem.with_help(help));
         parts.push(None);
     }
@@ -151,7 +150,7 @@ fn values(table: &Table<'_>) -> Option<Vec<(String, Value)>> {
         match value(&item) {
             Some(value) => Some((key.to_owned(), value)),
             None => {
-                table.report(item.wrong("a number, a text, true or false, or a list of such"));
+                table.report(item.wrong("a number, a string, true or false, or an array of these"));
                 None
             }
         }

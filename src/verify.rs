@@ -99,8 +99,8 @@ fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
 /// Reads a log once, from start to end, in constant memory.
 fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     if args.map_channels.is_some() {
-        let message = format!("{} is not a bag of ROS 2, so it needs no mapping", path.display());
-        return Err(Error::refused(message, "leave `--map-channels` out"));
+        let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
+        return Err(Error::refused(message, "leave out `--map-channels`"));
     }
     let unreadable = |error: std::io::Error| {
         let message = format!("cannot read the log {}: {error}", path.display());
@@ -184,11 +184,15 @@ impl Description {
             (Some(name), _) => Ok(name),
             (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
             (None, Some(name)) => {
-                let message = format!("the log is of the scenario `{name}`, which does not come with the program");
-                Err(Error::refused(message, format!("give its file: `--scenario {name}.toml`")))
+                let message =
+                    format!("the log belongs to the scenario `{name}`, which is not shipped with the program");
+                Err(Error::refused(message, format!("name its file: `--scenario {name}.toml`")))
             }
             (None, None) => {
-                note("the log does not say which scenario it is of; its channels are assumed to be those of `nominal`");
+                note(
+                    "the log does not say which scenario it belongs to; its channels are assumed to be those of \
+                     `nominal`",
+                );
                 Ok("nominal")
             }
         }
@@ -336,6 +340,6 @@ mod tests {
             format!("{:?}", verify(&args).expect("a readable log"))
         };
         assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");
-        assert_eq!(status(0.5), format!("{:?}", ExitCode::SUCCESS), "there are two ticks a second");
+        assert_eq!(status(0.5), format!("{:?}", ExitCode::SUCCESS), "there are two ticks per second");
     }
 }

@@ -113,10 +113,10 @@ fn a_bag_that_cannot_be_checked_is_refused() {
     let (bag, scope, mapping) =
         (recorded.path("nav2.mcap"), recorded.path("nav2.scope"), recorded.path("mapping.toml"));
     let said = refusal(&["verify", &bag, "--property", &scope]);
-    assert!(said.contains("nothing says which messages") && said.contains("verify --list"), "{said}");
+    assert!(said.contains("there is no mapping from the messages") && said.contains("verify --list"), "{said}");
     let log = recorded.write("run.jsonl", b"{}\n");
     let said = refusal(&["verify", &log, "--property", &scope, "--map-channels", &mapping]);
-    assert!(said.contains("is not a bag of ROS 2, so it needs no mapping"), "{said}");
+    assert!(said.contains("is not a ROS 2 bag, so it needs no mapping"), "{said}");
     let said = refusal(&["verify", "--list", &log]);
     assert!(said.contains("run.jsonl is not a bag"), "{said}");
     let wrong =

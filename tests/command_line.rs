@@ -191,7 +191,7 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
     ] {
         let (said, status) = said_in(folder.path(), &[&["run"], arguments, &["--gif", "a.gif"]].concat());
         assert_eq!(status, Some(2), "{said}");
-        assert!(said.contains(&format!("`--gif` is for one run, and {count} scenarios are to be run")), "{said}");
+        assert!(said.contains(&format!("`--gif` is for a single run, but {count} scenarios are to be run")), "{said}");
     }
     assert!(said_in(folder.path(), &["run", "--all", "--open"]).0.contains("note: published is left out"));
     for (arguments, wanted) in [

@@ -247,8 +247,11 @@ fn each_mistake_has_one_message() {
     for (more, message) in [
         ("[components.Lamp]\nbuiltin = \"lamp\"", "`builtin` cannot be `lamp`"),
         ("[components.Gate]\nbuiltin = \"door\"\ndoor = \"gate\"", "a door needs a world with a robot"),
-        ("[components.Horn]\nbuiltin = \"speaker\"\npressed_s = [1]", "`pressed_s` means nothing to a speaker"),
-        ("[components.Horn]\nbuiltin = \"speaker\"\ninterface = \"x.toml\"", "`interface` means nothing to a speaker"),
+        ("[components.Horn]\nbuiltin = \"speaker\"\npressed_s = [1]", "`pressed_s` has no meaning for a speaker"),
+        (
+            "[components.Horn]\nbuiltin = \"speaker\"\ninterface = \"x.toml\"",
+            "`interface` has no meaning for a speaker",
+        ),
         ("[components.Horn]\nbuiltin = \"speaker\"\nmachine = \"x.scxml\"", "has both a `builtin` and a `machine`"),
         ("[components.Bell]\nbuiltin = \"button\"\npressed_s = [-1]", "a number of seconds from 0 to 1e9"),
         (

@@ -136,7 +136,7 @@ fn a_robot_is_carried_only_to_where_it_fits() {
     let (report, _) = run(&faults, &["--set", "execution.max_time_s=20"]);
     let kinds: Vec<&str> =
         report["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect();
-    assert_eq!(kinds, ["kidnap", "obstacle_appears"], "what took hold");
+    assert_eq!(kinds, ["kidnap", "obstacle_appears"], "what took effect");
     let undone = report["undone_faults"].as_array().unwrap();
     assert_eq!(undone.len(), 1);
     assert_eq!((&undone[0]["kind"], undone[0]["time_s"].as_f64()), (&"kidnap".into(), Some(15.0)));

@@ -197,7 +197,7 @@ fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
     let lines = lines.replace("leaves.Charge", "leaves.Charge.data.patience = 3\nleaves.Charge");
     let files = scenario(TOLD_APART_BY_NAME, &lines);
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    assert!(said.contains("must be a text, a number, true or false"), "{said}");
+    assert!(said.contains("must be a string, a number, true or false"), "{said}");
 
     let files = scenario(TOLD_APART_BY_NAME, &lines.replace(", data.at = [1]", ""));
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);

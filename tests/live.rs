@@ -165,7 +165,7 @@ fn one_pilot_steers_and_what_is_no_request_is_refused() {
     assert_eq!(hear(&mut viewer, "pilot"), false);
     for onlooker in [&mut second, &mut viewer] {
         onlooker.send(Message::text(r#"{"do":"pause"}"#)).unwrap();
-        assert_eq!(hear(onlooker, "refused"), "somebody else steers this run");
+        assert_eq!(hear(onlooker, "refused"), "somebody else controls this run");
     }
     for (request, reason) in [
         ("", "EOF"),

@@ -175,7 +175,7 @@ fn a_log_may_come_from_a_pipe() {
 #[test]
 fn a_log_that_cannot_be_judged_is_refused() {
     for (old, new, expected) in [
-        ("nominal", "patrol", "of the scenario `patrol`, which does not come with the program"),
+        ("nominal", "patrol", "to the scenario `patrol`, which is not shipped with the program"),
         ("0.1.0", "99.0.0", "written by version 99.0.0 of steward"),
         (r#""to":"BatteryLevel","#, "", "line 3 of the log, byte 1: this message has no `to`"),
     ] {
@@ -183,7 +183,7 @@ fn a_log_that_cannot_be_judged_is_refused() {
         assert!(status == Some(2) && said.contains(expected), "{status:?}: {said}");
     }
     let (status, said) = verified(LOG.split_once('\n').unwrap().1, "phi1");
-    assert!(status == Some(1) && said.contains("does not say which scenario it is of"), "{status:?}: {said}");
+    assert!(status == Some(1) && said.contains("does not say which scenario it belongs to"), "{status:?}: {said}");
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn errors_in_a_monitor_machine_are_reported_and_change_nothing() {
     std::fs::write(folder.path().join("ChargeWatch.scxml"), broken).unwrap();
     let run = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
     let errors = monitor(&run, "charge")["errors"].to_string();
-    assert!(errors.contains("error.execution") && errors.contains("first in tick 0"), "{errors}");
+    assert!(errors.contains("error.execution") && errors.contains("first at tick 0"), "{errors}");
     assert_eq!(monitor(&run, "phi1")["verdict"], "violated");
 }
 

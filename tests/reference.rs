@@ -289,7 +289,7 @@ impl Written {
     fn type_in_words(&self, of: &syn::Type) -> (String, Option<(String, &'static str)>) {
         let syn::Type::Path(path) = of else {
             return match of {
-                syn::Type::Reference(_) => ("text".to_owned(), None),
+                syn::Type::Reference(_) => ("string".to_owned(), None),
                 _ => ("array of 3 numbers".to_owned(), None),
             };
         };
@@ -311,7 +311,7 @@ impl Written {
                 let (words, inside) = self.type_in_words(inner);
                 (format!("array of {words}s"), inside.map(|(name, _)| (name, "[]")))
             }
-            ("String" | "Outcome", _) => ("text".to_owned(), None),
+            ("String" | "Outcome", _) => ("string".to_owned(), None),
             ("f64", _) => ("number".to_owned(), None),
             ("u64" | "usize", _) => ("integer".to_owned(), None),
             ("bool", _) => ("boolean".to_owned(), None),

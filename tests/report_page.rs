@@ -185,7 +185,7 @@ fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     let out = tempdir().unwrap();
     report("joypad", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(page.contains(" s a fault took hold, for the first of 7 times: a joypad overrides"));
+    assert!(page.contains(" s a fault took effect, for the first of 7 times: a joypad overrides"));
     look_at("joypad", &out.path().join("report.html"), 4);
 }
 
@@ -206,8 +206,8 @@ fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
 #[test]
 fn a_missing_message_is_described_and_drawn() {
     let words = [
-        "At 0 s a fault took hold: the machine BatteryLevel has threshold = 20.",
-        "At 20.5 s a fault took hold: battery level set to 25\u{a0}%.",
+        "At 0 s a fault took effect: the machine BatteryLevel has threshold = 20.",
+        "At 20.5 s a fault took effect: battery level set to 25\u{a0}%.",
         "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
         "But GotoRechargingStation told Navigation nothing at all in that time.",
@@ -223,7 +223,7 @@ fn a_missing_message_is_described_and_drawn() {
 #[test]
 fn a_robot_that_never_arrives_is_described() {
     let words = [
-        "At 0 s a fault took hold: a box stands at",
+        "At 0 s a fault took effect: a box stands at",
         "So Localization had to tell AtRechargingStation <code>[&lt;ok&gt;, true]</code> by tick 150.",
         "But Localization told AtRechargingStation only 120 other messages in that time, the last of them <code>[&lt;ok&gt;, false]</code> at tick 150.",
         "navigation was moving, then preparing before move, then waiting obstacle, then thinking, then failing.",
@@ -236,9 +236,9 @@ fn a_robot_that_never_arrives_is_described() {
 #[test]
 fn a_violation_by_a_robot_at_the_station_is_described() {
     let words = [
-        "At 0.5 s a fault took hold: battery level set to 29\u{a0}%.",
+        "At 0.5 s a fault took effect: battery level set to 29\u{a0}%.",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",
-        "BatteryReader went on telling BatteryLevel: at tick 10 it was <code>[&lt;ok&gt;, 47.04]</code>.",
+        "BatteryReader continued to tell BatteryLevel: at tick 10 it was <code>[&lt;ok&gt;, 47.04]</code>.",
         "GotoRechargingStation was not asked by the tree",
         "it was too late: phi2 is violated.",
     ];

@@ -144,7 +144,7 @@ fn keys_that_a_model_determines_itself_are_refused_beside_it() {
     {
         std::fs::write(&path, format!("model = {LIFT:?}\n{lines}\n")).unwrap();
         let said = refusal(&["check", path.to_str().unwrap()]);
-        assert!(said.contains(&format!("`{key}` has no place beside a `model`")), "{said}");
+        assert!(said.contains(&format!("`{key}` is not allowed beside a `model`")), "{said}");
     }
     let machine = Path::new(LIFT).with_file_name("lift.ascxml");
     let said = refusal(&["skill", "check", machine.to_str().unwrap()]);

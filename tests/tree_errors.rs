@@ -46,7 +46,7 @@ fn a_failing_script_is_reported_once_in_either_form_of_the_tree() {
         assert_eq!(*errors, expected, "as {form}");
         assert!(page.contains("ScriptCondition (node 2)"), "as {form}");
         assert!(
-            summary.contains(&format!("  tree     ScriptCondition (node 2): {message}; first in tick 0")),
+            summary.contains(&format!("  tree     ScriptCondition (node 2): {message}; first at tick 0")),
             "{summary}"
         );
     }

@@ -131,7 +131,7 @@ fn a_campaign_without_a_robot_has_no_measures_of_one() {
     let output = run("measures = [\"distance_m\"]\n");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("there is no robot to measure `distance_m` of"), "{said}");
+    assert!(said.contains("there is no robot for which to measure `distance_m`"), "{said}");
 }
 
 #[test]

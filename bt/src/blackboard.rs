@@ -107,7 +107,7 @@ impl Blackboard {
             let (scope, key) = self.scopes.resolve(scope, key);
             self.extra.push((scope, key.into()));
             self.entries.push(Entry::default());
-            Slot(u32::try_from(self.entries.len() - 1).expect("fewer entries than there is memory for"))
+            Slot(u32::try_from(self.entries.len() - 1).expect("there is memory for fewer entries than that"))
         })
     }
 

@@ -21,7 +21,7 @@ use crate::{Call, NodeId, Reply, Request, Step};
 /// The maximum number of repeated ticks of a tree within one tick.
 pub(crate) const MAX_REPEATS: u32 = 10_000;
 /// The message if the limit is exceeded.
-pub(crate) const TOO_MANY_REPEATS: &str = "the tree asks to be ticked again without end";
+pub(crate) const TOO_MANY_REPEATS: &str = "the tree keeps asking to be ticked again";
 
 impl State {
     /// The pending call, to be repeated.

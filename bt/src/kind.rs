@@ -200,7 +200,7 @@ pub enum Kind {
     Script,
     /// Succeeds if the script `code` holds.
     ScriptCondition,
-    /// Writes `value`, a text or an entry to be copied, under the key `output_key`.
+    /// Writes `value`, a string or an entry to be copied, under the key `output_key`.
     SetBlackboard,
     /// Removes the entry `key` if it belongs to this tree.
     UnsetBlackboard,
@@ -515,7 +515,7 @@ impl Kind {
             (Self::RecoveryNode, _) if count != 2 => Some("two children"),
             (Self::PauseResumeController, _) if !(1..=4).contains(&count) => Some("one to four children"),
             (Self::Switch(cases), _) if count != usize::from(cases) + 1 => {
-                Some("one child for each case, and a last one for all others")
+                Some("one child per case, and a last one for all other values")
             }
             (_, Category::Control) if count == 0 => Some("at least one child"),
             (_, Category::Decorator) if count != 1 => Some("exactly one child"),

@@ -75,7 +75,7 @@ fn changes(text: &str, element: Element<'_, '_>) -> Vec<(String, Vec<Edit>)> {
     if let Some(next) = element.next_sibling_element() {
         let [here, there] = [element.range(), next.range()];
         let edits = vec![(here.clone(), text[there.clone()].to_owned()), (there, text[here].to_owned())];
-        changes.push((format!("{name} and {} change places", name_of(text, next)), edits));
+        changes.push((format!("{name} and {} swap places", name_of(text, next)), edits));
     }
     changes
 }

@@ -245,7 +245,7 @@ fn shortened(label: String) -> String {
 }
 
 fn push_line(text: &mut String, line: &str) {
-    writeln!(text, "{}", line.trim_end()).expect("writing to a text succeeds");
+    writeln!(text, "{}", line.trim_end()).expect("writing to a string succeeds");
 }
 
 fn column_name(moment: &RehearsedTick) -> String {
@@ -291,7 +291,7 @@ impl Tree {
             let fill = colour(outcome).map_or(String::new(), |fill| format!(" style=filled fillcolor=\"{fill}\""));
             writeln!(dot, "  n{id} [label=\"{}\" shape={shape}{fill}];", quoted(&label)).expect("writing succeeds");
             if let Some(parent) = node.parent() {
-                writeln!(dot, "  n{parent} -> n{id};").expect("writing to a text succeeds");
+                writeln!(dot, "  n{parent} -> n{id};").expect("writing to a string succeeds");
             }
         }
         dot.push_str("}\n");
@@ -299,7 +299,7 @@ impl Tree {
     }
 }
 
-/// A colour that is readable with dark letters.
+/// A colour on which dark letters are legible.
 fn colour(outcome: Option<Outcome>) -> Option<&'static str> {
     Some(match outcome? {
         Outcome::Answered(Status::Success) => "#b7e1b0",

@@ -42,7 +42,7 @@ fn each_of_very_many_problems_is_found_once() {
     }
     let same = refused(&file(&sequence(&"<Unknown/>".repeat(COUNT)), ""));
     let said: Vec<String> = same.problems().iter().map(ToString::to_string).collect();
-    assert_eq!(said, [format!("unknown node type <Unknown>, here and {} more times", COUNT - 1)]);
+    assert_eq!(said, [format!("unknown node type <Unknown>, here and in {} other places", COUNT - 1)]);
     let again = many(COUNT, |_| "<BehaviorTree ID=\"T\"><AlwaysSuccess/></BehaviorTree>".to_owned());
     assert_eq!(refused(&file("<AlwaysSuccess/>", &again)).problems().len(), COUNT);
 }

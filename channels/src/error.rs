@@ -63,13 +63,13 @@ pub enum WiringError {
         process: String,
     },
     /// A composed process has no behavior of its own that could be replaced.
-    #[error("{process} is composed of members, which must be replaced one by one")]
+    #[error("{process} is composed of members, which must be replaced one at a time")]
     Composed {
         /// The process.
         process: String,
     },
     /// A disturbance is on a channel that never holds a message.
-    #[error("the channel {channel} hands messages over without holding them, so it cannot be disturbed")]
+    #[error("the channel {channel} passes messages on without holding them, so it cannot be disturbed")]
     HoldsNothing {
         /// The channel in words.
         channel: String,

@@ -68,7 +68,7 @@ pub trait Monitor: Any + Debug + Send + Sync {
     /// [`NoNormalForm`] if the monitor has none; by default it has none.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         Err(NoNormalForm::Unsupported {
-            reason: "nobody has said which of its states are alike".to_owned(),
+            reason: "it has not been told which of its states are alike".to_owned(),
             help: None,
         })
     }

@@ -106,7 +106,7 @@ pub trait Process: ProcessState + Debug + Send + Sync {
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         let _ = form;
         Err(NoNormalForm::Unsupported {
-            reason: "nobody has said which of its states are alike".to_owned(),
+            reason: "it has not been told which of its states are alike".to_owned(),
             help: None,
         })
     }

@@ -337,7 +337,7 @@ mod tests {
         assert!(staging.is_alone().unwrap());
         staging.write("b.txt", "b").unwrap();
         staging.write("sub/a.txt", "a").unwrap();
-        assert_eq!(names(folder.path()).len(), 1, "nothing but the hidden folder");
+        assert_eq!(names(folder.path()).len(), 1, "only the hidden folder remains");
         // Another one at the same time does not interfere.
         begin().write("b.txt", "lost").unwrap();
         assert_eq!(staging.read("b.txt").unwrap(), b"b");

@@ -98,7 +98,7 @@ fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, P
         let problem = problem(format!("cannot be used: {error}"));
         match error {
             RasterError::Magic | RasterError::OtherNetpbm(_) | RasterError::Png(_) => {
-                problem.with_help("accepted are PGM (P2 and P5) and PNG")
+                problem.with_help("PGM (P2 and P5) and PNG are accepted")
             }
             _ => problem,
         }

@@ -29,7 +29,7 @@ pub enum Formula {
     And(Vec<Formula>),
     /// One operand holds.
     Or(Vec<Formula>),
-    /// If the first holds, the second does.
+    /// If the first holds, so does the second.
     Implies(Box<Formula>, Box<Formula>),
     /// The operand holds at the next state at which it is checked.
     Next(Box<Formula>),
@@ -77,10 +77,10 @@ pub enum FormulaError {
     #[error("`{0}` is not remembered in every case in which something is compared with it")]
     NotRemembered(Arc<str>),
     /// Two values of one name are remembered at once.
-    #[error("two values called `{0}` are remembered at once")]
+    #[error("two values named `{0}` are remembered at the same time")]
     RememberedTwice(Arc<str>),
     /// A formula that looks back at values would have to remember all messages.
-    #[error("what looks back at remembered values needs an upper bound, as in `once[<= 10 min]`")]
+    #[error("looking back at remembered values needs an upper bound, as in `once[<= 10 min]`")]
     Endless,
 }
 
@@ -132,7 +132,7 @@ pub enum MessageCondition {
     And(Vec<MessageCondition>),
     /// One operand holds.
     Or(Vec<MessageCondition>),
-    /// If the first holds, the second does.
+    /// If the first holds, so does the second.
     Implies(Box<MessageCondition>, Box<MessageCondition>),
     /// The values of two terms compare. If one has none, every relation is false except `!=`.
     Relate {

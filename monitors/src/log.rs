@@ -257,7 +257,7 @@ impl<R: BufRead> EventLog<R> {
             Token::Text(text) => Value::Text(text.into()),
             Token::Open => {
                 if scanner.string()? != b"sym" {
-                    return Err(scanner.unreadable("a value must be a number, a text, true, false or {\"sym\": …}"));
+                    return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));
                 }
                 scanner.expect(b':')?;
                 let name = scanner.string()?;

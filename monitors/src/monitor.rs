@@ -406,13 +406,16 @@ impl Monitor for ScopeMonitor {
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         if self.synthesis.past.keeps_messages() {
             return Err(NoNormalForm::Unsupported {
-                reason: format!("`{}` looks back at remembered values, so it keeps all messages of a while", self.name),
+                reason: format!(
+                    "`{}` looks back at remembered values, so it keeps all messages for a while",
+                    self.name
+                ),
                 help: Some("remember the value in the earlier message, and look ahead from there".to_owned()),
             });
         }
         if self.synthesis.vocabulary.is_timed {
             return Err(NoNormalForm::Unsupported {
-                reason: format!("`{}` is a timed property, and a proof knows no time between ticks", self.name),
+                reason: format!("`{}` is a timed property, and a proof has no notion of time between ticks", self.name),
                 help: Some("without `timed`, its durations are counted in ticks".to_owned()),
             });
         }

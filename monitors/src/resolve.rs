@@ -101,8 +101,8 @@ impl<'a> Resolver<'a> {
     fn remember(&mut self, name: &Name) {
         if self.constants.contains_key(name.text.as_str()) {
             let problem =
-                Problem::new(format!("`{}` is already a constant", name.text)).at(name.span, "a name of its own");
-            self.problems.push(problem.with_help("call the remembered value something else"));
+                Problem::new(format!("`{}` is already a constant", name.text)).at(name.span, "a different name");
+            self.problems.push(problem.with_help("rename the remembered value"));
         }
         self.remembered.insert(name.text.clone());
     }
@@ -111,9 +111,8 @@ impl<'a> Resolver<'a> {
     fn formula(&mut self, constraint: &Constraint, inside: Inside) -> Option<Formula> {
         if let Some(ahead) = looks_ahead(&constraint.kind).filter(|_| inside.past) {
             let problem = Problem::new(format!("`{ahead}` looks ahead, but it is inside an operator that looks back"));
-            let problem = problem.at(constraint.span, "not known yet when it is asked");
-            self.problems
-                .push(problem.with_help("`once`, `historically`, `previous` and `since` ask what has happened"));
+            let problem = problem.at(constraint.span, "not known yet when it is needed");
+            self.problems.push(problem.with_help("`once`, `historically`, `previous` and `since` are about the past"));
             return None;
         }
         let mut temporal = |part: &Constraint| self.formula(part, Inside { temporal: true, ..inside }).map(Box::new);
@@ -180,8 +179,8 @@ impl<'a> Resolver<'a> {
         for name in event.condition.remembered().into_iter().cloned() {
             let problem =
                 Problem::new(format!("`{}` cannot be remembered here", name.text)).at(name.span, "which message?");
-            let help =
-                "the event is awaited or counted; remember values in an event that is asked, as before `implies`";
+            let help = "the event is awaited or counted; remember values in an event that is checked at once, as \
+                        before `implies`";
             self.problems.push(problem.with_help(help));
             self.remembered.insert(name.text);
         }
@@ -218,7 +217,8 @@ impl<'a> Resolver<'a> {
         {
             return Some(number);
         }
-        let problem = Problem::new("expected a number of messages").at(operand.span(), "not a whole number from 0 on");
+        let problem =
+            Problem::new("expected a number of messages").at(operand.span(), "not a whole number of at least 0");
         self.problems.push(problem.with_help("`at most 3 (sender, receiver, condition) in 10 s`"));
         None
     }

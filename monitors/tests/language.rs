@@ -323,7 +323,7 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
 #[test]
 fn a_field_whose_messages_no_symbol_distinguishes_is_refused() {
     let error = spoken("m.left = true").unwrap_err();
-    assert_eq!(error.problems()[0].message(), "no symbol tells the messages with this field from others");
+    assert_eq!(error.problems()[0].message(), "no symbol distinguishes the messages with this field from others");
     let error = spoken("m.levle > 5").unwrap_err();
     assert_eq!(error.problems()[0].message(), "messages from Guide to Speaker have no field `levle`");
     let error = spoken("m.level = <loud>").unwrap_err();

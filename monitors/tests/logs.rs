@@ -84,7 +84,7 @@ fn an_invalid_line_is_reported_with_its_location() {
     assert_eq!(event(",\"tree\":[]"), "Ok(None)");
     assert_eq!(
         read("{\"message\":[{\"symbol\":1}]}"),
-        "1:22 a value must be a number, a text, true, false or {\"sym\": …}"
+        "1:22 a value must be a number, a string, true, false or {\"sym\": …}"
     );
     assert_eq!(read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))), "1:1048577 this line is longer than 1 MiB");
 }

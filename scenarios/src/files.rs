@@ -291,7 +291,7 @@ mod tests {
             files.read(Path::new("maps/house.yaml")).unwrap(),
             Files::shipped().read(Path::new("maps/house.yaml")).unwrap()
         );
-        assert_eq!(files.fingerprint(), before, "what comes with the program is no file on disk");
+        assert_eq!(files.fingerprint(), before, "a shipped file is not a file on disk");
     }
 
     #[test]
@@ -320,6 +320,6 @@ mod tests {
             assert_eq!([name, path].map(|given| kind.path(Path::new(given))), [path, path].map(PathBuf::from));
             assert!(kind.names().any(|known| known == name), "{name}");
         }
-        assert_eq!(Kind::Tree.path(Path::new("phi1")), Path::new("phi1"), "which no tree has for a name");
+        assert_eq!(Kind::Tree.path(Path::new("phi1")), Path::new("phi1"), "which is not a name in any tree");
     }
 }

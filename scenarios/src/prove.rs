@@ -323,7 +323,8 @@ fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complai
             }
             None => {
                 let problem = from.span.problem(format!("there is no channel from {} to {}", from.value, to.value));
-                let help = "name a sender and a receiver that have one: [\"Navigation\", \"GoToDestination\"]";
+                let help =
+                    "name a sender and a receiver whose channel holds messages: [\"Navigation\", \"GoToDestination\"]";
                 complaints.push(problem.with_label("these processes").with_help(help));
             }
         }
@@ -372,9 +373,9 @@ fn questions(
         let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
         if scope.is_some_and(|scope| !scope.formula().is_safety()) {
             let message =
-                format!("the property {name} demands something without a bound, for which no search can wait");
-            let help =
-                "bound it in ticks, `time_until (…) < 60`, or prove others: `--property NAME`, `prove.properties`";
+                format!("the property {name} demands something without a bound, which no search can wait for");
+            let help = "bound it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
+                        `prove.properties`";
             complaints.push(diagnostics::Problem::new(message).with_help(help));
         }
     }

@@ -231,7 +231,7 @@ fn read_step(table: Table<'_>) -> Option<Step> {
     };
     if damage != Damage::None && to.is_none() {
         let problem = table.span().problem("only a message that is sent can be lost, repeated or held");
-        table.report(problem.with_label("this step").with_help("say it of the step that sends the message"));
+        table.report(problem.with_label("this step").with_help("set it on the step that sends the message"));
         return None;
     }
     let held = held.unwrap_or_default();

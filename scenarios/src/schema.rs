@@ -69,7 +69,7 @@ fn accepts(takes: &Value) -> String {
         return format!("one of {}", names.join(", "));
     }
     let what = match takes["type"].as_str() {
-        Some("string") => return "a text".to_owned(),
+        Some("string") => return "a string".to_owned(),
         Some("boolean") => return "true or false".to_owned(),
         Some("integer") => "an integer",
         _ => "a number",
@@ -161,7 +161,7 @@ pub fn pose() -> Value {
 /// A text, a number, true or false.
 #[must_use]
 pub fn scalar() -> Value {
-    json!({ "title": "a text, a number, true or false", "type": ["string", "number", "boolean"] })
+    json!({ "title": "a string, a number, true or false", "type": ["string", "number", "boolean"] })
 }
 
 /// A table whose keys have to keep these rules.

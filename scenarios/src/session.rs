@@ -147,7 +147,7 @@ impl Session {
         let mut faults = self.faults.clone();
         let fault = faults.get_mut(act).filter(|_| act >= self.given).and_then(Value::as_table_mut);
         let Some(fault) = fault.filter(|fault| !fault.contains_key("lasts_s")) else {
-            let help = "only what was done in this session and still lasts can be ended by hand";
+            let help = "only what was done in this session and is still in effect can be ended by hand";
             return Err(Error::refused(format!("fault {act} cannot be ended"), help));
         };
         let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);

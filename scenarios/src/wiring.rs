@@ -99,7 +99,7 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
-    let scheduler = scheduler.expect("an unknown process was complained about");
+    let scheduler = scheduler.expect("an unknown process was reported");
     Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot } })
 }
 
@@ -119,7 +119,7 @@ fn wire_model(scenario: &Scenario, model: &Model, streams: &Streams) -> Result<W
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
-    let scheduler = scheduler.expect("an unknown process was complained about");
+    let scheduler = scheduler.expect("an unknown process was reported");
     Ok(Wired { system, scheduler, ids: Ids { tree, robot: None } })
 }
 
@@ -572,7 +572,7 @@ mod tests {
 
     #[test]
     fn starving_a_process_leaves_the_choice_among_the_others_to_the_policy() {
-        let found = find::find("errand").expect("a scenario of the program's");
+        let found = find::find("errand").expect("a shipped scenario");
         for (policy, words) in [("random", "Random"), ("round-robin", "RoundRobin")] {
             let overrides = [format!("execution.policy={policy}"), "execution.starve=BT".to_owned()];
             let scenario = Scenario::load(&found, &overrides).expect("a sound scenario");

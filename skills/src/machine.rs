@@ -160,7 +160,7 @@ struct Invoked {
 
 /// Why an event is not sent.
 fn no_room() -> String {
-    format!("{MAX_WAITING} events are waiting already")
+    format!("{MAX_WAITING} events are already waiting")
 }
 
 /// Working memory of a microstep, kept so that steps need no allocation.

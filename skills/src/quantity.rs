@@ -12,7 +12,7 @@ use crate::{Chart, Datum};
 
 /// How to fix a machine that computes with a quantity.
 const WAY_OUT: &str =
-    "compare it with constants and go on with the result; a proof distinguishes levels only by such comparisons";
+    "compare it with constants and continue with the result; a proof distinguishes levels only by such comparisons";
 
 impl Chart {
     /// The constants with which the machine compares a quantity that events bring as `_event.data.FIELD`, in no order.
@@ -161,7 +161,7 @@ impl<'a> Following<'a> {
             Expr::Unary(UnaryOp::Not, part) => self.follow(part, place),
             Expr::Logic(_, parts) => parts.iter().for_each(|part| self.follow(part, place)),
             Expr::Choice(parts) => parts.iter().for_each(|part| self.follow(part, place)),
-            Expr::Event | Expr::EventField(_) => self.refuse(place, "keeps all of an event with a level", "here"),
+            Expr::Event | Expr::EventField(_) => self.refuse(place, "keeps an entire event with a level", "here"),
             _ => self.refuse(place, "computes with a level", "this is computed from it"),
         }
     }

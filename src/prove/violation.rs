@@ -100,7 +100,7 @@ impl Violation {
                 (What::Environment(words), _) => writeln!(text, "  {words}"),
                 (What::Tick { is_delivered: true }, Some(tick)) => writeln!(text, "  tick {tick}"),
                 (What::Tick { .. }, tick) => {
-                    writeln!(text, "  tick {}, lost: the tree has not finished the last one", tick.unwrap_or(0))
+                    writeln!(text, "  tick {}, lost: the tree has not finished the previous one", tick.unwrap_or(0))
                 }
                 (What::Message { from, to, message, is_watched }, _) if all || *is_watched => {
                     writeln!(text, "    {from} → {to}  {message:.3}")

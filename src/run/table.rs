@@ -29,7 +29,7 @@ pub(super) struct Table {
 impl Table {
     /// A table without lines. A quiet one shows only runs that were not as expected, on stderr.
     pub(super) fn new(quiet: bool) -> Self {
-        #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of a run")]
+        #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of a run")]
         let began = Instant::now();
         let (passed, failed, interrupted, errors) = (0, 0, 0, 0);
         Self { quiet, began, passed, failed, interrupted, errors, error_status: None, simulated_s: 0.0 }

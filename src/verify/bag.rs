@@ -15,7 +15,7 @@ use crate::monitor::System;
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let Some(mapping) = &args.map_channels else {
-        let message = format!("nothing says which messages of {} pass on which channels", path.display());
+        let message = format!("there is no mapping from the messages of {} to channels", path.display());
         let help =
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());
         return Err(Error::refused(message, help));
@@ -30,7 +30,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let mut events = Events::new(&bag, &mapping, compiled);
     let start =
         bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {} s", bags::seconds(first)));
-    let about = format!("A bag of ROS 2{start}");
+    let about = format!("A ROS 2 bag{start}");
     let end = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
     Ok(Verified { properties, end, start_ns: events.start_ns(), notes })

@@ -34,7 +34,7 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
         let known = |name: &str| properties.iter().any(|property| property.name == name);
         if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
             let message = format!("there are two properties `{}`, one in {}", again.name, path.display());
-            return Err(Error::refused(message, "give each property a name of its own"));
+            return Err(Error::refused(message, "give each property a different name"));
         }
         properties.extend(file.properties);
     }

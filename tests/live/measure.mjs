@@ -126,7 +126,7 @@ async function processor(steward) {
   }
 }
 
-// How fast a run goes alone, and with twenty who look on: as fast as it goes, and at real time.
+// How fast a run goes alone, and with twenty who look on: as fast as possible, and at real time.
 async function viewers(steward) {
   for (const times of [1, 10, null]) {
     const speeds = { alone: [], watched: [] };

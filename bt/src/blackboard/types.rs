@@ -142,7 +142,7 @@ impl Type {
             Self::Int { min: 0, .. } => "a non-negative whole number",
             Self::Int { .. } => "a whole number in range",
             Self::Real => "a number",
-            Self::Text => "a text",
+            Self::Text => "a string",
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
             Self::List(_) => "a list of such values",
             Self::Other(_) => "a value of this type",

@@ -24,7 +24,7 @@ pub(crate) enum ScriptError {
     Operand { operator: &'static str, operand: String },
     #[error("the entry `{name}` holds `{old}` and cannot take `{new}`")]
     Assignment { name: Arc<str>, old: String, new: String },
-    #[error("a text may have at most {MAX_TEXT_BYTES} bytes")]
+    #[error("a string may have at most {MAX_TEXT_BYTES} bytes")]
     TooLong,
 }
 

@@ -192,7 +192,7 @@ impl<'a> Parser<'a, '_> {
             TokenKind::Name("true") => Expression::Literal(Value::Real(1.0)),
             TokenKind::Name("false") => Expression::Literal(Value::Real(0.0)),
             TokenKind::Name(name) => self.name(name),
-            TokenKind::Sign(_) | TokenKind::End => return Err(self.unexpected("a number, a text or a name")),
+            TokenKind::Sign(_) | TokenKind::End => return Err(self.unexpected("a number, a string or a name")),
         };
         self.next += 1;
         Ok(operand)

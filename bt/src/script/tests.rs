@@ -77,10 +77,10 @@ amounts_to! {
     names_may_have_an_at_sign: ["@x := 4; x" => "4"];
     mistakes_are_found_at_their_places: [
         "" => "0..0: the script is empty",
-        "1 +" => "3..3: expected a number, a text or a name",
+        "1 +" => "3..3: expected a number, a string or a name",
         "(1" => "2..2: expected `)`",
         "1 = 2" => "0..1: only blackboard entries can be assigned to",
-        "'abc" => "0..4: this text has no closing quote",
+        "'abc" => "0..4: this string has no closing quote",
         "1 $ 2" => "2..3: `$` is not allowed in a script",
         "3foo" => "0..4: `3foo` is not a number",
         "65." => "0..3: `65.` is not a number",
@@ -100,6 +100,6 @@ fn deep_nesting_is_refused() {
 #[test]
 fn a_text_has_a_maximum_length() {
     let doubled = |times: usize| value(&format!("x := 'a'{}; 1", "; x += x".repeat(times)));
-    assert_eq!(doubled(20), "1", "a text of a megabyte");
-    assert_eq!(doubled(21), "a text may have at most 1048576 bytes");
+    assert_eq!(doubled(20), "1", "a string of a megabyte");
+    assert_eq!(doubled(21), "a string may have at most 1048576 bytes");
 }

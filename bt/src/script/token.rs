@@ -47,7 +47,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, SyntaxError> {
 fn token(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     let Some(first) = text.chars().next() else { return Ok((TokenKind::End, 0)) };
     if let Some(rest) = text.strip_prefix('\'') {
-        let length = rest.find('\'').ok_or_else(|| ("this text has no closing quote".to_owned(), text.len()))?;
+        let length = rest.find('\'').ok_or_else(|| ("this string has no closing quote".to_owned(), text.len()))?;
         return Ok((TokenKind::Text(&rest[..length]), length + 2));
     }
     if first.is_ascii_digit() {

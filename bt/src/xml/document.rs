@@ -263,8 +263,8 @@ fn check_ids(definitions: &[Definition], problems: &mut Problems) {
         };
         match seen.get(id) {
             Some(first) => {
-                let problem = Problem::new(format!("there are two trees named `{id}`")).at(*span, "again here");
-                problems.push(problem.at(*first, "first here").with_help("give one of them another ID"));
+                let problem = Problem::new(format!("there are two trees with the ID `{id}`")).at(*span, "again here");
+                problems.push(problem.at(*first, "first here").with_help("give one of them a different ID"));
             }
             None => {
                 seen.insert(id, *span);

@@ -162,8 +162,8 @@ fn direction(element: Element<'_, '_>) -> Option<Direction> {
 fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Problems) -> Option<PortModel> {
     let name = element.attribute("name");
     let Some(name) = name.filter(|name| is_port_name(name)) else {
-        let help = "a port's name begins with a letter, has no space, dot or other special character, and is not `name` \
-                    or `ID`";
+        let help = "a port's name begins with a letter, has no space, dot or other special character, and is neither \
+                    `name` nor `ID`";
         let unnamed = || "this port has no name".to_owned();
         let problem = Problem::new(name.map_or_else(unnamed, |name| format!("`{name}` is not a valid name of a port")));
         problems.push(problem.at(tag_span(element), "give it a name").with_help(help));

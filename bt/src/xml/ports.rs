@@ -71,7 +71,7 @@ impl Of {
             Self::Int | Self::Item(Item::Int) => "an integer",
             Self::Unsigned => "an integer of at least 0",
             Self::Bool | Self::Item(Item::Bool) => "true or false",
-            Self::Text | Self::Item(Item::Text) => "a text",
+            Self::Text | Self::Item(Item::Text) => "a string",
             Self::Real | Self::Item(Item::Double) => "a number",
             Self::Rate => "a number greater than 0",
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",

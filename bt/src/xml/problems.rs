@@ -56,8 +56,8 @@ fn with_article(category: Category) -> String {
 pub(super) fn unknown_node(name: &str, more: usize) -> Problem {
     let repeated = match more {
         0 => String::new(),
-        1 => ", here and once more".to_owned(),
-        more => format!(", here and {more} more times"),
+        1 => ", here and in one other place".to_owned(),
+        more => format!(", here and in {more} other places"),
     };
     Problem::new(format!("unknown node type <{name}>{repeated}"))
 }

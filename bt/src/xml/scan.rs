@@ -97,7 +97,7 @@ impl Scan<'_> {
                 (format!("it contains {what}"), format!("write `{allowed}`"))
             }
             None if matches!(id, "Root" | "root") => {
-                ("BehaviorTree.CPP reserves it".to_owned(), "give it another ID".to_owned())
+                ("BehaviorTree.CPP reserves it".to_owned(), "give it a different ID".to_owned())
             }
             None => return,
         };
@@ -117,7 +117,7 @@ impl Scan<'_> {
             {
                 let problem = Problem::new(format!("there are two subtrees named `{name}` in this tree"));
                 let problem = problem.at(span, "again here").at(first, "first here");
-                self.problems.push(problem.with_help("give one of them another name, or remove the name"));
+                self.problems.push(problem.with_help("give one of them a different name, or remove the name"));
             }
             let reactive = node.parent.filter(|parent| nodes[*parent].kind == Kind::ReactiveSequence);
             if let Some(parent) = reactive.filter(|_| node.kind == Kind::AsyncSequence)

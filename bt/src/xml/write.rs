@@ -102,7 +102,7 @@ impl Xml {
     }
 
     fn put(&mut self, what: std::fmt::Arguments<'_>) {
-        self.text.write_fmt(what).expect("writing to a text succeeds");
+        self.text.write_fmt(what).expect("writing to a string succeeds");
     }
 
     fn tree(&mut self, id: &str, definition: &Definition) {

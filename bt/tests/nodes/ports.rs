@@ -62,7 +62,7 @@ fn a_constant_is_read_with_its_type() {
     assert_eq!(read(&mut declared, "goal").unwrap(), "'7'");
     assert_eq!(read(&mut declared, "tries").unwrap(), "7");
     let mut undeclared = execution(r#"<Action ID="Come" tries="7"/>"#);
-    assert_eq!(read(&mut undeclared, "tries").unwrap(), "'7'", "what is not declared is a text");
+    assert_eq!(read(&mut undeclared, "tries").unwrap(), "'7'", "an undeclared port is a string");
 }
 
 #[test]

@@ -41,7 +41,7 @@ impl<T> Interner<T> {
 
     /// Adds a value with this hash that is not there yet; its number.
     pub(crate) fn add(&mut self, hash: u64, value: T) -> u32 {
-        let number = u32::try_from(self.values.len()).expect("memory ends before numbers do");
+        let number = u32::try_from(self.values.len()).expect("memory runs out before numbers do");
         self.numbers.entry(hash).or_default().push(number);
         self.values.push(value);
         number

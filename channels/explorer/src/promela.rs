@@ -38,7 +38,7 @@ pub enum NotExported {
     #[error(transparent)]
     Refused(#[from] Refused),
     /// Not all states were found.
-    #[error("after {states} states there is no memory left, and an export needs all of them")]
+    #[error("memory ran out after {states} states, and an export needs all of them")]
     OutOfMemory {
         /// The number of states that were found.
         states: u64,

@@ -134,8 +134,7 @@ impl Reader<'_> {
             let flattening = Flattening { packages: &self.packages, folders: &folders, named, key, table };
             let fields = selected(&flattening, &definition, part, selections.next()??)?;
             let names: Vec<(&str, &Span)> = fields.iter().map(|(field, place)| (field.name.as_str(), place)).collect();
-            let rename =
-                "name the fields that you want, and this one differently: `fields = { theirs = \"path.in.ros\" }`";
+            let rename = "list the fields that you want, and rename this one: `fields = { theirs = \"path.in.ros\" }`";
             names_are_sound(&names, taken, table, rename).then(|| fields.into_iter().map(|(field, _)| field).collect())
         })
     }
@@ -162,7 +161,7 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
         Ok(paths) => Some(Selection::Some(paths.into_iter().map(|path| (None, path)).collect())),
         Err(_) => {
             let wanted =
-                "a list of paths in the definition, such as [\"pose.position.x\"], or a table of names and paths";
+                "an array of paths in the definition, such as [\"pose.position.x\"], or a table of names and paths";
             table.report(item.wrong(wanted));
             None
         }
@@ -206,7 +205,7 @@ fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, re
             let problem = place.problem(format!("`{name}` cannot be the name of a field"));
             problem.with_help("a name consists of letters, digits and `_`, and does not begin with a digit")
         } else if taken.contains(name) {
-            place.problem(format!("every message of this kind has a field `{name}` already")).with_help(rename)
+            place.problem(format!("every message of this kind already has a field `{name}`")).with_help(rename)
         } else if names[..index].iter().any(|(earlier, _)| earlier == name) {
             place.problem(format!("there are two fields `{name}`")).with_help(rename)
         } else {
@@ -254,8 +253,8 @@ fn name_is_sound(name: &str, begins: bool, place: &Span, root: Table<'_>) -> boo
         let problem = place.problem(format!("`{name}` is not a symbol"));
         problem.with_help("a name consists of letters, digits, `_` and `-`")
     } else if begins && RESERVED.contains(&name) {
-        let problem = place.problem(format!("`{name}` begins messages that every interface has"));
-        problem.with_help(format!("choose another name than {}", RESERVED.join(", ")))
+        let problem = place.problem(format!("every interface has messages that begin with `{name}`"));
+        problem.with_help(format!("choose a name other than {}", RESERVED.join(", ")))
     } else {
         return true;
     };

@@ -213,7 +213,7 @@ impl Walk<'_, '_, '_, '_> {
             (name, []) => (name.clone(), "is an array"),
             (last, others) => (format!("{} and {last}", others.join(", ")), "are arrays"),
         };
-        let message = format!("{names} {are} of any length, and a message has as many fields each time");
+        let message = format!("{names} {are} of any length, but a message always has the same number of fields");
         Some(self.problem(message).with_help(self.select(&format!("{first}[0]"))))
     }
 

@@ -66,7 +66,7 @@ pub struct Service {
     pub name: String,
     /// The fields of the request.
     pub request: Vec<Field>,
-    /// The fields of the reply, if the service did what it was asked.
+    /// The fields of the reply if the service did what it was asked to do.
     pub reply: Vec<Field>,
 }
 

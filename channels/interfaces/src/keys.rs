@@ -21,16 +21,16 @@ const fn key(path: &'static str, about: &'static str, takes: &'static str) -> Ke
 pub const KEYS: [Key; 10] = [
     key(
         "packages",
-        "Folders that have packages of ROS, such as `/opt/ros/jazzy/share`. They are searched last.",
-        "an array of texts, relative to this file",
+        "Folders with ROS packages, such as `/opt/ros/jazzy/share`. They are searched last.",
+        "an array of strings, relative to this file",
     ),
     key("services.NAME.request", "The fields of the request.", FIELDS),
-    key("services.NAME.reply", "The fields of the reply, if the service did what it was asked.", FIELDS),
+    key("services.NAME.reply", "The fields of the reply if the service did what it was asked to do.", FIELDS),
     key("services.NAME.ros", "The definition that has the fields.", "a `.srv` file, relative to this file"),
     key("topics.NAME.fields", "The fields of the message.", FIELDS),
     key("topics.NAME.ros", "The definition that has the fields.", "a `.msg` file, relative to this file"),
     key("actions.NAME.goal", "The fields of a goal.", FIELDS),
     key("actions.NAME.feedback", "The fields of feedback.", FIELDS),
-    key("actions.NAME.result", "The fields of the result, if the goal was reached.", FIELDS),
+    key("actions.NAME.result", "The fields of the result if the goal was reached.", FIELDS),
     key("actions.NAME.ros", "The definition that has the fields.", "an `.action` file, relative to this file"),
 ];

@@ -11,7 +11,7 @@ pub const KINDS: [(&str, &str); 5] = [
     ("bool", "`true` or `false`"),
     ("int", "an integer of 64 bits"),
     ("real", "a number"),
-    ("text", "a text"),
+    ("text", "a string"),
     ("place", "one of the scenario's places, as a symbol"),
 ];
 
@@ -61,7 +61,7 @@ fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>
     };
     for item in items {
         match item.as_text() {
-            None => problems.push(item.wrong("a symbol, as a text")),
+            None => problems.push(item.wrong("a symbol, as a string")),
             Some(name) if !is_symbol(name) => {
                 let problem = item.span().problem(format!("`{name}` is not a symbol")).with_label("here");
                 problems.push(problem.with_help("a symbol consists of letters, digits, `_` and `-`"));
@@ -77,7 +77,7 @@ fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>
         }
     }
     if items.is_empty() {
-        problems.push(list.span().problem("a list of symbols has at least one").with_label("this has none"));
+        problems.push(list.span().problem("a list of symbols has at least one item").with_label("this has none"));
     }
     if !problems.is_empty() {
         return Err(problems);

@@ -110,7 +110,7 @@ fn services_and_actions_have_their_parts_in_order() {
     );
     assert_eq!(
         problem(Message::parse("M.msg", "---\nint8 a\n---\n").unwrap_err()),
-        "M.msg:1:1: nothing stands behind this separator (a `.msg` file has one part; a `.srv` file has two, an \
+        "M.msg:1:1: nothing follows this separator (a `.msg` file has one part; a `.srv` file has two, an \
          `.action` file three)\n"
     );
 }

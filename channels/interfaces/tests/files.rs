@@ -22,7 +22,7 @@ fn alone(text: &str) -> Result<Interface, Error> {
     load([("robot/arm.toml", text)])
 }
 
-/// Everything that is wrong, a line for each.
+/// All problems, one line each.
 fn problems<const N: usize>(files: [(&str, &str); N]) -> String {
     match load(files) {
         Err(Error::Problems(problems)) => problems.plain(),

@@ -79,7 +79,7 @@ impl DeviceProcess {
     pub fn drop_box(&mut self, surroundings: &mut dyn Surroundings) -> Result<(), &'static str> {
         match &mut self.work {
             Work::Tray(tray) => tray.drop_box(surroundings),
-            _ => Err("it is no tray"),
+            _ => Err("it is not a tray"),
         }
     }
 

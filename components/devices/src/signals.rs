@@ -82,7 +82,7 @@ impl Signals {
 
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.coming.iter_mut().for_each(|(at, _)| form.time(at));
-        form.queue(self.noticed.len(), || format!("more than {} signals wait for a question", NormalForm::QUEUE))
+        form.queue(self.noticed.len(), || format!("more than {} signals are waiting for a question", NormalForm::QUEUE))
     }
 
     pub(crate) fn location(&self) -> String {

@@ -59,7 +59,7 @@ impl Tray {
 
     fn take(&mut self, surroundings: &mut dyn Surroundings) -> Result<String, &'static str> {
         if self.load.is_some() {
-            return Err("there is a box already");
+            return Err("there is already a box on the tray");
         }
         let name = surroundings.take_box(f64::from(self.reach_mm) / 1000.0).ok_or("there is no box in reach")?;
         self.load = Some(name.clone());

@@ -191,7 +191,7 @@ impl ProgramProcess {
                 return Err(format!("at `timers[{index}].after`: {} is not between {least} and {most} s", timer.after));
             }
             if self.timers.len() >= MAX_TIMERS {
-                return Err(format!("at `timers[{index}]`: {MAX_TIMERS} timers are waiting already"));
+                return Err(format!("at `timers[{index}]`: {MAX_TIMERS} timers are already waiting"));
             }
             let due = now.saturating_add(Duration::from_secs_f64(timer.after));
             let data = protocol::datum(timer.data).map_err(|large| format!("at `timers[{index}].data`: {large}"))?;
@@ -278,7 +278,7 @@ impl Process for ProgramProcess {
 
     fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         Err(NoNormalForm::Unsupported {
-            reason: "it is a program, and nobody knows its states".to_owned(),
+            reason: "it is a program, whose states are unknown".to_owned(),
             help: Some("give it a machine for the proof: an SCXML file with the same interface".to_owned()),
         })
     }

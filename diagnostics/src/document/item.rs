@@ -120,7 +120,7 @@ plain!(u64, "an integer of at least 0", |item| {
     if let Kind::Integer(number) = item.node.kind { number.try_into().ok() } else { None }
 });
 plain!(bool, "true or false", Item::as_boolean);
-plain!(String, "a text", |item| item.as_text().map(str::to_owned));
+plain!(String, "a string", |item| item.as_text().map(str::to_owned));
 plain!(Duration, "a number of seconds from 0 to 1e9", |item| {
     let seconds = item.as_number().filter(|seconds| (0.0..=1e9).contains(seconds))?;
     Duration::try_from_secs_f64(seconds).ok()

@@ -79,7 +79,7 @@ impl Kind {
     /// The kind of value, for a label.
     pub(super) fn name(&self) -> &'static str {
         match self {
-            Self::Text(_) => "a text",
+            Self::Text(_) => "a string",
             Self::Integer(number) if i64::try_from(*number).is_err() => "an integer of more than 64 bits",
             Self::Integer(_) => "an integer",
             Self::Real(number) if number.is_finite() => "a number",

@@ -41,7 +41,7 @@ fn value(source: &Source, at: usize) -> Result<Node, Problem> {
     let text = source.text()[at..].trim();
     let span = source.span(source.text().trim_end().len() - text.len()..source.text().trim_end().len());
     if text.is_empty() {
-        return Err(source.span(at..at).problem("no value after `=`").with_help("write an empty text as `\"\"`"));
+        return Err(source.span(at..at).problem("no value after `=`").with_help("write an empty string as `\"\"`"));
     }
     match toml_text::value(source, span.range().start) {
         Ok(node) => Ok(node),

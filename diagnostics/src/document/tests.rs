@@ -143,10 +143,10 @@ fn missing_keys_of_a_table_are_one_problem() {
         });
         read.unwrap_err().plain()
     };
-    let all = "a.toml:1:1: `a`, `b` and `c` are missing (add `a`: a number\nadd `b`: a text\nadd `c`: a text)\n";
+    let all = "a.toml:1:1: `a`, `b` and `c` are missing (add `a`: a number\nadd `b`: a string\nadd `c`: a string)\n";
     assert_eq!(read(""), all);
-    assert_eq!(read("a = 1"), "a.toml:1:1: `b` and `c` are missing (add `b`: a text\nadd `c`: a text)\n");
-    assert_eq!(read("a = 1\nb = \"\""), "a.toml:1:1: `c` is missing (add `c`: a text)\n");
+    assert_eq!(read("a = 1"), "a.toml:1:1: `b` and `c` are missing (add `b`: a string\nadd `c`: a string)\n");
+    assert_eq!(read("a = 1\nb = \"\""), "a.toml:1:1: `c` is missing (add `c`: a string)\n");
 }
 
 #[test]

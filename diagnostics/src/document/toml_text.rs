@@ -71,7 +71,7 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> 
 /// How lines, lists and numbers are written: advice for the messages of the parser that begin so; `LINE` is for the
 /// rest.
 const ADVICE: &[(&[&str], &str)] = &[
-    (&["duplicate key"], "a key stands in its table once; further tables of a list begin with `[[NAME]]`"),
+    (&["duplicate key"], "a key appears in its table only once; further tables of a list begin with `[[NAME]]`"),
     (&["unclosed array table"], "end it with `]]`"),
     (&["unclosed inline table"], "end it with `}`"),
     (&["unclosed"], "end it with `]`"),
@@ -83,14 +83,14 @@ const ADVICE: &[(&[&str], &str)] = &[
             "missing opening quote",
             "missing esc",
         ],
-        "a text begins and ends with the same quotes; between `'…'`, a backslash is a backslash",
+        "a string begins and ends with the same quotes; between `'…'`, a backslash is a backslash",
     ),
     (
         &["missing", "extra", "unexpected `=`", "invalid inline table"],
-        "a list is written `[1, 2]`, a table in one line `{ key = 1, other = 2 }`",
+        "an array is written `[1, 2]`, a table in one line `{ key = 1, other = 2 }`",
     ),
     (&["unexpected key or value", "unexpected content"], "the value ends before this; the next key begins a line"),
-    (&["string values"], "a text is written `\"…\"`; a comma separates the items of a list"),
+    (&["string values"], "a string is written `\"…\"`; a comma separates the items of an array"),
     (&["invalid unquoted key", "unquoted keys"], "other keys are written in quotes"),
     (&["invalid key", "invalid comment"], LINE),
     (&["invalid", "unexpected", "redundant", "integers", "radix", "`_`"], "numbers are written `10`, `-0.5` or `1e-3`"),
@@ -102,7 +102,7 @@ const LINE: &str = "a line is `KEY = VALUE`, `[TABLE]` or `# comment`";
 fn problem(span: &Span, said: &str) -> Problem {
     let is_word = ["string values", "invalid float", "invalid boolean"].iter().any(|begin| said.starts_with(begin));
     if is_word && span.text().is_empty() {
-        return span.problem("a value is missing").with_label("after the `=`").with_help("an empty text is `\"\"`");
+        return span.problem("a value is missing").with_label("after the `=`").with_help("an empty string is `\"\"`");
     }
     let small = span.text().to_lowercase();
     if is_word && matches!(small.as_str(), "true" | "false" | "inf" | "nan") {
@@ -110,7 +110,7 @@ fn problem(span: &Span, said: &str) -> Problem {
     }
     if is_word && span.text().starts_with(char::is_alphabetic) {
         let help = format!("write `\"{}\"`", span.text());
-        return span.problem("a text must be in quotes").with_label("not TOML").with_help(help);
+        return span.problem("a string must be in quotes").with_label("not TOML").with_help(help);
     }
     let said = said.trim_end_matches(", expected nothing");
     let advice = ADVICE.iter().find(|(begins, _)| begins.iter().any(|begin| said.starts_with(begin)));

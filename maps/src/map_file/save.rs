@@ -99,7 +99,7 @@ fn quoted(name: &str) -> String {
         match character {
             '"' | '\\' => quoted.extend(['\\', character]),
             ' '..='~' => quoted.push(character),
-            _ => write!(quoted, "\\U{:08X}", u32::from(character)).expect("a string takes any text"),
+            _ => write!(quoted, "\\U{:08X}", u32::from(character)).expect("writing to a string succeeds"),
         }
     }
     quoted + "\""

@@ -124,13 +124,13 @@ impl Reader {
         };
         let first_map = self.map.get_or_insert_with(|| map.value.clone());
         if *first_map != map.value {
-            let problem = map.span.problem(format!("`{}` belongs to another map", name.value));
+            let problem = map.span.problem(format!("`{}` belongs to a different map", name.value));
             let help = format!("the places above belong to `{first_map}`, and a scenario has only one map");
             self.problems.push(problem.with_label("this map").with_help(help));
         }
         if self.spans.contains_key(&name.value) {
             let problem = name.span.problem(format!("there is already a place `{}`", name.value));
-            self.problems.push(problem.with_label("this name").with_help("give each place a name of its own"));
+            self.problems.push(problem.with_label("this name").with_help("give each place a different name"));
         }
         let span = if rest.is_empty() { whole(line) } else { whole(rest) };
         if let Some(place) = read(self, rest, &span) {
@@ -217,7 +217,7 @@ mod tests {
             ("9.0 180.0", "9.0", "locations.ini:4:13: a location needs x and y in metres"),
             ("9.0 180.0", "nine 180.0", "locations.ini:4:18: expected a number"),
             ("office 4", "office 5", "locations.ini:6:16: an area needs its number of corners"),
-            ("kitchen office", "kitchen garden", "`kitchen` belongs to another map"),
+            ("kitchen office", "kitchen garden", "`kitchen` belongs to a different map"),
             ("kitchen office", "dock office", "there is already a place `dock`"),
             ("-13.4 13.0", "-13.2 15.6", "the same point"),
             ("-7.5", "-7.5e9", "a position must lie within"),

@@ -374,7 +374,7 @@ impl Compiler<'_> {
             Literal::Release { escape, hold } => {
                 Operator::Release { escape: self.asked(escape), hold: self.asked(hold) }
             }
-            _ => unreachable!("atoms are no operators that look ahead"),
+            _ => unreachable!("atoms are not operators that look ahead"),
         };
         // The parts of an operator may be operators themselves and precede it.
         self.known.push(literal.clone());

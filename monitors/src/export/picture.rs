@@ -76,7 +76,7 @@ pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> C
             variable.field(*field).compare(*relation, value.clone())
         }
         MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => {
-            unreachable!("what compares several values has no graph")
+            unreachable!("a property that compares several values has no graph")
         }
         MessageCondition::Not(inside) => part(inside).negated(),
         MessageCondition::And(parts) => Condition::And(parts.iter().map(part).collect()),

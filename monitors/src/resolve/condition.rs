@@ -119,7 +119,7 @@ impl<'a> Resolver<'a> {
         };
         let Some(guards) = guards else {
             let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
-            let problem = Problem::new("this name does not tell the field alone").at(field.span, "in which messages?");
+            let problem = Problem::new("several fields have this name").at(field.span, "in which messages?");
             self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
             return None;
         };
@@ -143,7 +143,7 @@ impl<'a> Resolver<'a> {
         };
         if !is_number {
             let problem = Problem::new("arithmetic needs numbers").at(span, "never a number");
-            self.problems.push(problem.with_help("compare symbols, texts and truth values with `=` or `!=`"));
+            self.problems.push(problem.with_help("compare symbols, strings and Booleans with `=` or `!=`"));
         }
     }
 
@@ -252,7 +252,7 @@ impl<'a> Resolver<'a> {
         for place in places {
             let Some(mut conditions) = place.guard(value) else {
                 let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
-                let message = "no symbol tells the messages with this field from others";
+                let message = "no symbol distinguishes the messages with this field from others";
                 let problem = Problem::new(message).at(field.span, "in which messages?");
                 self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
                 return None;
@@ -379,7 +379,7 @@ fn kind(shape: &Shape, number: usize) -> Option<&FieldKind> {
 fn type_name(value: &Value) -> &'static str {
     match value {
         Value::Symbol(_) => "a symbol",
-        Value::Bool(_) => "a truth value",
+        Value::Bool(_) => "a Boolean",
         Value::Int(_) => "an integer",
         Value::Real(_) => "a real number",
         Value::Text(_) => "text",

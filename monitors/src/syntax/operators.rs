@@ -19,7 +19,7 @@ const fn word(written: &'static str, signs: &'static str, about: &'static str, e
 
 /// All words and signs of the language, with what they mean. The semantics is in the documentation of this crate.
 pub const OPERATORS: &[Operator] = &[
-    word("property", "", "Begins a property: its name, `:=` or `≔`, and what it asks for.", "property phi := always E"),
+    word("property", "", "Begins a property: its name, `:=` or `≔`, and its formula.", "property phi := always E"),
     word(
         "timed",
         "",
@@ -44,54 +44,60 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "= != < <= > >=",
         "≠ ≤ ≥",
-        "In a condition, compares a field with a number, `true`, `false`, a `\"text\"`, a `<symbol>`, another field or a \
-         remembered value.",
+        "In a condition, compares a field with a number, `true`, `false`, a `\"string\"`, a `<symbol>`, another field \
+         or a remembered value.",
         "eventually (BatteryReader, BatteryLevel, m[1] = <ok>)",
     ),
     word(
         "as",
         "",
-        "In a condition, the message has the field, and its value gets a name. What else is asked at the same state, and \
-         all that this asks of the past or the future, can compare with it.",
+        "In a condition, the message has the field, and its value gets a name. The rest of the formula in the same \
+         state, and everything in it about the past or the future, can be compared with it.",
         "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, level <= l))",
     ),
     word(
         "+ - * /",
         "",
-        "In a condition, arithmetic on fields, numbers and remembered values. What is no number, as after a division by \
-         zero, compares as a missing field does.",
+        "In a condition, arithmetic on fields, numbers and remembered values. A result that is not a number, as after \
+         a division by zero, compares like a missing field.",
         "always (BatteryReader, BatteryLevel, level / 100 <= 1)",
     ),
-    word("true", "⊤", "Holds for any message, at any time.", "always (BatteryReader, BatteryLevel, true)"),
+    word("true", "⊤", "True of any message, at any time.", "always (BatteryReader, BatteryLevel, true)"),
     word("false", "⊥", "Never holds.", "always (E implies false)"),
-    word("not", "¬ !", "What follows does not hold.", "always not E"),
+    word("not", "¬ !", "The following does not hold.", "always not E"),
     word("and", "∧", "Both hold.", "always (E and F)"),
-    word("or", "∨", "One of them holds, or both.", "always (E or F)"),
-    word("implies", "-> → ⇒", "If the first holds, the second does.", "always (E implies F)"),
+    word("or", "∨", "At least one of them holds.", "always (E or F)"),
+    word("implies", "-> → ⇒", "If the first holds, so does the second.", "always (E implies F)"),
     word("always", "□", "It holds from now on, whenever one of its channels carries a message.", "always E"),
-    word("eventually", "◇", "It holds now or at some time later.", "eventually E"),
-    word("next", "○", "It holds when one of its channels carries the next message.", "always (E implies next E)"),
-    word("until", "", "The second holds now or later, and the first until then.", "not E until F"),
+    word("eventually", "◇", "It holds now or at some later time.", "eventually E"),
+    word("next", "○", "It holds at the next message on one of its channels.", "always (E implies next E)"),
+    word("until", "", "The second holds now or later, and the first holds until then.", "not E until F"),
     word(
         "once",
         "",
-        "It holds now, or held at some time before. After each past operator, `[<= 5 s]` limits how long ago: a number \
+        "It holds now, or held at some earlier time. After each past operator, `[<= 5 s]` limits how long ago: a \
+         number \
          of ticks, a constant or a duration, after < <= = != >= or >.",
         "always (E implies once[<= 5 s] F)",
     ),
-    word("historically", "", "It holds now, and held at all times before.", "always (E implies historically[< 10] F)"),
-    word("previous", "", "It held the time before: at the last message on one of its channels.", "always previous E"),
-    word("since", "", "The second holds now or held before, and the first ever since.", "always (E implies F since E)"),
+    word("historically", "", "It holds now, and held at all earlier times.", "always (E implies historically[< 10] F)"),
+    word("previous", "", "It held the last time: at the previous message on one of its channels.", "always previous E"),
+    word(
+        "since",
+        "",
+        "The second holds now or held earlier, and the first has held ever since.",
+        "always (E implies F since E)",
+    ),
     word(
         "at most N E in T",
         "",
-        "No more messages than N have satisfied the event in the last T: a number of ticks, a constant or a duration.",
+        "At most N messages have satisfied the event in the last T: a number of ticks, a constant or a duration.",
         "always at most 3 E in 10 s",
     ),
     word(
         "at least N E in T",
         "",
-        "No fewer messages than N have satisfied the event in the last T.",
+        "At least N messages have satisfied the event in the last T.",
         "always (F implies at least 2 E in 10 s)",
     ),
     word(

@@ -279,8 +279,8 @@ impl Parser {
                 return self.number(&number);
             }
             _ => {
-                let help = "a number may have a unit, as in `30 s`; a symbol is written `<ok>`, a text `\"ok\"`";
-                return Err(self.expected("a number, a symbol, a text, `true` or `false`", help));
+                let help = "a number may have a unit, as in `30 s`; a symbol is written `<ok>`, a string `\"ok\"`";
+                return Err(self.expected("a number, a symbol, a string, `true` or `false`", help));
             }
         };
         self.advance();

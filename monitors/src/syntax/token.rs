@@ -312,7 +312,7 @@ impl<'a> Lexer<'a> {
                     Some(escaped @ ('"' | '\\')) => text.push(escaped),
                     _ => {
                         let span = self.at + at..self.at + at + 1;
-                        let problem = Problem::new("unknown escape in a text").at(span, "this escape");
+                        let problem = Problem::new("unknown escape in a string").at(span, "this escape");
                         self.problems.push(problem.with_help(r#"known escapes are \n, \t, \" and \\"#));
                     }
                 },

@@ -260,7 +260,7 @@ mod tests {
             let rays = seen(&Particle::new(x, y, 0.3), hidden);
             let verdict = verdict(&gaussian(x + off, y - off, 0.3 + turn), &rays, Silent::TellNothing);
             prop_assert_ne!(verdict, Verdict::Through);
-            prop_assert_eq!(verdict == Verdict::Hidden, hidden >= 9, "a tenth of the beams is too few");
+            prop_assert_eq!(verdict == Verdict::Hidden, hidden >= 9, "a tenth of the beams is not enough");
             prop_assert_eq!(verdict == Verdict::Fits, hidden <= 4);
         }
 
@@ -321,6 +321,6 @@ mod tests {
         };
         assert_eq!(verdict(&here, &silent(10.0), Silent::TellNothing), Verdict::Unclear);
         assert_eq!(verdict(&here, &silent(10.0), Silent::AreFree), Verdict::Through);
-        assert_eq!(verdict(&here, &silent(1.6), Silent::AreFree), Verdict::Fits, "nothing was to be hit");
+        assert_eq!(verdict(&here, &silent(1.6), Silent::AreFree), Verdict::Fits, "no obstacle was expected");
     }
 }

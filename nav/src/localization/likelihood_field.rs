@@ -276,7 +276,7 @@ mod tests {
         end.push(0.0, 0.0);
         let at = |x, y| field.penalty(&Particle::new(x, y, 0.0), &end);
         assert!(at(2.0, 1.5) == 255, "in the open");
-        assert!(at(0.1, 0.1) < 255, "outside of the room");
+        assert!(at(0.1, 0.1) < 255, "outside the room");
         assert!(at(0.5, 1.5) < 3, "on a wall");
     }
 

@@ -94,7 +94,7 @@ mod tests {
         assert!(heading(&between).abs() > 3.13, "the turn goes the short way round: {}", heading(&between));
         assert!((at(170).unwrap().translation.x - (1.1 + 0.4 * 0.05 * libm::cos(3.1))).abs() < 1e-12);
         assert!(at(370).is_some() && at(371).is_none(), "only for a moment");
-        assert!(at(100).is_some() && at(99).is_none(), "nothing is known of before");
+        assert!(at(100).is_some() && at(99).is_none(), "nothing is known about the time before");
     }
 
     #[test]

@@ -43,7 +43,7 @@ const CHOOSING_BEAMS: usize = 30;
 /// Most hypotheses at a time.
 const MOST: usize = 300;
 
-/// The number of independent beams as which a scan counts: moved furniture misleads many beams, for many scans.
+/// A scan is worth this many independent beams: moved furniture misleads many beams, for many scans.
 const INDEPENDENT_BEAMS: f64 = 20.0;
 
 /// A hypothesis this much less likely than the best is dropped, in nats.

@@ -123,7 +123,7 @@ mod tests {
             assert!((found - distance_m).abs() < 1e-6, "{found} instead of {distance_m} at {column}");
             assert!(gradient[1].abs() < 1e-6);
         }
-        assert!((field.sample(19.3, 15.0).unwrap().1[0] + 1.0).abs() < 1e-5, "nearer by a metre a metre");
+        assert!((field.sample(19.3, 15.0).unwrap().1[0] + 1.0).abs() < 1e-5, "one metre nearer per metre");
         assert!(field.sample(8.0, 15.0).is_none(), "far away");
     }
 

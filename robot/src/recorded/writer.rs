@@ -90,7 +90,7 @@ impl LogWriter {
     }
 
     fn write(&mut self, line: std::fmt::Arguments<'_>) {
-        self.text.write_fmt(line).expect("a string takes any text");
+        self.text.write_fmt(line).expect("writing to a string succeeds");
     }
 }
 

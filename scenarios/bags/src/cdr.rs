@@ -45,13 +45,13 @@ pub enum Mismatch {
     #[error("they are longer than their definition")]
     Long,
     /// A truth value is neither 0 nor 1.
-    #[error("they have a truth value that is neither true nor false")]
+    #[error("they have a Boolean that is neither true nor false")]
     Bool,
     /// An array or a text has more items than its definition allows.
     #[error("they have more items than their definition allows")]
     Bound,
     /// They are encoded in another way.
-    #[error("they are not in CDR of version 1 (XCDR2 and parameter lists are not read)")]
+    #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
     Encoding,
 }
 

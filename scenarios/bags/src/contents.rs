@@ -92,7 +92,7 @@ fn what(end: End) -> &'static str {
         End::Bool => "true or false",
         End::Int => "an integer",
         End::Real => "a number",
-        End::Text => "a text",
+        End::Text => "a string",
         End::Bytes => "bytes",
         End::Time => "a stamp",
     }

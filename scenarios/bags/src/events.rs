@@ -95,7 +95,7 @@ impl Events {
                 Reason::Mismatch(mismatch) => {
                     format!("their bytes do not fit the definition: {mismatch}; the first is of {first}")
                 }
-                Reason::Stamp => format!("their stamps are 0, or far from the others'; the first: {first}"),
+                Reason::Stamp => format!("their stamps are 0, or far from those of other messages; the first: {first}"),
                 Reason::Symbol => format!("the mapping has no symbol for their value; the first: {first}"),
                 Reason::Channel => format!("their channel does not carry them; the first: {first}"),
             };
@@ -103,8 +103,8 @@ impl Events {
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
-                "{} messages come up to {} s too late, and get the time of the message before them; `reorder_s` says how \
-                 long to wait for them",
+                "{} messages come up to {} s too late, and get the time of the message before them; `reorder_s` sets \
+                 how long to wait for them",
                 self.late.0,
                 crate::seconds(self.late.1)
             )

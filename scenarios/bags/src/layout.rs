@@ -72,7 +72,7 @@ impl Definitions<'_> {
         let undefined = |why: String, help: &str| Undefined { why, help: help.to_owned() };
         if topic.encoding != "cdr" {
             let why = format!("the messages of {} are encoded as `{}`, not as CDR", topic.name, topic.encoding);
-            return Err(undefined(why, "only recordings of ROS 2 are read"));
+            return Err(undefined(why, "only recordings of ROS 2 can be read"));
         }
         let name = type_name(&topic.kind).ok_or_else(|| {
             undefined(format!("`{}` is not the name of a type", topic.kind), "for example `geometry_msgs/msg/Twist`")
@@ -85,7 +85,7 @@ impl Definitions<'_> {
                 "ros2idl" => Bundle::parse_idl(&name, text),
                 other => {
                     let why = format!("{title} is in `{other}`");
-                    return Err(undefined(why, "definitions in `ros2msg` and `ros2idl` are read"));
+                    return Err(undefined(why, "definitions in `ros2msg` and `ros2idl` can be read"));
                 }
             };
             let bundle = bundle.map_err(|problems| {
@@ -195,7 +195,7 @@ impl Definitions<'_> {
         match read_text(path, self.read) {
             Ok(text) => Ok(Some(text)),
             Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(Undefined { why: error.to_string(), help: "the folder is to be readable".to_owned() }),
+            Err(error) => Err(Undefined { why: error.to_string(), help: "the folder must be readable".to_owned() }),
         }
     }
 }

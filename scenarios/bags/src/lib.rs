@@ -49,8 +49,8 @@ pub enum Error {
     /// The whole file is compressed.
     #[error("{} is compressed as a whole", .0.display())]
     Packed(PathBuf),
-    /// It is a file of SQLite, which this build does not read.
-    #[error("{} is a file of SQLite, which this build does not read", .0.display())]
+    /// It is an SQLite file, which this build cannot read.
+    #[error("{} is an SQLite file, which this build cannot read", .0.display())]
     NoSqlite(PathBuf),
     /// SQLite could not read it.
     #[error("{}: {problem}", path.display())]
@@ -67,9 +67,9 @@ impl Error {
     #[must_use]
     pub fn help(&self) -> String {
         match self {
-            Self::Read(_) => "a bag is a file `.mcap` or `.db3`, or the folder that has them".to_owned(),
+            Self::Read(_) => "a bag is a file `.mcap` or `.db3`, or the folder that contains them".to_owned(),
             Self::NoBag(_) => {
-                "a bag is a file `.mcap` or `.db3` that rosbag2 has written, or the folder that has them".to_owned()
+                "a bag is a file `.mcap` or `.db3` that rosbag2 wrote, or the folder that contains them".to_owned()
             }
             Self::Empty(_) => "the recorder was stopped before it wrote anything".to_owned(),
             Self::Packed(path) => format!("decompress it: `zstd -d {}`", path.display()),

@@ -89,7 +89,7 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
     let (from, to) = (from?, to?);
     if from.value == to.value {
         let problem = to.span.problem("a process does not send to itself").with_label("the same as `from`");
-        table.report(problem.with_help("choose two names: who publishes, and who listens"));
+        table.report(problem.with_help("choose two names: the publisher and the listener"));
         return None;
     }
     Some(Mapped { topic: topic?, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
@@ -109,7 +109,7 @@ fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
         let items = item.as_array().unwrap_or_else(|| vec![item.clone()]);
         let values: Option<Vec<Value>> = items.iter().map(constant).collect();
         if values.is_none() {
-            let problem = item.wrong("a number, a text, true or false, or an array of these");
+            let problem = item.wrong("a number, a string, true or false, or an array of these");
             table.report(problem.with_help("write a path with dots in quotes: `where = { \"goal.status\" = 4 }`"));
         }
         Some((Spanned { value: path.to_owned(), span: place.clone() }, values?))
@@ -154,12 +154,11 @@ fn from_table(table: Table<'_>) -> Option<Source> {
         let item = table.get::<Item<'_>>("value").required()?;
         let value = constant(&item);
         if value.is_none() {
-            table.report(item.wrong("a number, a text, true or false"));
+            table.report(item.wrong("a number, a string, true or false"));
         }
         return value.map(Source::Constant);
     }
-    let path =
-        table.text("path").spanned().required_or("add `path`, or `symbol` or `value` for what is always the same");
+    let path = table.text("path").spanned().required_or("add `path`, or `symbol` or `value` for a constant");
     let scale = table.number("scale").spanned().optional();
     let symbols = if table.has("symbols") {
         symbols(table).map(Some)

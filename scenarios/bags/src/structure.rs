@@ -11,7 +11,7 @@ pub struct Structure<'v> {
 }
 
 impl<'v> Structure<'v> {
-    /// The message that a value is, if it is one.
+    /// The value as a message, if it is one.
     #[must_use]
     pub fn of(layout: &'v Layout, value: &'v Value) -> Option<Self> {
         let Value::Message(fields) = value else { return None };

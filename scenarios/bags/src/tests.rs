@@ -356,7 +356,7 @@ fn a_folder_is_read_in_the_order_of_its_files() {
     assert_eq!(times(), (vec![9, 10], vec![]));
     let metadata = "info:\n  relative_file_paths:\n    - bag_10.mcap\n    - \"bag_11.mcap\"\n  duration: 1\n";
     fs::write(folder.path().join("metadata.yaml"), metadata).expect("room for a file");
-    assert_eq!(times(), (vec![10, 9], vec!["bag_11.mcap is missing, which metadata.yaml lists".to_owned()]));
+    assert_eq!(times(), (vec![10, 9], vec!["bag_11.mcap is missing, although metadata.yaml lists it".to_owned()]));
 }
 
 #[test]
@@ -369,7 +369,7 @@ fn what_is_no_bag_is_refused_with_advice() {
         format!("{error}: {}", error.help()).replace(&*folder.path().to_string_lossy(), "…")
     };
     assert_eq!(refused("a.mcap", b""), "…/a.mcap is empty: the recorder was stopped before it wrote anything");
-    let help = "a bag is a file `.mcap` or `.db3` that rosbag2 has written, or the folder that has them";
+    let help = "a bag is a file `.mcap` or `.db3` that rosbag2 wrote, or the folder that contains them";
     assert_eq!(refused("b.mcap", b"not MCAP"), format!("…/b.mcap is not a bag: {help}"));
     assert_eq!(refused("c.txt", b"text"), format!("…/c.txt is not a bag: {help}"));
     let error = Bag::open(&PathBuf::from("there is none.mcap")).expect_err("no bag");

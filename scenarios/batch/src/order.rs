@@ -22,7 +22,7 @@ impl<T> InOrder<T> {
     /// Adds the result of run `k`. A second result for the same run is an error, and the first one stays.
     pub fn put(&mut self, k: u64, result: T) {
         let fresh = k >= self.next && !self.early.contains_key(&k);
-        debug_assert!(fresh, "the result of run {k} came twice");
+        debug_assert!(fresh, "the result of run {k} arrived twice");
         if fresh {
             self.early.insert(k, result);
         }

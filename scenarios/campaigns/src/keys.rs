@@ -29,22 +29,22 @@ pub fn keys() -> Vec<Key> {
     let measures = one_of(&Measure::ALL.map(Measure::name));
     let mut keys = vec![
         Key::new("scenario", "The scenario that is run: a file beside this one, or a name.", text()).required(),
-        Key::new("about", "What the campaign is to find out, in one line.", or(text(), "")),
+        Key::new("about", "The question that the campaign answers, in one line.", or(text(), "")),
         Key::new(
             "sampling",
-            "How runs are spread over the parameters: all combinations (`grid`), each run on its own (`random`), one \
-             run in each of equal parts of every range (`latin_hypercube`), or an even sequence (`sobol`). Needed \
+            "How runs are distributed over the parameters: all combinations (`grid`), each run on its own (`random`), \
+             one run in each of equal parts of every range (`latin_hypercube`), or an even sequence (`sobol`). Needed \
              with parameters.",
             or(one_of(&["grid", "random", "latin_hypercube", "sobol"]), "random"),
         ),
         Key::new(
             "runs",
-            "How many runs there are, with a goal at most. Not for a grid; needed otherwise, unless the goal is an \
+            "How many runs there are; with a goal, at most. Not for a grid; needed otherwise, unless the goal is an \
              estimate.",
             count(),
         ),
-        Key::new("repeats", "How many runs each combination of a grid has.", or(count(), 1)),
-        Key::new("seed", "Where all randomness of the campaign comes from.", or(whole(0), 1)),
+        Key::new("repeats", "How often each combination of a grid is run.", or(count(), 1)),
+        Key::new("seed", "The seed of all randomness in the campaign.", or(whole(0), 1)),
         Key::new(
             "seeds",
             "The root seeds of the runs: run k has `seed` + k (`each`), or all have `seed` (`same`), so that only \
@@ -53,12 +53,12 @@ pub fn keys() -> Vec<Key> {
         ),
         Key::new(
             "set",
-            "What is set in every run, as `--set` takes it.",
-            or(list("an array of texts `KEY=VALUE`", &text()), json!([])),
+            "Settings of every run, as `--set` takes them.",
+            or(list("an array of strings `KEY=VALUE`", &text()), json!([])),
         ),
         Key::new(
             "measures",
-            "What the page draws against the parameters, besides the properties.",
+            "What the page plots against the parameters, besides the properties.",
             or(list(&format!("an array of {}", Measure::ALL.map(Measure::name).join(", ")), &measures), json!([])),
         ),
     ];
@@ -101,8 +101,10 @@ fn parameters() -> Vec<Key> {
             },
         ],
     });
-    let values =
-        with(list("an array of texts, numbers, true or false", &scalar()), json!({ "minItems": 1, "maxItems": 1000 }));
+    let values = with(
+        list("an array of strings, numbers, true or false", &scalar()),
+        json!({ "minItems": 1, "maxItems": 1000 }),
+    );
     vec![
         Key::new(
             "parameters[]",
@@ -117,17 +119,17 @@ fn parameters() -> Vec<Key> {
         .required(),
         Key::new(
             "parameters[].name",
-            "What `[model]` and reports call it.",
+            "Its name in `[model]` and reports.",
             with(text(), json!({ "title": "a name of letters, digits and `_`", "minLength": 1 })),
         ),
         Key::new(
             "parameters[].about",
-            "What it is, with its unit, for reports.",
+            "A description with its unit, for reports.",
             with(text(), json!({ "minLength": 1 })),
         ),
-        Key::new("parameters[].values", "The values that it takes.", values),
-        Key::new("parameters[].from", "The least value of a range.", any_number()),
-        Key::new("parameters[].to", "The greatest value of a range.", any_number()),
+        Key::new("parameters[].values", "Its values.", values),
+        Key::new("parameters[].from", "The lower end of a range.", any_number()),
+        Key::new("parameters[].to", "The upper end of a range.", any_number()),
         Key::new(
             "parameters[].steps",
             "This many values, evenly spread over the range. A grid requires it.",
@@ -135,15 +137,15 @@ fn parameters() -> Vec<Key> {
         ),
         Key::new(
             "parameters[].scale",
-            "What is spread evenly: values, or their logarithms.",
+            "What is spaced evenly: values, or their logarithms.",
             or(one_of(&["linear", "log"]), "linear"),
         ),
         Key::new("parameters[].whole", "Whether to take only the whole numbers of the range.", or(flag(), false)),
         Key::new("parameters[].normal", "A normal distribution.", table(json!({}))),
         Key::new("parameters[].normal.mean", "Its mean.", any_number()).required(),
         Key::new("parameters[].normal.sd", "Its standard deviation.", positive()).required(),
-        Key::new("parameters[].normal.min", "It is cut off below.", any_number()),
-        Key::new("parameters[].normal.max", "It is cut off above.", any_number()),
+        Key::new("parameters[].normal.min", "Where the distribution is cut off below.", any_number()),
+        Key::new("parameters[].normal.max", "Where the distribution is cut off above.", any_number()),
         Key::new("parameters[].exponential", "An exponential distribution.", table(json!({}))),
         Key::new("parameters[].exponential.mean", "Its mean.", positive()).required(),
     ]
@@ -164,22 +166,22 @@ fn goal_and_model() -> Vec<Key> {
     let of = "the name of a property, or `expectation`: that a run is not as the scenario expects";
     vec![
         Key::new("goal", "The campaign stops as soon as this is known: an estimate, or a test.", table(goal)),
-        Key::new("goal.estimate", &format!("Of what the probability is estimated: {of}."), text()),
-        Key::new("goal.half_width", "Half the width of the interval that is narrow enough.", number(0.0005, 0.25)),
-        Key::new("goal.confidence", "How sure the interval has to be.", between(0.5, 1.0)),
-        Key::new("goal.test", &format!("Of what the probability is compared to `bound`: {of}."), text()),
-        Key::new("goal.bound", "The probability that it is compared to.", between(0.0, 1.0)),
-        Key::new("goal.indifference", "How far from `bound` either answer will do.", between(0.0, 0.5)),
-        Key::new("goal.error", "How likely a wrong answer may be.", between(0.0, 0.5)),
+        Key::new("goal.estimate", &format!("The event whose probability is estimated: {of}."), text()),
+        Key::new("goal.half_width", "Half the width at which the interval is narrow enough.", number(0.0005, 0.25)),
+        Key::new("goal.confidence", "The confidence of the interval.", between(0.5, 1.0)),
+        Key::new("goal.test", &format!("The event whose probability is compared with `bound`: {of}."), text()),
+        Key::new("goal.bound", "The probability to compare with.", between(0.0, 1.0)),
+        Key::new("goal.indifference", "How far from `bound` either answer is acceptable.", between(0.0, 0.5)),
+        Key::new("goal.error", "The acceptable probability of a wrong answer.", between(0.0, 0.5)),
         Key::new(
             "model",
-            "A model to which the results are compared: something happens as soon as a quantity exceeds a bound.",
+            "A model to compare the results with: something happens as soon as a quantity exceeds a bound.",
             table(json!({})),
         ),
         Key::new("model.of", &format!("What happens: {of}."), text()).required(),
         Key::new("model.about", "The model in words.", or(text(), "")),
-        Key::new("model.quantity", "A formula of parameters' names, numbers, `+ - * /` and parentheses.", text())
+        Key::new("model.quantity", "A formula of parameter names, numbers, `+ - * /` and parentheses.", text())
             .required(),
-        Key::new("model.bound", "It happens where the quantity is greater.", any_number()).required(),
+        Key::new("model.bound", "The event happens where the quantity is greater than this.", any_number()).required(),
     ]
 }

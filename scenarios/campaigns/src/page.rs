@@ -155,8 +155,8 @@ impl Page<'_> {
             div.panel {
                 (table("rates", ["", "runs", "rate", "95\u{a0}% interval", ""], &rows))
                 p.quiet {
-                    "The intervals are those of Clopper and Pearson: they hold the true rate in 95\u{a0}% of all campaigns like \
-                     this one. Another choice of what varies, and over which ranges, has other rates."
+                    "The intervals are those of Clopper and Pearson: they contain the true rate in 95\u{a0}% of all \
+                     campaigns like this one. With other parameters, or other ranges, the rates are different."
                 }
                 (self.goal())
             }
@@ -276,7 +276,7 @@ impl Page<'_> {
             let label = format!("Time from the first fault to {}", target.event());
             let draw = |size| charts::histogram(&bars, "time from the first fault to the violation, s", size);
             let caption = format!(
-                "{} violations after a fault; half of them within {} s, nine of ten within {} s, all within {} s.",
+                "{} violations after a fault: half of them within {} s, nine of ten within {} s, all within {} s.",
                 latencies.total(),
                 quantile(0.5),
                 quantile(0.9),

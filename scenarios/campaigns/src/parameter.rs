@@ -34,7 +34,7 @@ impl fmt::Display for ParameterValue {
 
 impl FromItem<'_> for ParameterValue {
     fn wanted() -> String {
-        "a number, a boolean or a text".into()
+        "a number, a Boolean or a string".into()
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
@@ -164,7 +164,7 @@ impl ParameterDomain {
             }
             Self::Exponential { mean } => ParameterValue::Number(-mean * libm::log1p(-u)),
             Self::Range { .. } | Self::Whole { .. } | Self::Values(_) => {
-                self.between(u).expect("what has no steps is a range")
+                self.between(u).expect("a parameter without steps is a range")
             }
         }
     }

@@ -246,7 +246,8 @@ impl Plan {
             complaints.push(unknown("property", of, names.clone()));
         }
         for measure in self.file.measures.iter().filter(|_| self.base.premises.is_none()) {
-            let problem = measure.span.problem(format!("there is no robot to measure `{}` of", measure.value.name()));
+            let problem =
+                measure.span.problem(format!("there is no robot for which to measure `{}`", measure.value.name()));
             let help = "the scenario has no map, and so no robot";
             complaints.push(problem.with_label("this measure").with_help(help));
         }

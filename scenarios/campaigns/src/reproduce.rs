@@ -255,7 +255,7 @@ impl ExperimentResult {
         let mut ours = results(experiment.ours);
         let as_expected =
             |run: &ExperimentRun| (!run.report.differences.is_empty()).then(|| run.report.differences.join("; "));
-        let says = "all else that the scenario expects: φ3, places, collisions, charge";
+        let says = "everything else that the scenario expects: φ3, places, collisions, charge";
         ours.push(ClaimResult::of(says, "the scenario’s [expect]", runs, as_expected));
         let result = |run: &ExperimentRun| RunResult {
             seed: run.report.seed,

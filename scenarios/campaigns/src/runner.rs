@@ -164,7 +164,7 @@ impl<'p> Watch<'p> {
 
 /// The result, and its wall time in seconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the results")]
+    #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the results")]
     let began = Instant::now();
     let result = work();
     (result, began.elapsed().as_secs_f64())

@@ -14,7 +14,7 @@ pub(crate) enum Command {
     Step,
     /// Goes on to the next tick and then holds.
     Tick,
-    /// Runs so many times faster than time passes; as fast as it goes without a number.
+    /// Runs so many times faster than time passes; as fast as possible without a number.
     Speed {
         /// From 0.1 on.
         times: Option<f64>,

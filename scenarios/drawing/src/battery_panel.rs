@@ -179,7 +179,7 @@ mod tests {
         let spots = (0..1000).map(|i| (f64::from(i) * 0.1, if i < 500 { 10.0 } else { 60.0 }));
         let line = turning_points(spots);
         assert!(line.len() < 120, "{} spots", line.len());
-        let step = line.windows(2).find(|pair| pair[1].1 > pair[0].1).expect("the step is there");
+        let step = line.windows(2).find(|pair| pair[1].1 > pair[0].1).expect("the step exists");
         assert!(step[1].0 - step[0].0 < 0.2, "{step:?}");
         assert_eq!(line.last(), Some(&(99.9, 60.0)));
     }

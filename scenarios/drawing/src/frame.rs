@@ -77,7 +77,7 @@ pub struct Scene {
     pub destination: Option<Place>,
     /// The other places of the run.
     pub places: Vec<Place>,
-    /// Where faults took hold, oldest first.
+    /// Where faults took effect, oldest first.
     pub faults: Vec<FaultMark>,
     /// People, closed doors, things in the way: everything that is solid but not on the map.
     pub bodies: Vec<Body>,
@@ -127,7 +127,7 @@ pub struct Place {
     pub corners: Vec<Point>,
 }
 
-/// Where a fault took hold.
+/// Where a fault took effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultMark {
     /// Where the robot was.
@@ -177,7 +177,7 @@ pub struct Battery {
     pub charging: bool,
     /// Levels that mean something, as dashed lines.
     pub thresholds: Vec<Threshold>,
-    /// When faults took hold, with a short label (`fault`), oldest first.
+    /// When faults took effect, with a short label (`fault`), oldest first.
     pub faults: Vec<(Duration, String)>,
 }
 

@@ -135,7 +135,7 @@ impl Recording {
     fn start(&mut self) -> Result<(Header, Step), RecordingError> {
         match (self.next_record()?, self.next_record()?) {
             (Some(Record::Header(header)), Some(Record::Step(start))) => Ok((*header, start)),
-            (None | Some(Record::Header(_)), None) => Err(self.truncated("and tells nothing of it".to_owned())),
+            (None | Some(Record::Header(_)), None) => Err(self.truncated("and says nothing about it".to_owned())),
             _ => Err(self.damaged()),
         }
     }

@@ -29,7 +29,7 @@ impl Diagnostic for Error {
             }
             RecordingError::Compressed { .. } => "decompress it, for example with `mcap decompress`",
             RecordingError::Version { .. } => {
-                "run the scenario again with this version, or report with that of the recording"
+                "run the scenario again with this version, or make the report with the recording's version"
             }
             RecordingError::Truncated { .. } => "an unfinished run has no report: run it again to its end",
             _ => "record the run again",

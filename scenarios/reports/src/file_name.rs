@@ -63,7 +63,7 @@ mod tests {
         for (place, name) in names.iter().enumerate() {
             assert!((8..=100).contains(&name.len()) && !names[..place].contains(name), "{name}");
             assert!(!name.starts_with(['.', '-']) && !name.contains(['/', '\\', '\n']), "{name}");
-            assert_eq!(&file_name(name), name, "what is safe stays as it is");
+            assert_eq!(&file_name(name), name, "safe characters stay as they are");
         }
     }
 }

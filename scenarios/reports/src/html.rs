@@ -170,19 +170,20 @@ fn head(view: &RunView, report: &Report) -> Markup {
 fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
     let scene = map::scene(view);
-    let label = "Map with the way of the robot, coloured by which leaf of the behavior tree was running";
+    let label = "Map with the robot's path, coloured by which leaf of the behavior tree was running";
     let content = html! {
         div.panel.way {
             @if let Some(scene) = &scene {
               figure {
                 (figure(label, |layout| map::draw(scene, &activities, view, timeline, layout)))
                 figcaption {
-                    "The robot’s way, coloured by the leaf of the behavior tree that was running; the numbers are those of the \
-                     table and of the timeline."
-                    @if map::is_crowded(&activities) { " Stages in which it stood have none." }
-                    @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took hold." }
+                    "The robot’s path, coloured by the leaf of the behavior tree that was running; the numbers are \
+                     those of the table and of the timeline."
+                    @if map::is_crowded(&activities) { " Stages in which it did not move are not drawn." }
+                    @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took effect." }
                     @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
-                    @if !view.scene().bodies.is_empty() { " Violet: what is on no map, where it was in the end." }
+                    @if !view.scene().bodies.is_empty() { " Violet: things that are not on the map, where they were \
+                                                           at the end." }
                 }
               }
             }

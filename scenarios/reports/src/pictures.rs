@@ -254,7 +254,7 @@ fn other_places(premises: &Premises) -> Vec<drawing::Place> {
     premises.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
-/// A mark for each time that a fault took hold; the first says what it did.
+/// A mark for each time that a fault took effect; the first says what it did.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
     let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
     let records = course.records.iter().enumerate();

@@ -56,7 +56,7 @@ impl Presentation {
     /// # Errors
     /// What cannot be written.
     pub fn begin(view: &RunView, outputs: &Outputs) -> Result<Self, Error> {
-        #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the run")]
+        #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the run")]
         let began = Instant::now();
         let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
         let snapshots = outputs.snapshots && staging.is_some();
@@ -87,7 +87,7 @@ impl Presentation {
     /// If the run has not ended.
     pub fn finish(self, view: &RunView) -> Result<Report, Error> {
         let snapshots = self.pictures.finish()?;
-        let end = view.end().expect("a report is of a run that has ended");
+        let end = view.end().expect("a report is about a run that has ended");
         let report = reporting::report(view, end, snapshots, self.began.elapsed());
         if let (Some(mut staging), Some(timeline)) = (self.staging, &self.timeline) {
             staging.replace(stale_pictures(&staging));

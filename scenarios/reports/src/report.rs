@@ -35,7 +35,7 @@ pub struct Report {
     pub trace_hash: String,
     /// The properties and what their monitors say.
     pub monitors: Vec<MonitorReport>,
-    /// The faults that took hold, in order.
+    /// The faults that took effect, in order.
     pub faults: Vec<FaultReport>,
     /// The faults that were due and could not be done, in order.
     pub undone_faults: Vec<UndoneFaultReport>,
@@ -114,12 +114,12 @@ pub struct SaidReport {
     pub text: String,
 }
 
-/// A fault that took hold.
+/// A fault that took effect.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultReport {
     /// What kind of fault.
     pub kind: String,
-    /// When it took hold, in seconds.
+    /// When it took effect, in seconds.
     pub time_s: f64,
     /// The last tick that had been generated then; null if none had.
     pub tick: Option<u64>,
@@ -213,7 +213,7 @@ impl Report {
     }
 }
 
-/// When a fault took hold, in words. There is one time at least.
+/// When a fault took effect, in words. There is one time at least.
 fn when(times: &[&FaultReport]) -> String {
     let (first, last) = (times[0], times[times.len() - 1]);
     let until = last.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));

@@ -85,7 +85,7 @@ impl Model {
         };
         let (errors, warnings) = reader.problems.into_iter().partition(Problem::is_error);
         FileProblems::none_of(errors)?;
-        Ok(Self { warnings, ..model.expect("what could not be loaded was complained about") })
+        Ok(Self { warnings, ..model.expect("a file that could not be loaded was reported") })
     }
 
     /// The processes that run a machine, with their names: first those of nodes, then those of the tree's leaves.
@@ -264,7 +264,7 @@ impl Reader<'_> {
                 continue;
             };
             if !types.contains(&of) {
-                let problem = Problem::new(format!("`{of}` is not a type of input that is understood here"));
+                let problem = Problem::new(format!("`{of}` is not a supported type of input"));
                 let problem = problem.at(value_span(node, "type"), "unknown type");
                 self.report(problem.with_help(nearest_or_all(of, "types", types)));
                 continue;

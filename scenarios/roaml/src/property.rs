@@ -160,7 +160,10 @@ impl Monitor for PropertyMonitor {
             return refused("it counts steps, which never return to what they were", "leave out `step-bounds`");
         }
         if self.property.asks_for_nodes() {
-            return refused("it asks for the nodes of the tree, which only a run shows", "ask for messages instead");
+            return refused(
+                "it asks about the nodes of the tree, which only a run shows",
+                "ask about messages instead",
+            );
         }
         Ok(())
     }

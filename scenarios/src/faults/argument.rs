@@ -196,7 +196,7 @@ impl Arguments {
     }
 
     fn get(&self, name: &str) -> &ArgumentValue {
-        &self.given.get(name).expect("what is required or has a default is there").value
+        &self.given.get(name).expect("required arguments and those with a default are present").value
     }
 
     /// A number.
@@ -223,7 +223,7 @@ impl Arguments {
 
     /// A text.
     pub(super) fn text(&self, name: &str) -> &str {
-        let ArgumentValue::Text(text) = self.get(name) else { unreachable!("`{name}` is a text") };
+        let ArgumentValue::Text(text) = self.get(name) else { unreachable!("`{name}` is a string") };
         text
     }
 

@@ -72,7 +72,7 @@ fn of_component(
     if kind == AllowedFault::Crash && name.value == LOCALIZATION && is_builtin {
         let problem = name.span.problem("after a crash, Localization believes that the robot is where it started");
         let help = "that depends on the map; allow `component_frozen` or `component_wrong_reply` instead";
-        complaints.push(problem.with_label("a proof cannot know what it says then").with_help(help));
+        complaints.push(problem.with_label("a proof cannot know what it would report then").with_help(help));
         return None;
     }
     let (effect, begins, ends) = match kind {

@@ -126,7 +126,7 @@ impl MachineMonitor {
             // The same error recurs; only its first occurrence is useful.
             let known = self.errors.iter().any(|error| error.starts_with(&said));
             if !known && self.errors.len() < MOST_ERRORS {
-                self.errors.push(tick.map_or_else(|| said.clone(), |tick| format!("{said}; first in tick {tick}")));
+                self.errors.push(tick.map_or_else(|| said.clone(), |tick| format!("{said}; first at tick {tick}")));
             }
         }
     }

@@ -55,7 +55,7 @@ fn battery(battery: &BatteryAssumption, premises: &Premises) -> Vec<String> {
     let has_station = premises.station.is_some();
     let BatteryAssumption::Drained(Drained { drain_pct, charge_pct, start_pct, .. }) = battery else {
         let level = "The battery's level may jump to anything at any time.".to_owned();
-        let charging = has_station.then(|| "At the charging station, it may be charged or not.".to_owned());
+        let charging = has_station.then(|| "At the charging station, it may charge or not.".to_owned());
         return [Some(level), charging].into_iter().flatten().collect();
     };
     let sim = &premises.entry.sim.battery;
@@ -73,7 +73,7 @@ fn battery(battery: &BatteryAssumption, premises: &Premises) -> Vec<String> {
             gain => format!(" and gains at least {} per tick", percent(gain)),
         };
         let full = percent(sim.recharge_below_pct);
-        format!("At the charging station, unless it sets out, it is charged up to {full} or more{gain}.")
+        format!("At the charging station, unless the robot sets out, it is charged up to {full} or more{gain}.")
     });
     [Some(drain), charging].into_iter().flatten().collect()
 }

@@ -23,9 +23,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     }
     for ComponentEntry { name, runs, .. } in &scenario.file.components {
         let (what, place) = match runs {
-            RunsEntry::Program { command, .. } => {
-                ("is a program, of which nobody knows all that it may do", &command.span)
-            }
+            RunsEntry::Program { command, .. } => ("is a program, and nobody knows all that it may do", &command.span),
             RunsEntry::Device { settings, .. } if is_of_the_world(settings.value.kind()) => {
                 ("senses and changes the world, which a proof does not have", &settings.span)
             }
@@ -33,7 +31,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
         };
         let problem = place.problem(format!("the component {} cannot be proved: it {what}", name.value));
         let help = format!(
-            "put a machine in its place that may do whatever it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
+            "replace it by a machine that may do whatever it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
             name.value
         );
         complaints.push(problem.with_label("this component").with_help(help));
@@ -65,8 +63,8 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     if let BatteryAssumption::Drained(drained) = &prove.battery {
         if !is_builtin(BATTERY_READER) {
             let problem = drained.place.problem(format!("the component {BATTERY_READER} is from a file"));
-            let help = "its machine says what the level does; remove `[prove.battery]`";
-            complaints.push(problem.with_label("this says what the built-in one reads").with_help(help));
+            let help = "its machine determines the level; remove `[prove.battery]`";
+            complaints.push(problem.with_label("this is about the level that the built-in one reads").with_help(help));
         }
         let has_station = scenario.premises.as_ref().is_some_and(|premises| premises.station.is_some());
         if drained.charge_pct > 0.0 && !has_station {
@@ -84,7 +82,7 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     }
     if !is_builtin(NAVIGATION) && is_builtin(LOCALIZATION) {
         let problem = Problem::new(format!("{NAVIGATION} is from a file, and {LOCALIZATION} is built in"));
-        let help = "a proof cannot know where such a Navigation drives; give Localization a machine, too";
+        let help = "a proof cannot know where such a Navigation drives; replace Localization by a machine, too";
         complaints.push(problem.with_help(help));
     }
 }

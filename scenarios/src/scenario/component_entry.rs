@@ -109,7 +109,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
         [(first, _), (second, span), ..] => {
             let problem = span.problem(format!("the component `{name}` has both a `{first}` and a `{second}`"));
             let help =
-                "a component has one of `machine`, `program` and `builtin`; it also takes over the keys of a `base`";
+                "a component has one of `machine`, `program` and `builtin`; it also inherits the keys of a `base`";
             entry.report(problem.with_label("the second one").with_help(help));
             return None;
         }
@@ -133,7 +133,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     for (key, span) in entry.keys().filter(|(key, _)| !known.contains(key)) {
         // Keys that are unknown altogether are reported elsewhere.
         if forms().any(|(.., keys)| keys.contains(&key)) {
-            let problem = span.problem(format!("`{key}` means nothing to a {what}")).with_label("this key");
+            let problem = span.problem(format!("`{key}` has no meaning for a {what}")).with_label("this key");
             entry.report(problem.with_help(format!("a {what} has `{}`", known.join("`, `"))));
         }
     }

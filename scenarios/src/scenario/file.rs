@@ -274,7 +274,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let schedule = execution.as_ref().and_then(|execution| execution.schedule.as_ref());
     if let (Some(schedule), false) = (schedule, faults.is_empty()) {
         let problem = schedule.span.problem("a run that follows a schedule has no faults, and this scenario has some");
-        let help = "remove them: `faults = []`; a schedule says itself which messages are lost";
+        let help = "remove them: `faults = []`; a schedule itself determines which messages are lost";
         root.report(problem.with_label("this schedule").with_help(help));
     }
     if matches!(premises, Some(None)) {

@@ -58,14 +58,14 @@ fn files() -> Vec<Key> {
     vec![
         Key::new(
             "base",
-            "Another scenario, as a file or by its name. This one takes over everything that it does not say itself. \
-             An array is taken over whole or not at all.",
+            "Another scenario, as a file or by its name. This one inherits everything that it does not set itself. \
+             An array is inherited as a whole or not at all.",
             text(),
         ),
         Key::new("about", "What the scenario shows, in one line.", or(text(), "")),
         Key::new(
             "seed",
-            "The root seed if `--seed` gives none. All random numbers of a run follow from it.",
+            "The root seed unless `--seed` gives one. All random numbers of a run are derived from it.",
             or(whole(0), 1),
         ),
         Key::new(
@@ -75,15 +75,15 @@ fn files() -> Vec<Key> {
         ),
         Key::new(
             "map",
-            "The map: a YAML file as ROS's `map_server` writes it. Without one there is no robot: tree, skills and \
-             components run alone.",
+            "The map: a YAML file in the format of ROS's `map_server`. Without a map there is no robot: tree, skills \
+             and components run alone.",
             text(),
         ),
         Key::new("places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).", text()),
         Key::new(
             "model",
-            "A RoAML model: its main file. It takes the place of `tree`, `skills`, `leaves` and `components`, and has no \
-             map. It also gives `execution.tick_s` and `execution.max_time_s`, unless they are set.",
+            "A RoAML model: its main file. It replaces `tree`, `skills`, `leaves` and `components`, and has no map. \
+             It also gives `execution.tick_s` and `execution.max_time_s`, unless they are set.",
             text(),
         ),
         Key::new(
@@ -99,22 +99,22 @@ fn files() -> Vec<Key> {
         Key::new(
             "properties",
             "The property files. Each of their properties is monitored.",
-            list("an array of texts", &text()),
+            list("an array of strings", &text()),
         ),
-        Key::new("leaves", "How the leaves of the tree differ from what their names say.", table(json!({}))),
+        Key::new("leaves", "Settings of the tree's leaves that differ from the defaults.", table(json!({}))),
         Key::new("leaves.NAME", "A leaf of the tree, by the name of its process.", table(json!({}))),
         Key::new(
             "leaves.NAME.machine",
             "The file of the leaf's machine, in the folder `skills`. If not given, `NAME.scxml` or `ID.scxml`.",
             text(),
         ),
-        Key::new("leaves.NAME.data", "What data of the machine hold at first.", table(json!({}))),
-        Key::new("leaves.NAME.data.ID", "What `<data id=\"ID\">` holds at first.", scalar()),
+        Key::new("leaves.NAME.data", "Initial values of the machine's data.", table(json!({}))),
+        Key::new("leaves.NAME.data.ID", "The initial value of `<data id=\"ID\">`.", scalar()),
         Key::new("sites", "The places that the scenario needs. Needed with a map.", table(json!({}))),
         Key::new("sites.start", "Where the robot starts. Needed with a map.", start),
         Key::new(
             "sites.station",
-            "The point where the charging station stands. Without one, nothing is charged.",
+            "The point at which the charging station stands. Without it, nothing is charged.",
             text(),
         ),
         Key::new("sites.destination", "The place to which the robot is sent, for pictures.", text()),
@@ -153,14 +153,14 @@ fn robot() -> Vec<Key> {
         laser("name", "The laser's name, for faults and reports.", name()).required(),
         laser(
             "at",
-            "Where it is on the robot: x ahead and y to the left of the centre, and the direction in which the middle \
-             of its field of view looks.",
+            "Its position on the robot, x ahead and y to the left of the centre, and the direction of the middle of \
+             its field of view.",
             or(pose(), json!([0, 0, 0])),
         ),
-        laser("field_of_view_deg", "The angle that it sees, in degrees.", or(number(1.0, 360.0), 270)),
+        laser("field_of_view_deg", "Its field of view, in degrees.", or(number(1.0, 360.0), 270)),
         laser("beams", "How many beams it has.", or(with(whole(2), json!({ "maximum": 5000 })), 360)),
-        laser("range_m", "The longest distance that it measures, in metres.", or(number(0.5, 100.0), 10)),
-        laser("min_range_m", "The shortest distance that it measures, in metres.", or(number(0.0, 0.4), 0.1)),
+        laser("range_m", "The largest distance that it measures, in metres.", or(number(0.5, 100.0), 10)),
+        laser("min_range_m", "The smallest distance that it measures, in metres.", or(number(0.0, 0.4), 0.1)),
         laser("rate_hz", "Scans per second.", or(number(1.0, 50.0), 10)),
         Key::new("robot.docking", "When the robot is docked at its station, and charges.", table(json!({}))),
         docking("distance_m", "Largest distance from the station, in metres.", or(number(0.01, 10.0), 0.5)),
@@ -172,9 +172,9 @@ fn robot() -> Vec<Key> {
         docking("rest_s", "How long the robot must be at rest, in seconds.", or(seconds(), 1)),
         Key::new("battery", "The battery.", table(json!({}))),
         Key::new("battery.initial_pct", "Charge at the start, in percent.", rate(json!(100))),
-        Key::new("battery.drain_pct_per_s", "What driving costs, in percent per second.", rate(json!(0.05))),
-        Key::new("battery.standstill_drain_pct_per_s", "What standing costs, in percent per second.", rate(json!(0))),
-        Key::new("battery.charge_pct_per_s", "What charging gives, in percent per second.", rate(json!(0.05))),
+        Key::new("battery.drain_pct_per_s", "Drain while driving, in percent per second.", rate(json!(0.05))),
+        Key::new("battery.standstill_drain_pct_per_s", "Drain while standing, in percent per second.", rate(json!(0))),
+        Key::new("battery.charge_pct_per_s", "Gain while charging, in percent per second.", rate(json!(0.05))),
         Key::new("noise", "The noise of sensors and wheels.", table(json!({}))),
         Key::new("noise.laser_sigma_m", "Standard deviation of a range, in metres.", sigma()),
     ];
@@ -221,13 +221,13 @@ fn execution() -> Vec<Key> {
         Key::new("components.NAME.machine", "The file of its machine.", text()),
         Key::new(
             "components.NAME.program",
-            "A program in place of a machine: a path relative to the scenario's folder or a name on the `PATH`, and its \
-             arguments.",
-            list("an array of texts", &text()),
+            "A program instead of a machine: a path relative to the scenario's folder or a name on the `PATH`, and \
+             its arguments.",
+            list("an array of strings", &text()),
         ),
         Key::new(
             "components.NAME.answer_within_s",
-            "How long a program may take for an answer, in seconds of real time.",
+            "How long a program may take to answer, in seconds of real time.",
             or(some_seconds(), 10),
         ),
         Key::new(
@@ -238,11 +238,11 @@ fn execution() -> Vec<Key> {
         Key::new(
             "components.NAME.asks",
             "The components that a program asks, and whose topics it reads.",
-            list("an array of texts", &text()),
+            list("an array of strings", &text()),
         ),
         Key::new(
             "components.NAME.builtin",
-            "A device of the world in place of a machine. Its interface is fixed.",
+            "A device of the world instead of a machine. Its interface is fixed.",
             one_of(&DeviceKind::ALL.map(DeviceKind::name)),
         ),
         Key::new("components.NAME.door", "Of a door: its name in the world.", text()),
@@ -254,7 +254,7 @@ fn execution() -> Vec<Key> {
         Key::new(
             "components.NAME.only",
             "Of a sensor of people: the people that it notices; everyone if empty.",
-            or(list("an array of texts", &text()), json!([])),
+            or(list("an array of strings", &text()), json!([])),
         ),
         Key::new(
             "components.NAME.letters_per_s",
@@ -275,15 +275,15 @@ fn execution() -> Vec<Key> {
             "Of a tray: how far from the robot's edge a box may be, in metres.",
             or(number(0.0, 5.0), 0.8),
         ),
-        Key::new("components.NAME.data", "What data of the machine hold at first.", table(json!({}))),
+        Key::new("components.NAME.data", "Initial values of the machine's data.", table(json!({}))),
         Key::new(
             "components.NAME.data.ID",
-            "What `<data id=\"ID\">` holds at first; of a program, what it is told when it starts.",
+            "The initial value of `<data id=\"ID\">`; for a program, a value that it receives when it starts.",
             scalar(),
         ),
         Key::new(
             "components.NAME.interface",
-            "The file with its interface: what it can be asked, publishes and does over time. Needed if others ask it \
+            "The file with its interface: its services, topics and actions. Needed if others ask it \
              or read its topics.",
             text(),
         ),
@@ -296,13 +296,14 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "execution.schedule",
-            "A file with a schedule, as `steward prove --out` writes it. The run follows it step by step; drivers and \
-             physics are replaced by what it says.",
+            "A file with a schedule, as `steward prove --out` writes it. The run follows it step by step; it replaces \
+             drivers and physics.",
             text(),
         ),
         Key::new(
             "execution.policy",
-            "Who chooses among enabled transitions: chance (`random`), or each process in turn (`round-robin`).",
+            "How the next enabled transition is chosen: at random (`random`), or from each process in turn \
+             (`round-robin`).",
             or(one_of(&["random", "round-robin"]), "random"),
         ),
         Key::new(
@@ -333,12 +334,12 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "execution.step_budget",
-            "How many transitions one step may have before the system counts as never quiet.",
+            "How many transitions one step may have before the run ends because the system never becomes quiet.",
             or(whole(1), 100_000),
         ),
         Key::new(
             "execution.run_budget",
-            "How many messages a run may have before it is given up.",
+            "How many messages a run may have before it is stopped.",
             or(whole(1), 10_000_000),
         ),
     ]
@@ -363,11 +364,11 @@ fn world() -> Vec<Key> {
             table(kinds),
         ),
         Key::new("people[].name", "The name in reports. If not given, `person 1`, `person 2`, …", name()),
-        Key::new("people[].at", "Where the person is at first.", point()).required(),
+        Key::new("people[].at", "The person's initial position.", point()).required(),
         Key::new("people[].radius_m", "Radius of the body, in metres.", or(number(0.05, 1.0), 0.25)),
         Key::new(
             "people[].route",
-            "The points to which the person walks, in a straight line each. Without any, the person stands.",
+            "The points to which the person walks, each in a straight line. Without any, the person stands still.",
             or(points(), json!([])),
         ),
         Key::new(
@@ -377,7 +378,7 @@ fn world() -> Vec<Key> {
         ),
         Key::new(
             "people[].speed_mps",
-            "Walking speed, in metres per second; of somebody who follows the robot, the highest.",
+            "Walking speed, in metres per second; the maximum for somebody who follows the robot.",
             or(number(0.05, 3.0), 0.8),
         ),
         Key::new("people[].sets_out_s", "When the person sets out, in seconds.", or(seconds(), 0)),
@@ -449,7 +450,7 @@ fn monitors() -> Vec<Key> {
     vec![
         Key::new(
             "monitors[]",
-            "A monitor that is attached as it is: an SCXML machine, or with `figure` one of the paper's.",
+            "A monitor that is not made from a property: an SCXML machine, or with `figure` one of the paper's.",
             table(kinds),
         ),
         Key::new("monitors[].name", "The monitor's name. If not given, that of the machine or figure.", text()),
@@ -457,7 +458,7 @@ fn monitors() -> Vec<Key> {
         Key::new("monitors[].machine", "The SCXML file. Needed without `figure`.", text()),
         Key::new(
             "monitors[].violated_in",
-            "The states that mean a violation, for good, even if the machine leaves them at once. Needed with \
+            "The states that mean a violation, which is final even if the machine leaves them at once. Needed with \
              `machine`.",
             names(),
         ),
@@ -478,10 +479,10 @@ fn monitors() -> Vec<Key> {
             text(),
         )
         .required(),
-        Key::new("monitors[].events[].data", "What `_event.data` holds.", table(json!({}))),
+        Key::new("monitors[].events[].data", "The values of `_event.data`.", table(json!({}))),
         Key::new(
             "monitors[].events[].data.NAME",
-            "What `_event.data.NAME` holds. `m[1]`, `m[2]`, … are fields of the message.",
+            "The value of `_event.data.NAME`. `m[1]`, `m[2]`, … are fields of the message.",
             scalar(),
         ),
     ]
@@ -498,12 +499,13 @@ fn faults() -> Vec<Key> {
             ),
         )
         .required(),
-        Key::new("faults[].at_s", "Trigger: the fault takes hold at this time, in seconds.", seconds()),
+        Key::new("faults[].at_s", "Trigger: the fault takes effect at this time, in seconds.", seconds()),
         Key::new("faults[].at_tick", "Trigger: when this tick has been generated.", whole(0)),
         Key::new("faults[].near", "Trigger: when the robot comes near this place.", text()),
         Key::new(
             "faults[].when",
-            "Trigger: when such a message has passed: an event of the SCOPE language, or several joined by `or`.",
+            "Trigger: when such a message has been received: an event of the SCOPE language, or several joined by \
+             `or`.",
             text(),
         ),
         Key::new(
@@ -514,18 +516,19 @@ fn faults() -> Vec<Key> {
         Key::new("faults[].within_m", "With `near`: how near, in metres.", or(number(0.0, 1e6), 1)),
         Key::new(
             "faults[].probability",
-            "How likely the fault takes hold when its trigger comes.",
+            "How likely the fault takes effect when it is triggered.",
             or(number(0.0, 1.0), 1),
         ),
         Key::new(
             "faults[].lasts_s",
-            "How long it holds, in seconds. Without it, to the end of the run. A momentary fault cannot last.",
+            "How long it lasts, in seconds. Without it, the fault lasts to the end of the run. A momentary fault \
+             cannot last.",
             some_seconds(),
         ),
-        Key::new("faults[].every_s", "With `at_s`: after how many seconds it comes again.", some_seconds()),
+        Key::new("faults[].every_s", "With `at_s`: the fault repeats after this time, in seconds.", some_seconds()),
         Key::new(
             "faults[].times",
-            "How often it takes hold at most. If not given, once, or with `every_s` without a limit.",
+            "How often it takes effect at most. If not given, once, or with `every_s` without a limit.",
             with(whole(1), json!({ "maximum": 1_000_000_000 })),
         ),
     ];
@@ -561,7 +564,7 @@ fn faults() -> Vec<Key> {
         0,
         Key::new(
             "faults[]",
-            "Something that goes wrong: its kind with that kind's parameters, and one trigger.",
+            "Something that goes wrong: its kind with the parameters of that kind, and one trigger.",
             fault,
         ),
     );
@@ -581,11 +584,11 @@ fn ending() -> Vec<Key> {
         Key::new("stop.at", "When the robot has come to rest at this place, or at one of several.", names()),
         Key::new(
             "stop.on_violation",
-            "When a property is violated: any (`true`), or one of those named. Without monitors the run goes on.",
+            "When a property is violated: any (`true`), or one of those named. Without monitors the run continues.",
             or(violation, false),
         ),
-        Key::new("stop.when_settled", "When every property has a verdict that nothing can change.", or(flag(), false)),
-        Key::new("stop.after_s", "How long the run goes on after that, in seconds.", or(seconds(), 0)),
+        Key::new("stop.when_settled", "When every property has a final verdict.", or(flag(), false)),
+        Key::new("stop.after_s", "How long the run continues after that, in seconds.", or(seconds(), 0)),
         Key::new("snapshots", "When pictures are taken.", table(json!({}))),
         Key::new(
             "snapshots.at",
@@ -597,11 +600,15 @@ fn ending() -> Vec<Key> {
             "At these times, in seconds.",
             or(list("an array of numbers", &seconds()), json!([])),
         ),
-        Key::new("snapshots.every_s", "Again after each such time, in seconds.", snapshots),
-        Key::new("expect", "What the run must come to. The exit status says whether it did.", table(json!({}))),
+        Key::new("snapshots.every_s", "Repeatedly, each time after this number of seconds.", snapshots),
+        Key::new(
+            "expect",
+            "The expected outcome of the run. The exit status says whether the run met it.",
+            table(json!({})),
+        ),
         Key::new(
             "expect.PROPERTY",
-            "What a property must turn out to be.",
+            "The expected verdict of a property.",
             one_of(&["satisfied", "violated", "inconclusive"]),
         ),
         Key::new("expect.reached", "Places that the robot must have reached.", or(places(), json!([]))),
@@ -635,7 +642,8 @@ fn prove() -> Vec<Key> {
         Key::new("prove", "What `steward prove` assumes and proves.", table(json!({}))),
         Key::new(
             "prove.properties",
-            "The properties to be proved. If not given, all. `progress` (no deadlock and no livelock) is always among them.",
+            "The properties to be proved. If not given, all of them. `progress` (no deadlock and no livelock) is \
+             always among them.",
             one_or_more(),
         ),
         Key::new(
@@ -651,13 +659,13 @@ fn prove() -> Vec<Key> {
         Key::new("prove.battery", "What the battery's level may do.", table(json!({}))),
         Key::new(
             "prove.battery.drain_pct_per_tick",
-            "How much the level falls per tick at most, in percent; it rises only at the charging station. Without it, \
+            "How far the level falls per tick at most, in percent; it rises only at the charging station. Without it, \
              the level may jump to anything at any time.",
             per_tick(),
         ),
         Key::new(
             "prove.battery.charge_pct_per_tick",
-            "How much the level rises at least in a tick in which it is charged throughout, in percent.",
+            "How far the level rises at least in a tick throughout which it is charged, in percent.",
             or(per_tick(), 0),
         ),
         Key::new(
@@ -668,37 +676,45 @@ fn prove() -> Vec<Key> {
         Key::new("prove.trips", "What the trips of the built-in Navigation may do.", table(json!({}))),
         Key::new(
             "prove.trips.ticks",
-            "A trip ends before this number of ticks have come since its start. Without it, a trip may take any time.",
+            "A trip ends before this number of ticks has passed since its start. Without it, a trip may take forever.",
             with(whole(1), json!({ "maximum": 10_000 })),
         ),
         Key::new("prove.trips.fail", "Whether trips may fail.", or(flag(), true)),
         Key::new(
             "prove.trips.passes",
-            "The places at which the robot may be on its way, besides the one that it leaves and the one it is sent to.",
+            "The places at which the robot may be during a trip, besides its start and its goal.",
             or(passes, json!([])),
         ),
         Key::new("prove.messages", "What may happen to messages in transit.", table(json!({}))),
         Key::new("prove.messages.lose", "How many messages of a run may be lost.", count()),
         Key::new("prove.messages.repeat", "How many messages of a run may be delivered twice.", count()),
         Key::new("prove.messages.delay", "How many messages of a run may be delayed.", count()),
-        Key::new("prove.messages.delay_s", "How long a delayed message is held, in seconds.", or(some_seconds(), 1)),
+        Key::new(
+            "prove.messages.delay_s",
+            "How long a delayed message is held back, in seconds.",
+            or(some_seconds(), 1),
+        ),
         Key::new(
             "prove.messages.on",
-            "The channels on which this may happen, by sender and receiver. If not given, all.",
+            "The channels on which this may happen, by sender and receiver. If not given, all of them.",
             or(list("[[from, to], …]", &ends), json!([])),
         ),
         Key::new("prove.faults", "Faults that may begin and end at any time.", table(json!({}))),
         Key::new(
             "prove.faults.count",
-            "How many faults of a run may begin.",
+            "How many faults may begin in a run.",
             or(with(whole(1), json!({ "maximum": 9 })), 1),
         ),
         Key::new(
             "prove.faults.component_crash",
-            "Components that may crash, and begin anew.",
+            "Components that may crash, and restart.",
             or(one_or_more(), json!([])),
         ),
-        Key::new("prove.faults.component_frozen", "Components that may hang, and go on.", or(one_or_more(), json!([]))),
+        Key::new(
+            "prove.faults.component_frozen",
+            "Components that may hang, and continue.",
+            or(one_or_more(), json!([])),
+        ),
         Key::new(
             "prove.faults.component_wrong_reply",
             "Components that may report the opposite of the truth.",
@@ -717,7 +733,7 @@ fn prove() -> Vec<Key> {
         ),
         Key::new(
             "prove.components",
-            "Machines in place of components, by the name of the component.",
+            "Machines that replace components, by the name of the component.",
             table(json!({})),
         ),
         Key::new("prove.components.NAME", "A component that a proof replaces by a machine.", table(json!({}))),
@@ -727,15 +743,12 @@ fn prove() -> Vec<Key> {
             text(),
         )
         .required(),
-        Key::new(
-            "prove.expect",
-            "What must come of the properties: `proved`, unless said otherwise.",
-            table(json!({})),
-        ),
+        Key::new("prove.expect", "The expected results of the properties; `proved` by default.", table(json!({}))),
         Key::new(
             "prove.expect.PROPERTY",
-            "What must come of a property, of `progress` (no deadlock and no livelock), or of `all_reached` (every node \
-             is ticked, succeeds and fails in some run, and every state and transition of every machine is reached). \
+            "The expected result of a property, of `progress` (no deadlock and no livelock), or of `all_reached` \
+             (every node is ticked, succeeds and fails in some run, and every state and transition of every machine \
+             is reached). \
              `all_reached` counts only if it is named.",
             one_of(&["proved", "violated"]),
         ),

@@ -45,7 +45,7 @@ pub(super) fn read_data(table: Table<'_>) -> Data {
         let item = table.get::<Item<'_>>(name).optional()?;
         let value = datum(&item);
         if value.is_none() {
-            table.report(item.wrong("a text, a number, true or false"));
+            table.report(item.wrong("a string, a number, true or false"));
         }
         Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
     };

@@ -81,7 +81,7 @@ impl Scenario {
         let reader = FileReader { files: &found.files, complaints: &mut complaints };
         let loaded = Loader { found, overrides, like, reader }.load(file);
         complaints.check()?;
-        let loaded = loaded.expect("what could not be loaded was complained about");
+        let loaded = loaded.expect("a file that could not be loaded was reported");
         Ok(Self { schedule: schedule.map(Arc::new), ..loaded })
     }
 }

@@ -24,7 +24,7 @@ impl ModelEntry {
     pub(super) fn read(root: Table<'_>) -> Option<Self> {
         let path = root.text("model").try_map(|path, span| Ok(named(path, span))).spanned().optional()?;
         for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
-            let problem = span.problem(format!("`{key}` has no place beside a `model`"));
+            let problem = span.problem(format!("`{key}` is not allowed beside a `model`"));
             let help = "a RoAML model has a tree and machines of its own, and no map: remove one of the two keys";
             root.report(problem.with_label("this key").with_help(help));
         }

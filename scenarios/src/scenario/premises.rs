@@ -76,7 +76,7 @@ const OF_A_ROBOT: [(&str, &[&str]); 3] = [
 
 impl PremisesEntry {
     /// Reads what a file says about its map, if it has one. `None` after recording problems.
-    #[expect(clippy::option_option, reason = "a file may have no map, and it may have a wrong one")]
+    #[expect(clippy::option_option, reason = "a file may have no map, or a wrong one")]
     pub(super) fn read(root: Table<'_>) -> Option<Option<Self>> {
         let map = root.text("map").try_map(|path, span| Ok(named(path, span))).spanned();
         if !root.has("map") {

@@ -338,7 +338,7 @@ fn read_messages(table: Table<'_>) -> MessageAssumption {
     let on = table.get("on").or(Vec::new());
     let report = |key: &str, needs: &str| {
         for (_, span) in table.keys().filter(|(known, _)| *known == key) {
-            let problem = span.problem(format!("`{key}` says nothing where no message may be {needs}"));
+            let problem = span.problem(format!("`{key}` has no effect where no message may be {needs}"));
             table.report(
                 problem.with_label("this assumption").with_help(format!("remove it, or say how many may be {needs}")),
             );
@@ -361,7 +361,7 @@ fn read_faults(table: Table<'_>) -> FaultAssumption {
     };
     let allowed: Vec<_> = AllowedFault::ALL.into_iter().flat_map(named).collect();
     for (_, span) in table.keys().filter(|(key, _)| *key == "count" && allowed.is_empty()) {
-        let problem = span.problem("`count` says nothing where no fault may occur");
+        let problem = span.problem("`count` has no effect where no fault may occur");
         table
             .report(problem.with_label("this assumption").with_help("name faults: `component_crash = \"Navigation\"`"));
     }

@@ -108,7 +108,7 @@ pub enum Content {
 
 impl FromItem<'_> for Content {
     fn wanted() -> String {
-        "`m[1]`, `m[2]`, … for a field of the message, or a text, a number, true or false".into()
+        "`m[1]`, `m[2]`, … for a field of the message, or a string, a number, true or false".into()
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {

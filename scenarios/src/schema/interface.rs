@@ -7,9 +7,9 @@ use super::{Key, json_schema, list, table, text, with};
 
 /// The tables of an interface file, and what each describes.
 const TABLES: [(&str, &str, &str); 3] = [
-    ("services", "What the component can be asked.", "A service: a request, and one reply."),
-    ("topics", "What the component publishes.", "A topic: messages to everybody who reads it."),
-    ("actions", "What the component does over time.", "An action: a goal, feedback on the way, and a result."),
+    ("services", "The services, topics and actions of the component.", "A service: a request, and one reply."),
+    ("topics", "The topics that the component publishes.", "A topic: messages to everybody who reads it."),
+    ("actions", "The actions of the component.", "An action: a goal, feedback on the way, and a result."),
 ];
 
 /// The key of a definition of ROS.

@@ -23,7 +23,7 @@ pub fn keys() -> Vec<Key> {
         ),
         Key::new(
             "time",
-            "What the time of a message is: when it was recorded, when it was sent, or what a field says.",
+            "What the time of a message is: when it was recorded, when it was sent, or the value of a field.",
             or(time(), "log"),
         ),
         Key::new(
@@ -34,27 +34,23 @@ pub fn keys() -> Vec<Key> {
         ),
         Key::new(
             "definitions",
-            "Folders with packages of ROS, such as `/opt/ros/jazzy/share`, for types that the bag does not define.",
-            list("an array of texts, relative to this file", &text()),
+            "Folders with ROS packages, such as `/opt/ros/jazzy/share`, for types that the bag does not define.",
+            list("an array of strings, relative to this file", &text()),
         ),
-        Key::new("messages[]", "Which messages pass on which channel.", table(json!({}))).required(),
+        Key::new("messages[]", "Which messages travel on which channel.", table(json!({}))).required(),
         Key::new("messages[].topic", "The topic; also one of a service or an action: `/go/_action/status`.", text())
             .required(),
         Key::new("messages[].from", "The process that sends.", text()).required(),
         Key::new("messages[].to", "The process that receives.", text()).required(),
-        Key::new(
-            "messages[].fields",
-            "The fields of the channel's message, in their order, each with what it is.",
-            fields(),
-        )
-        .required(),
+        Key::new("messages[].fields", "The fields of the channel's message, in order, each with its source.", fields())
+            .required(),
         Key::new(
             "messages[].where",
-            "Only messages in which each of these paths has this value, or one of these.",
+            "Only messages in which each of these paths has this value, or one of these values.",
             tests(),
         ),
-        Key::new("messages[].time", "As `time`, for these messages.", time()),
-        Key::new("messages[].about", "What the messages are, in words. The program does not use it.", text()),
+        Key::new("messages[].time", "Like `time`, for these messages.", time()),
+        Key::new("messages[].about", "A description of the messages. The program does not use it.", text()),
     ]
 }
 
@@ -68,13 +64,13 @@ fn fields() -> Value {
         form("symbol", json!({ "symbol": text() })),
         form("value", json!({ "value": scalar() })),
     ];
-    let words = "a table: each field with the path of a field in the topic's message, or with a table that has `path` and, \
-                 if need be, `symbols` or `scale`, or that has `symbol` or `value` for what is always the same";
+    let words = "a table: each field with the path of a field in the topic's message, or with a table that has `path` \
+                 and, if need be, `symbols` or `scale`, or that has `symbol` or `value` for a constant";
     json!({ "title": words, "type": ["object"], "additionalProperties": { "anyOf": forms } })
 }
 
 fn tests() -> Value {
-    let words = "a table: each path with a text, a number, true or false, or with an array of these";
+    let words = "a table: each path with a string, a number, true or false, or with an array of these";
     let one_or_several = json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
     json!({ "title": words, "type": ["object"], "additionalProperties": one_or_several })
 }

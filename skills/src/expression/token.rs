@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(kinds(r"'a\'\n\u00e9\x41'"), [expected, Kind::End]);
         assert_eq!(kinds(r"'\uD83D\uDD0B\u{1F50B}'"), [Kind::Text("🔋🔋".to_owned()), Kind::End]);
         let half = Kind::Text("\u{FFFD}a".to_owned());
-        assert_eq!(kinds(r"'\uD83Da'"), [half, Kind::End], "half a character is none");
+        assert_eq!(kinds(r"'\uD83Da'"), [half, Kind::End], "half a character is not one");
     }
 
     #[test]

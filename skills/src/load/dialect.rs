@@ -19,13 +19,13 @@ pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
 
 /// A machine of RoAML.
 fn roaml(place: Range<usize>, label: impl Into<String>) -> Problem {
-    let problem = Problem::new("this is a machine of RoAML, AS2FM's dialect of SCXML, and runs only in its model");
+    let problem = Problem::new("this is a machine of RoAML, AS2FM's dialect of SCXML, and runs only within its model");
     problem.at(place, label).with_help("run the model: `steward run main.xml`, with the file whose root is <roaml>")
 }
 
 /// The main file of a RoAML model.
 fn model(root: Node<'_, '_>) -> Problem {
-    let problem = Problem::new("this is a whole RoAML model and not a machine").at(name_span(root), "a model");
+    let problem = Problem::new("this is a whole RoAML model, not a machine").at(name_span(root), "a model");
     problem.with_help("run it with `steward run FILE`")
 }
 

@@ -64,8 +64,8 @@ fn unheard(chart: &Chart) -> Vec<Problem> {
     let warning = |(event, spans): (&str, Vec<SourceSpan>)| {
         let more = match spans.len() - 1 {
             0 => String::new(),
-            1 => ", here and once more".to_owned(),
-            more => format!(", here and {more} times more"),
+            1 => ", here and in one other place".to_owned(),
+            more => format!(", here and in {more} other places"),
         };
         let problem =
             Problem::new(format!("the machine sends itself the event `{event}`{more}, but no transition takes it"))

@@ -23,7 +23,7 @@ impl Machine {
         self.scratch.taken.clear();
         self.scratch.entered.clear();
         form.queue(self.timers.len(), || {
-            format!("more than {} delayed events wait in {}", NormalForm::QUEUE, self.chart.name())
+            format!("more than {} delayed events are waiting in {}", NormalForm::QUEUE, self.chart.name())
         })?;
         for timer in &mut self.timers {
             form.time(&mut timer.due);
@@ -51,7 +51,7 @@ impl Machine {
         if self.random != self.seed {
             return unsupported(
                 "it draws random numbers",
-                "decide by an event instead, which the environment may or may not send",
+                "decide by an event instead, which the environment may send or not",
             );
         }
         if self.chart.mentions.clock {

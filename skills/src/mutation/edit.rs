@@ -157,7 +157,7 @@ fn stuck(site: &Site<'_>, state: StateId) -> Result<Vec<Edit>, Problem> {
     let here = |problem: Problem| problem.at(site.chart.state(state).span(), "this state");
     let leaving: Vec<&Transition> = leaving(site.chart, state).collect();
     let Some(first) = leaving.first() else {
-        return Err(here(Problem::new(format!("no transition leaves `{id}` in the first place"))));
+        return Err(here(Problem::new(format!("no transition leaves `{id}` anyway"))));
     };
     if is_null_model(site.node(first)) {
         return Err(here(Problem::new("the null data model has no negation")).with_help("datamodel=\"ecmascript\""));

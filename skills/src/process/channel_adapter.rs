@@ -144,7 +144,7 @@ impl ChannelAdapter {
     ///
     /// # Errors
     /// [`Undelivered`] if there is no such channel or topic, if the channel does not carry the message, if it answers
-    /// nothing or cancels nothing, or if too many messages are waiting already.
+    /// nothing or cancels nothing, or if too many messages are already waiting.
     pub fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
         let wiring = Arc::clone(&self.wiring);
         let Some(peer) = target else {
@@ -175,7 +175,7 @@ impl ChannelAdapter {
 
     fn check_room(&self, out: usize) -> Result<(), Undelivered> {
         let peer = &self.wiring.outgoing[out].peer;
-        let full = || Undelivered(format!("{MAX_WAITING} messages to {peer} are waiting already"));
+        let full = || Undelivered(format!("{MAX_WAITING} messages to {peer} are already waiting"));
         if self.outboxes[out].len() < MAX_WAITING { Ok(()) } else { Err(full()) }
     }
 
@@ -184,7 +184,7 @@ impl ChannelAdapter {
         let action = action(role, head);
         let Wiring { outgoing, incoming, .. } = &*self.wiring;
         let peer = &outgoing[out].peer;
-        let not_asked = || Undelivered(format!("{peer} does not wait for an answer"));
+        let not_asked = || Undelivered(format!("{peer} is not waiting for an answer"));
         let back = || incoming.iter().position(|incoming| incoming.peer == *peer).ok_or_else(not_asked);
         match role {
             Role::Request | Role::Goal => {
@@ -220,7 +220,7 @@ impl ChannelAdapter {
         let wiring = Arc::clone(&self.wiring);
         for (out, waiting) in wiring.outgoing.iter().zip(&mut self.outboxes) {
             form.queue(waiting.len(), || {
-                format!("more than {} messages from {} to {} wait", NormalForm::QUEUE, wiring.name, out.peer)
+                format!("more than {} messages from {} to {} are waiting", NormalForm::QUEUE, wiring.name, out.peer)
             })?;
             waiting.iter_mut().for_each(|envelope| form.envelope(out.channel, envelope));
         }

@@ -380,6 +380,6 @@ fn a_machine_without_a_normal_form_says_why() {
             <send event='later' delay='1s'/><send event='later' delay='1s'/></foreach></transition></state>";
     let mut system = system([TALKER, SILENT, talks]);
     system.run(&mut Random::new(ChaCha8Rng::seed_from_u64(0)), 1_000).for_each(|event| drop(event.unwrap()));
-    let endless = NoNormalForm::Endless { what: "more than 32 delayed events wait in Arm".to_owned() };
+    let endless = NoNormalForm::Endless { what: "more than 32 delayed events are waiting in Arm".to_owned() };
     assert_eq!(system.normalize().map_err(|(_, why)| why), Err(endless));
 }

@@ -369,7 +369,8 @@ fn an_event_that_a_machine_sends_itself_and_never_takes_is_reported() {
     assert_eq!(
         said.lines().next(),
         Some(
-            "«send» the machine sends itself the event `TICK_RESPONSE`, here and once more, but no transition takes it"
+            "«send» the machine sends itself the event `TICK_RESPONSE`, here and in one other place, but no \
+             transition takes it"
         )
     );
     assert_eq!(chart.warnings().len(), 1, "{said}");

@@ -77,7 +77,7 @@ fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Me
 }
 
 fn superfluous<const N: usize>(separator: &Span, parts: [&str; N]) -> Problem {
-    let problem = separator.problem("nothing stands behind this separator").with_label("one too many");
+    let problem = separator.problem("nothing follows this separator").with_label("one too many");
     problem.with_help(match N {
         1 => "a `.msg` file has one part; a `.srv` file has two, an `.action` file three".to_owned(),
         _ => format!("the parts are {}", parts.join(", ")),

@@ -141,8 +141,8 @@ impl<'s> Reader<'s> {
                 }
             }
             other => {
-                return Err(self.problem(format!("`{other}` is not read here")).with_help(
-                    "a definition of ROS consists of modules, structs, constants, enumerations and names for types",
+                return Err(self.problem(format!("`{other}` is not supported here")).with_help(
+                    "a ROS definition consists of modules, structs, constants, enumerations and type aliases",
                 ));
             }
         }
@@ -208,9 +208,9 @@ impl<'s> Reader<'s> {
 
     fn several(&self, Type { base, count: inner }: Type, count: Count) -> Result<Type, Problem> {
         let is_single = inner == Count::One;
-        is_single
-            .then_some(Type { base, count })
-            .ok_or_else(|| self.problem("an array of arrays is not read".to_owned()).with_help("ROS has none of them"))
+        is_single.then_some(Type { base, count }).ok_or_else(|| {
+            self.problem("an array of arrays is not supported".to_owned()).with_help("ROS has none of them")
+        })
     }
 
     fn size(&mut self) -> Result<usize, Problem> {
@@ -243,7 +243,7 @@ impl<'s> Reader<'s> {
             },
             "long" => match self.peek() {
                 "long" => self.and_then_next(Base::Int64),
-                "double" => return Err(self.problem("`long double` is not read".to_owned())),
+                "double" => return Err(self.problem("`long double` is not supported".to_owned())),
                 _ => Base::Int32,
             },
             "boolean" => Base::Bool,
@@ -259,7 +259,7 @@ impl<'s> Reader<'s> {
             "uint64" => Base::Uint64,
             "float" => Base::Float32,
             "double" => Base::Float64,
-            "wchar" | "map" | "any" => return Err(self.problem(format!("the type `{first}` is not read"))),
+            "wchar" | "map" | "any" => return Err(self.problem(format!("the type `{first}` is not supported"))),
             _ => {
                 self.next -= 1;
                 return self.named();

@@ -52,8 +52,8 @@ fn field(kind: &Span, name: &Span, default: &Span) -> Result<Field, Problem> {
     if !is_field_name(name.text()) {
         let problem = name.problem(format!("`{}` cannot be the name of a field", name.text())).with_label("this name");
         return Err(problem.with_help(
-            "a name consists of small letters, digits and single underscores; it begins with a letter and does not end \
-             with an underscore",
+            "a name consists of lower-case letters, digits and single underscores; it begins with a letter and does \
+             not end with an underscore",
         ));
     }
     let default = (!default.text().is_empty()).then(|| literal::of_type(default, &typed)).transpose()?;
@@ -64,13 +64,13 @@ fn constant(kind: &Span, name: &Span, value: &Span) -> Result<Constant, Problem>
     let Type { base, count } = read_type(kind)?;
     if count != Count::One || matches!(base, Base::Message(_) | Base::String(Some(_)) | Base::WString(Some(_))) {
         let problem = kind.problem(format!("a constant cannot be {}", kind.text())).with_label("this type");
-        return Err(problem.with_help("constants are truth values, numbers, and texts without a bound"));
+        return Err(problem.with_help("constants are Booleans, numbers, and strings without a bound"));
     }
     if !is_constant_name(name.text()) {
         let problem = name.problem(format!("`{}` cannot be the name of a constant", name.text()));
         return Err(problem.with_label("this name").with_help(
-            "a name consists of capital letters, digits and single underscores; it begins with a letter and does not \
-             end with an underscore",
+            "a name consists of upper-case letters, digits and single underscores; it begins with a letter and does \
+             not end with an underscore",
         ));
     }
     let value: Literal = literal::of_base(value, &base)?;

@@ -13,7 +13,7 @@ pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
     let text = value.text();
     if !(text.len() >= 2 && text.starts_with('[') && text.ends_with(']')) {
         let problem = value.problem(format!("`{text}` is not an array")).with_label("this value");
-        return Err(problem.with_help("the items of an array stand between `[` and `]`, with commas between them"));
+        return Err(problem.with_help("the items of an array are written between `[` and `]`, separated by commas"));
     }
     if let Base::Message(_) = kind.base {
         return Err(no_message(value));
@@ -51,7 +51,7 @@ fn items(inside: &Span) -> Result<Vec<Span>, Problem> {
         let comma = text[ends..].find(',').map(|length| ends + length);
         let item = part(inside, start, comma.unwrap_or(text.len()));
         if trimmed(&item).text().is_empty() {
-            return Err(item.problem("an item is missing").with_label("here").with_help("an empty text is `\"\"`"));
+            return Err(item.problem("an item is missing").with_label("here").with_help("an empty string is `\"\"`"));
         }
         items.push(trimmed(&item));
         match comma {
@@ -140,11 +140,11 @@ fn unquoted(value: &Span) -> Result<String, Problem> {
     let Some(quote) = text.chars().next().filter(|first| is_quote(*first)) else { return Ok(text.to_owned()) };
     let inside = text.get(1..text.len() - 1).filter(|_| text.len() >= 2 && text.ends_with(quote));
     let Some(inside) = inside else {
-        let problem = value.problem("the text does not end with the quote with which it begins");
-        return Err(problem.with_label("this text").with_help("a `#` begins a comment, even in a text"));
+        let problem = value.problem("the string does not end with the quote with which it begins");
+        return Err(problem.with_label("this text").with_help("a `#` begins a comment, even in a string"));
     };
     if let Some(at) = closing(inside, quote) {
-        let problem = part(value, 1 + at, 2 + at).problem(format!("a {quote} inside the text ends it"));
+        let problem = part(value, 1 + at, 2 + at).problem(format!("a {quote} inside the string ends it"));
         return Err(problem.with_label("this quote").with_help(format!("write \\{quote}")));
     }
     Ok(inside.replace(&format!("\\{quote}"), &quote.to_string()))

@@ -25,8 +25,8 @@ impl Marks {
                 unknown => {
                     let problem = mark.problem(format!("unknown annotation `{unknown}`")).with_label("here");
                     let known = ["@optional", "@key"];
-                    let help =
-                        did_you_mean(unknown, known).unwrap_or_else(|| "`@optional` and `@key` are known".to_owned());
+                    let help = did_you_mean(unknown, known)
+                        .unwrap_or_else(|| "only `@optional` and `@key` are known".to_owned());
                     return Err(problem.with_help(help));
                 }
             };

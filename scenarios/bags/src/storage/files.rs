@@ -59,7 +59,7 @@ pub(super) fn of(path: &Path, lost: &mut Vec<String>) -> Result<Vec<(PathBuf, Fo
     // The files that rosbag2 lists come first, in its order.
     let listed = listed(&fs::read_to_string(path.join(METADATA)).unwrap_or_default());
     let (found, missing): (Vec<String>, Vec<String>) = listed.into_iter().partition(|name| names.contains(name));
-    lost.extend(missing.into_iter().map(|name| format!("{name} is missing, which {METADATA} lists")));
+    lost.extend(missing.into_iter().map(|name| format!("{name} is missing, although {METADATA} lists it")));
     names.retain(|name| !found.contains(name));
     let files = found.into_iter().chain(names).map(|name| path.join(name));
     let files: Vec<_> =

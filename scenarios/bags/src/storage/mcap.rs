@@ -355,7 +355,7 @@ fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Re
         b"lz4" => Ok(Box::new(lz4_flex::frame::FrameDecoder::new(packed))),
         other => {
             let other = String::from_utf8_lossy(other);
-            Err(io::Error::other(format!("the compression `{other}` is not known")))
+            Err(io::Error::other(format!("the compression `{other}` is not supported")))
         }
     }
 }

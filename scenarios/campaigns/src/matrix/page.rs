@@ -51,12 +51,12 @@ fn rows(matrix: &Matrix) -> Markup {
         div.panel {
             (table("matrix", columns, &lines))
             p.quiet {
-                "+n: the property was violated n ticks after the fault took hold; –: it was satisfied"
+                "+n: the property was violated n ticks after the fault took effect; –: it was satisfied"
                 @if has(|notice| notice.verdict == Outcome::Inconclusive) {
                     "; ?: it was inconclusive at the end of the run"
                 }
                 @if has(|notice| notice.verdict == Outcome::Violated && notice.ticks_after_onset.is_none()) {
-                    "; early: it was violated before the fault took hold"
+                    "; early: it was violated before the fault took effect"
                 }
                 ". Every row is a scenario: " code { "steward run NAME" } " runs it and writes its report."
             }
@@ -69,7 +69,7 @@ fn line(row: &Row, properties: &[String]) -> Markup {
         tr {
             th scope="row" {
                 code { (row.scenario) }
-                span.note { (text(row.fault.as_deref().unwrap_or("no fault took hold"))) }
+                span.note { (text(fault(row))) }
                 @if !row.as_expected { span.note.bad { (text(&row.differences.join("; "))) } }
             }
             td data-of="from" { (onset(row)) }
@@ -77,6 +77,10 @@ fn line(row: &Row, properties: &[String]) -> Markup {
             td data-of="robot" { (robot(row)) }
         }
     }
+}
+
+fn fault(row: &Row) -> &str {
+    row.fault.as_deref().unwrap_or("no fault took effect")
 }
 
 /// What a property says. On a narrow page a row is a card, and every cell names its column.
@@ -93,7 +97,7 @@ fn cell(property: &str, notice: Option<&Notice>) -> Markup {
 
 fn unnoticed(matrix: &Matrix) -> Markup {
     let line = |row: &Row| {
-        let fault = text(row.fault.as_deref().unwrap_or_default());
+        let fault = text(fault(row));
         html! { li { code { (row.scenario) } ": " (fault) "; the robot " (robot(row)) } }
     };
     html! {

@@ -43,7 +43,7 @@ impl Page<'_> {
         html! {
             p {
                 "The model is right in " (share(held + happened)) " of the " (all) " runs. It misses “" (event) "” \
-                 in " (runs(surprise)) " and expects it in vain in " (runs(spared)) "."
+                 in " (runs(surprise)) " and wrongly predicts it in " (runs(spared)) "."
             }
             @if let (Some((frontier, wrong)), Some(least), Some(greatest)) =
                 (model.frontier, model.least_happened, model.greatest_not) {

@@ -33,7 +33,7 @@ impl Selection {
         let mut selection = Self { reasons: Vec::new() };
         selection.add(
             |_, record| (record.outcome == RunOutcome::Failed).then_some(record.k as f64),
-            |_| "the first run that did not come to its end".to_owned(),
+            |_| "the first run that did not finish".to_owned(),
         );
         selection.near_the_frontier(survey);
         selection.against_the_odds(survey);
@@ -71,7 +71,7 @@ impl Selection {
             let sign = if happened { 1.0 } else { -1.0 };
             let far = move |survey: &Survey, record: &RunRecord| Some(sign * quantity(survey, record)?);
             let side = if happened { "the least" } else { "the greatest" };
-            self.add(far, move |score| format!("{what} at {side} quantity at all, {}", short(sign * score)));
+            self.add(far, move |score| format!("{what} at {side} quantity, {}", short(sign * score)));
         }
     }
 
@@ -134,7 +134,7 @@ impl Selection {
     fn extremes(&mut self) {
         self.add(
             |_, record| Some(-record.facts.as_ref()?.localization_max_m?),
-            |score| format!("localization farthest off, by {} m", short(-score)),
+            |score| format!("the largest localization error, {} m", short(-score)),
         );
         self.add(
             |_, record| {
@@ -149,7 +149,7 @@ impl Selection {
         );
         self.add(
             |_, record| record.facts.as_ref()?.arrived_s,
-            |score| format!("the soonest arrival, at {} s", short(score)),
+            |score| format!("the earliest arrival, at {} s", short(score)),
         );
     }
 
@@ -199,7 +199,7 @@ fn probability(survey: &Survey, record: &RunRecord, target: usize, happened: boo
 /// What happened in the runs of a pattern, in words.
 pub(super) fn pattern_words(survey: &Survey, pattern: &Pattern) -> String {
     if pattern.happened.iter().any(Option::is_none) {
-        return "did not come to its end".to_owned();
+        return "did not finish".to_owned();
     }
     let happened = survey.targets.iter().zip(&pattern.happened).filter(|(_, happened)| **happened == Some(true));
     let words: Vec<String> = happened.map(|(target, _)| target.event()).collect();

@@ -33,7 +33,7 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     Deviation {
         of: "Skills",
         published: "Four machines in the C++ data model of Qt SCXML, six of them running; the seventh leaf is built into the tree.",
-        here: "Seven machines in the ECMAScript data model of SCXML 1.0, written anew.",
+        here: "Seven machines in the ECMAScript data model of SCXML 1.0, written from scratch.",
     },
     Deviation {
         of: "At Location",
@@ -47,7 +47,7 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Between tree and skills",
-        published: "The tree asks a skill again and again until it is no longer idle; it does not wait when it stops one.",
+        published: "The tree asks a skill repeatedly until it is no longer idle; it does not wait when it stops one.",
         here: "A skill answers each tick once, when the answer is known, and acknowledges each stop.",
     },
     Deviation {
@@ -67,7 +67,7 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
         here: "Made from the formulas of Figure 4. Those of Figure 5, built by hand, watch the same runs.",
     },
     Deviation {
-        of: "What the response monitor hears",
+        of: "What the response monitor receives",
         published: "As built: the destination changes to the station. In Figure 5 (b): the command to go there is sent.",
         here: "The command, as in Figures 4 and 5 (b); 30 % counts as low, as in Figure 4 (in the published machine it does not).",
     },

@@ -74,7 +74,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 source: "Section II; 99.7 % is the published code's",
                 differs: |run| match run.observed.charges.as_slice() {
                     [charge] if charge.from_pct < LOW_PCT && charge.to_pct >= FULL_PCT => None,
-                    [] => Some("it was never charged to the end".to_owned()),
+                    [] => Some("it was never fully charged".to_owned()),
                     charges => {
                         let each =
                             charges.iter().map(|charge| format!("{:.2} to {:.2} %", charge.from_pct, charge.to_pct));
@@ -148,11 +148,12 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
     Experiment {
         scenario: "skill_bug",
         title: "Experiment 2: a runtime monitor for a responsive property",
-        here: "Simulated in the paper and here. BatteryLevel says success above 20 %; the level is set to 25 % at 20.5 s, \
-               on the way to the destination.",
+        here: "Simulated in the paper and here. BatteryLevel answers success above 20 %; the level is set to 25 % at \
+               20.5 s, on the way to the destination.",
         claims: &[
             Claim {
-                says: "BatteryLevel says success above 20 %, the level falls below 30 % on the way, and φ2 is violated",
+                says: "BatteryLevel answers success above 20 %, the level falls below 30 % on the way, and φ2 is \
+                       violated",
                 source: "Experiment 2",
                 differs: |run| verdict(run, "phi2", Outcome::Violated),
             },

@@ -78,7 +78,7 @@ fn claims(experiments: &[ExperimentResult], seeds: u64) -> Markup {
             }
         }
     };
-    section("claims", "What the paper says, and in how many simulated runs it was so", all)
+    section("claims", "What the paper says, and in how many simulated runs it was true", all)
 }
 
 fn rows(claims: &[ClaimResult], seeds: u64) -> Markup {
@@ -138,8 +138,8 @@ fn figures(reproduction: &Reproduction) -> Vec<Figure> {
             panels: whole(
                 &html! { pre { code { (monitors::GRAMMAR.trim_end()) "\nrelop      = < | > | <= | >= | = | !=" } } },
                 &html! {
-                    "The paper’s grammar, which the properties below are read with, and its abbreviations false, implies, \
-                     eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
+                    "The paper’s grammar, with which the properties below are parsed, and its abbreviations false, \
+                     implies, eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
                 },
             ),
         },
@@ -341,7 +341,8 @@ fn again(reproduction: &Reproduction) -> Markup {
             }
             p {
                 "steward " (reproduction.version) " gives a run the same trace hash on every machine of a target: it covers \
-                 every message and, step by step, the true pose, odometry, battery and scans. Monitors do not enter. Each \
+                 every message and, step by step, the true pose, odometry, battery and scans. Monitors do not affect \
+                 it. Each \
                  command prints it as " code { "trace_hash" } "."
             }
             @for experiment in &reproduction.experiments { (hashes(experiment)) }

@@ -20,9 +20,9 @@ pub(super) struct Shot {
 pub(super) enum When {
     /// The first step.
     Start,
-    /// The last tick before the fault of that number took hold, counted from 0.
+    /// The last tick before the fault of that number took effect, counted from 0.
     BeforeFault(usize),
-    /// So many seconds after the fault of that number took hold.
+    /// So many seconds after the fault of that number took effect.
     AfterFault(usize, f64),
     /// So many seconds after it let go.
     AfterRelease(usize, f64),
@@ -123,7 +123,7 @@ pub(super) const SHOTS: &[Shot] = &[
         "skill_bug",
         EXPERIMENT_2,
         "",
-        "A low level has been read on the way, and the command is waited for.",
+        "A low level has been read on the way, and the command is awaited.",
         When::AfterFault(1, 5.0),
         Shows::Monitor("phi2"),
     ),

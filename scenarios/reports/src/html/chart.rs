@@ -44,14 +44,14 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     html! {
         (lanes::colors(&groups, &charts))
         @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
-            " Dark grey: changes that follow each other too fast to be drawn one by one."
+            " Dark grey: changes that follow each other too quickly to be drawn individually."
         }
         @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
         @if !pictures::thresholds(view.header()).is_empty() {
-            " Dashed lines in the battery’s chart: levels that the properties named there compare the level with."
+            " Dashed lines in the battery’s chart: levels with which the properties named there compare the level."
         }
         @if charts[0].axis.shortened().next().is_some() {
-            " The time axis is shortened on the grey ground, where nothing changes but the battery."
+            " The time axis is compressed on the grey ground, where nothing changes but the battery."
         }
         @if !meanings.is_empty() {
             " States of the monitors: "

@@ -67,7 +67,7 @@ pub fn section(id: &str, title: &str, content: Markup) -> Markup {
 pub fn table<'n>(class: &str, columns: impl IntoIterator<Item = &'n str>, rows: &Markup) -> Markup {
     html! {
         table.(class) {
-            thead { tr { @for name in columns { th scope="col" { (name) } } } }
+            thead { tr { @for name in columns { th scope="col" { (breakable(name)) } } } }
             tbody { (rows) }
         }
     }

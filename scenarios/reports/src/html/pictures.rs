@@ -48,7 +48,7 @@ pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     };
     let content = html! {
         @if !pictures.is_empty() {
-            p.quiet { "Each picture links to its file beside this page, for looking at it in full size." }
+            p.quiet { "Each picture links to its file beside this page, to be viewed in full size." }
             div.pictures { @for picture in shown { (figure(picture)) } }
             @if !hidden.is_empty() {
                 p { "Not shown here, to keep this page small:" }

@@ -40,8 +40,8 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
 /// Whether the run was what it was to be, and what that was.
 fn outcome(report: &Report) -> Markup {
     let (class, verdict, words) = match report.outcome {
-        OutcomeReport::AsExpected => ("good", Verdict::Satisfied, "The run was what the scenario expects."),
-        OutcomeReport::NotAsExpected => ("bad", Verdict::Violated, "The run was not what the scenario expects."),
+        OutcomeReport::AsExpected => ("good", Verdict::Satisfied, "The run was as the scenario expects."),
+        OutcomeReport::NotAsExpected => ("bad", Verdict::Violated, "The run was not as the scenario expects."),
         OutcomeReport::Interrupted => {
             ("", Verdict::Inconclusive, "The run was interrupted: this is the report of what happened until then.")
         }

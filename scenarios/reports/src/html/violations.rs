@@ -134,7 +134,7 @@ fn owed_sentence(evidence: &Evidence<'_>) -> Option<String> {
     (!wanted.is_empty()).then(|| format!("So {}{deadline}.", wanted.join(", or ")))
 }
 
-/// The faults that took hold shortly before the story, or in it.
+/// The faults that took effect shortly before the story, or in it.
 fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Duration, String)> {
     /// More than these make no story.
     const MOST: usize = 3;
@@ -151,7 +151,7 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Dura
                 times => format!(", for the first of {times} times"),
             };
             let time = course.first().time;
-            (time, format!("At {} a fault took hold{again}: {}.", words::time(time), course.fault.words))
+            (time, format!("At {} a fault took effect{again}: {}.", words::time(time), course.fault.words))
         })
         .collect()
 }
@@ -174,7 +174,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
         let before = now.checked_sub(1).filter(|_| turned).map(|before| stages[before].doing.as_str());
         return Some(match before.filter(|before| !before.is_empty()) {
             Some(before) => {
-                format!("Until then the tree was running {before}; at this tick it turned to {}.", stages[now].doing)
+                format!("Until then the tree was running {before}; at this tick it switched to {}.", stages[now].doing)
             }
             None => format!("The tree was running {}.", stages[now].doing),
         });
@@ -197,7 +197,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
         [] => String::new(),
         statuses => format!(", and navigation was {}", statuses.join(", then ")),
     };
-    Some(format!("In the meantime the tree was running {doing}{navigation}."))
+    Some(format!("Meanwhile the tree was running {doing}{navigation}."))
 }
 
 /// Messages from components to the leaf that the tree was running last, while an answer was pending.
@@ -271,7 +271,7 @@ fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<Str
     let mut later = later.filter_map(|event| Seen::of(event, topology));
     let last = later.rfind(|seen| seen.from == cause.from && seen.to == cause.to)?;
     let Seen { at, from, to, message } = &last;
-    Some(format!("{from} went on telling {to}: at tick {} it was `{message}`.", at.tick))
+    Some(format!("{from} continued to tell {to}: at tick {} it was `{message}`.", at.tick))
 }
 
 /// The answers to the tree from the leaves that the property concerns.

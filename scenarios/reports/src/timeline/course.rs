@@ -97,7 +97,7 @@ mod tests {
         let line = course((0..5000).map(|i| f64::from(i) * 0.02).map(|time_s| (time_s, level(time_s))));
         let points = line.points();
         assert!(points.len() <= 6, "{points:?}");
-        let step = points.windows(2).find(|pair| pair[0].1 - pair[1].1 > 60.0).expect("the step is there");
+        let step = points.windows(2).find(|pair| pair[0].1 - pair[1].1 > 60.0).expect("the step exists");
         assert!(step[1].0 - step[0].0 <= Duration::from_millis(21), "{step:?}");
     }
 

@@ -313,7 +313,7 @@ impl<'p> Translator<'p> {
             self.problems.push(problem.at(name_span(targets[0]), "or here"));
         }
         for other in node.children().filter(|child| child.is_element() && !is(child, "target")) {
-            let problem = Problem::new(format!("<{}> belongs into one of the targets", other.tag_name().name()));
+            let problem = Problem::new(format!("<{}> belongs in one of the targets", other.tag_name().name()));
             self.problems.push(problem.at(name_span(other), "beside targets"));
         }
         let mut rest = 1.0;

@@ -70,9 +70,9 @@ fn path(property: &Json, events: &Events) -> Result<Path, Unfit> {
     let values = filter.get("values").ok_or_else(|| unfit("it has no `values`"))?;
     let Some("Pmin" | "Pmax") = operator(values) else {
         let words = operator(values).map(str::to_owned);
-        return Err(Unfit { words, ..unfit("only `Pmin` and `Pmax`, the probability of a formula, are understood") });
+        return Err(Unfit { words, ..unfit("only `Pmin` and `Pmax`, the probability of a formula, are supported") });
     };
-    let formula = values.get("exp").ok_or_else(|| unfit("the probability of what?"))?;
+    let formula = values.get("exp").ok_or_else(|| unfit("of what is this the probability?"))?;
     let operand = |name: &str| {
         let operand = formula.get(name).ok_or_else(|| unfit(format!("`{name}` is missing")))?;
         truth(operand, events)
@@ -100,7 +100,7 @@ fn operator(json: &Json) -> Option<&str> {
 fn bounds(formula: &Json) -> Result<(u64, Option<u64>), Unfit> {
     if let Some(other) = ["time-bounds", "reward-bounds"].into_iter().find(|name| formula.get(name).is_some()) {
         let words = Some(other.to_owned());
-        return Err(Unfit { words, ..unfit(format!("`{other}` are not understood, only `step-bounds`")) });
+        return Err(Unfit { words, ..unfit(format!("`{other}` are not supported, only `step-bounds`")) });
     }
     let Some(bounds) = formula.get("step-bounds") else { return Ok((0, None)) };
     let bound = |name: &str| match bounds.get(name) {
@@ -143,7 +143,7 @@ fn expression(json: &Json, events: &Events) -> Result<Expression, Unfit> {
         Some(sign) => match Operator::of(sign) {
             Some(operator) => Expression::Binary(operator, part("left")?, part("right")?),
             None => {
-                let message = format!("the operator `{sign}` is not understood in a condition");
+                let message = format!("the operator `{sign}` is not supported in a condition");
                 return Err(Unfit { words: Some(sign.to_owned()), ..unfit(message) });
             }
         },

@@ -193,7 +193,7 @@ impl Adapter for RosAdapter {
     fn send(&mut self, target: Option<&str>, event: &str, data: &Datum) -> Result<(), Undelivered> {
         if target == Some(TREE) {
             let request = self.post.pending.take();
-            let request = request.ok_or_else(|| Undelivered("the tree does not wait for an answer".to_owned()))?;
+            let request = request.ok_or_else(|| Undelivered("the tree is not waiting for an answer".to_owned()))?;
             self.post.answer = Some((event.to_owned(), request));
             return Ok(());
         }
@@ -221,7 +221,7 @@ impl Adapter for RosAdapter {
         };
         for out in receivers.into_iter().flatten().chain(wiring.recorder.filter(|_| route.is_recorded)) {
             if self.post.outboxes[out].len() >= MAX_WAITING {
-                return Err(Undelivered(format!("{MAX_WAITING} messages are waiting already")));
+                return Err(Undelivered(format!("{MAX_WAITING} messages are already waiting")));
             }
             self.post.outboxes[out].push_back(Envelope { message: message.clone(), request: RequestNumber::default() });
         }
@@ -250,10 +250,12 @@ impl Adapter for RosAdapter {
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         let name = &self.wiring.name;
         for (out, waiting) in self.wiring.outgoing.iter().zip(&mut self.post.outboxes) {
-            form.queue(waiting.len(), || format!("more than {} messages from {name} wait", NormalForm::QUEUE))?;
+            form.queue(waiting.len(), || format!("more than {} messages from {name} are waiting", NormalForm::QUEUE))?;
             waiting.iter_mut().for_each(|envelope| form.envelope(*out, envelope));
         }
-        form.queue(self.post.waiting.len(), || format!("more than {} requests to {name} wait", NormalForm::QUEUE))?;
+        form.queue(self.post.waiting.len(), || {
+            format!("more than {} requests to {name} are waiting", NormalForm::QUEUE)
+        })?;
         if let (Some(tree), Some(number)) =
             (self.wiring.incoming.iter().find(|incoming| incoming.from_tree), &mut self.post.pending)
         {

@@ -110,7 +110,7 @@ impl Process for Clock {
             });
         }
         for waiting in &self.outboxes {
-            form.queue(waiting.len(), || format!("more than {} timers that have fired wait", NormalForm::QUEUE))?;
+            form.queue(waiting.len(), || format!("more than {} expired timers are waiting", NormalForm::QUEUE))?;
         }
         for due_ns in &mut self.due_ns {
             let mut due = Duration::from_nanos(*due_ns);

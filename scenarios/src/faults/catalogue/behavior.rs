@@ -129,7 +129,7 @@ pub(super) const TRANSITION_DROPPED: FaultKind = FaultKind {
 pub(super) const STATE_STUCK: FaultKind = FaultKind {
     name: "skill_state_stuck",
     place: Place::Behavior,
-    about: "no transition leaves a state of a skill's machine",
+    about: "a skill's machine gets stuck in a state: no transition leaves it",
     parameters: &[SKILL, Parameter::required("state", "the state", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"",

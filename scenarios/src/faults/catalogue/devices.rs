@@ -36,7 +36,7 @@ pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
 pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     name: "speaker_mute",
     place: Place::Devices,
-    about: "a speaker cannot be heard, and does not notice",
+    about: "a speaker cannot be heard, and does not notice it",
     parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
@@ -47,7 +47,7 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
 pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     name: "box_dropped",
     place: Place::Devices,
-    about: "the box on a tray falls behind the robot, and the tray does not notice",
+    about: "the box on a tray falls off behind the robot, and the tray does not notice it",
     parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
     momentary: true,
     example: "at_s = 10\ncomponent = \"Tray\"",

@@ -118,7 +118,7 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
 pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     name: "speed_limit",
     place: Place::Motion,
-    about: "the speed of the base is limited, whatever it is commanded",
+    about: "the speed of the base is limited, whatever its command",
     parameters: &[Parameter::required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
     momentary: false,
     example: "at_s = 10\nmax_mps = 0.1",

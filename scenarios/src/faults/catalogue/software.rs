@@ -37,14 +37,14 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
 pub(super) const WRONG_POSE: FaultKind = FaultKind {
     name: "wrong_initial_pose",
     place: Place::Software,
-    about: "localization is told a wrong pose",
-    parameters: &[Parameter::required("to", "the pose that it is told", ArgumentDomain::Pose)],
+    about: "localization is given a wrong pose",
+    parameters: &[Parameter::required("to", "the pose that it is given", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 0\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Belief(with.pose("to")),
     words: |with| {
         let to = with.pose("to").translation;
-        format!("localization is told that the robot is at ({:.2}, {:.2}) m", to.x, to.y)
+        format!("localization is given the pose ({:.2}, {:.2}) m", to.x, to.y)
     },
 };
 

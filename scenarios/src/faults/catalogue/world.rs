@@ -79,7 +79,7 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
 pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_moves",
     place: Place::World,
-    about: "a trolley moves back and forth and yields to nothing",
+    about: "a trolley moves back and forth and yields to nobody",
     parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",

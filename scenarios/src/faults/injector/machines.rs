@@ -79,7 +79,9 @@ impl Skill {
     fn process(&self) -> &SkillProcess {
         match self.holding.as_slice() {
             [] => &self.sound,
-            holding => self.faulty.get(holding).expect("all faults that may hold at once were combined beforehand"),
+            holding => {
+                self.faulty.get(holding).expect("all faults that may be active at once were combined beforehand")
+            }
         }
     }
 }

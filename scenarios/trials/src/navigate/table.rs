@@ -27,7 +27,8 @@ fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\n{}.\nFalse arrival: the robot believes it has arrived, and has not. Touched: walls, what stands still, people who \
+        "\n{}.\nFalse arrival: the robot wrongly believes that it has arrived. Touched: walls, what stands still, \
+         people who \
          walk. Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
          (medians of the trips that arrived).",
         about(benchmark)
@@ -125,7 +126,7 @@ map                    arrival    up    out  wall rest walker   way   time
 depot      4   25.0 %        1     1      1     0    0      0  1.10   2.50
 
 With 10 people wanted, 7.0 could be placed (mean).
-False arrival: the robot believes it has arrived, and has not. Touched: walls, what stands still, people who walk. \
+False arrival: the robot wrongly believes that it has arrived. Touched: walls, what stands still, people who walk. \
 Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
 (medians of the trips that arrived).
 

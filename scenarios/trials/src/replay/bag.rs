@@ -85,7 +85,7 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
         notes.push(format!("{} messages are left out: they are damaged, or come before the odometry", reader.left_out));
     }
     let Some(laser) = reader.laser.take() else {
-        return Err(NoRobot("it has no scan with odometry: neither a topic nor /tf tells where the robot was".into()));
+        return Err(NoRobot("it has no scan with odometry: neither a topic nor /tf says where the robot was".into()));
     };
     let laser = LaserSpec { period: period(&reader.records), ..laser };
     let model = RobotModel { lasers: vec![laser], ..RobotModel::default() };
@@ -222,7 +222,7 @@ impl Reader {
         Some((self.pose_of(base, "odom")?, VelocityCommand { linear_mps: 0.0, angular_radps: 0.0 }))
     }
 
-    /// The pose of a frame in another one that it hangs on.
+    /// The pose of a frame in its parent frame.
     fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
         let (mut at, mut found) = (child, Pose::identity());
         for _ in 0..self.frames.len() {

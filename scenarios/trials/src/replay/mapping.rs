@@ -187,7 +187,7 @@ mod tests {
         assert_eq!([at(2.0, 2.025), at(3.975, 2.025)], [Some(Cell::Free); 2]);
         assert_eq!(at(4.025, 2.025), Some(Cell::Occupied));
         assert_eq!(at(4.075, 2.025), Some(Cell::Unknown), "behind the face at 4.005 m");
-        assert_eq!(at(1.025, 1.975), Some(Cell::Unknown), "a beam that hit nothing tells nothing");
+        assert_eq!(at(1.025, 1.975), Some(Cell::Unknown), "a beam that hit nothing is ignored");
         assert_eq!(at(1.025, 21.9), Some(Cell::Free), "a long beam clears up to its limit, and marks nothing");
         assert_eq!(map.cells().iter().filter(|cell| **cell == Cell::Occupied).count(), 1);
     }

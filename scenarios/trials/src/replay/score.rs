@@ -161,7 +161,7 @@ mod tests {
     fn a_few_good_scans_at_the_end_are_not_enough() {
         let score = Score::of(&course(&[7.0, 7.0, 7.0, 7.0, 7.0, 7.0, 0.1, 0.1, 0.1]));
         assert_eq!((score.scans, score.converged_at), (9, None));
-        assert_eq!(Score::of(&course(&[0.1, 0.1, 0.1])).converged_at, Some(Duration::ZERO), "of a short course, all");
+        assert_eq!(Score::of(&course(&[0.1, 0.1, 0.1])).converged_at, Some(Duration::ZERO), "all of a short course");
     }
 
     #[test]

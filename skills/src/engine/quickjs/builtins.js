@@ -1,4 +1,4 @@
-// What the engine's own objects may do: nothing that depends on the machine it runs on, and nothing without being counted.
+// Limits on the engine's own objects: nothing may depend on the machine, and everything must be counted.
 //
 // The engine counts calls and rounds of loops and is stopped when there are too many. Its built-in functions count only
 // some of theirs, so what they have to do is counted here before they do it; where that cannot be known beforehand, the

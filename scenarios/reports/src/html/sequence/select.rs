@@ -36,7 +36,7 @@ pub(crate) enum Row {
     Message { from: usize, to: usize, seen: Seen, weight: Weight },
     /// Ticks that are summed up.
     Ticks { first: u64, last: u64, words: String },
-    /// A fault takes hold.
+    /// A fault takes effect.
     Fault { words: String, time: Duration },
     /// Something happens around the processes.
     Moved { words: String },
