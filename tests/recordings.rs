@@ -253,7 +253,7 @@ fn a_killed_run_leaves_what_it_had_recorded() {
         };
         child.kill().unwrap();
         child.wait().unwrap();
-        let said = refusal(&["report", part.to_str().unwrap(), "--out", &at("report")]);
+        let said = refusal(&["report", part.to_str().unwrap(), "--out", &at("report")]).replace("\n  | ", " ");
         assert!(said.contains("ends before its run does, at "), "{said}");
     }
 }

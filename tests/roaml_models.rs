@@ -148,5 +148,5 @@ fn keys_that_a_model_determines_itself_are_refused_beside_it() {
     }
     let machine = Path::new(LIFT).with_file_name("lift.ascxml");
     let said = refusal(&["skill", "check", machine.to_str().unwrap()]);
-    assert!(said.contains("runs only in its model"), "{said}");
+    assert!(said.contains("runs only within its model"), "{said}");
 }

@@ -86,9 +86,7 @@ impl Session {
     }
 
     fn finish(&mut self, why: Ended) {
-        let mut end = self.live.end(why, Detail::Full);
-        // What was done after the last step never took effect, and no record has told of it.
-        end.messages_hit.truncate(self.view.header().faults.len());
+        let end = self.live.end(why, Detail::Full);
         self.records.push(Record::End(Box::new(end.clone())));
         self.view.finish(end).expect(FITS);
     }

@@ -42,7 +42,7 @@ function take(frame) {
     document.body.classList.toggle('viewer', !frame.pilot);
     return;
   }
-  if (frame.failed) notice(`The run cannot go on: ${frame.failed}`, true);
+  if (frame.failed) notice(`The run cannot continue: ${frame.failed}`, true);
   if ('at' in frame) transport.show(frame);
   if ('verdicts' in frame) parts(frame);
   if ('scene' in frame) state(frame);

@@ -6,7 +6,7 @@ use crate::command::Command;
 
 /// Time between frames.
 pub(crate) const FRAME: Duration = Duration::from_millis(40);
-/// What "as fast as it goes" means for what is recorded.
+/// What "as fast as possible" means for what is recorded.
 const FASTEST: f64 = 1000.0;
 /// What is further behind goes on from where it is instead of running after the clock.
 const BEHIND: Duration = Duration::from_millis(200);
@@ -25,7 +25,7 @@ enum Pace {
 /// The pace of a run.
 pub(crate) struct Clock {
     pace: Pace,
-    /// How many times faster than time passes; none as fast as it goes.
+    /// How many times faster than time passes; none as fast as possible.
     speed: Option<f64>,
     /// When the run was where it was.
     since: (Instant, Duration),

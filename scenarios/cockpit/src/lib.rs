@@ -5,8 +5,8 @@
 //! does on it is an act of the session. So the session can be saved as a scenario that gives the same run.
 //!
 //! All records of a session go to a temporary file, from which the page can show what was. [`Cockpit::replay`] shows
-//! recordings in the same way: each is copied to such a file as far as it is written. A [`Board`] shows how many runs of
-//! a campaign are done.
+//! recordings in the same way: each is copied to such a file as far as it is written. A [`Board`] shows how many runs
+//! of a campaign are done.
 //!
 //! The run does not wait for browsers. A browser that is too slow misses frames and goes on with the present state.
 //!

@@ -292,7 +292,7 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     let named = only(headers, &HOST).is_some_and(is_own);
     let origin = only(headers, &ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
     let mut response = if !named || headers.contains_key(ORIGIN) && !origin.is_some_and(is_own) {
-        (StatusCode::FORBIDDEN, "This address is not the server's own.").into_response()
+        (StatusCode::FORBIDDEN, "This is not the server's own address.").into_response()
     } else {
         next.run(request).await
     };
@@ -324,7 +324,7 @@ struct Access {
 async fn page(State(shared): State<Arc<Shared>>, Query(access): Query<Access>) -> Response {
     match shared.knows(&access) {
         true => file("text/html; charset=utf-8", shared.page),
-        false => (StatusCode::FORBIDDEN, "Open the address that `steward live` has printed.").into_response(),
+        false => (StatusCode::FORBIDDEN, "Open the address that `steward live` printed.").into_response(),
     }
 }
 
@@ -391,13 +391,13 @@ async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_ste
                 Some(Ok(Message::Text(text))) => {
                     let answer = match helm.is_some() {
                         true => ask(shared, &text).await,
-                        false => json!({ "refused": "somebody else steers this run" }),
+                        false => json!({ "refused": "somebody else controls this run" }),
                     };
                     send(&mut socket, &answer.to_string()).await?;
                 }
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
                 Some(Ok(Message::Binary(_))) => {
-                    let reason = CloseFrame { code: 1003, reason: "requests are texts".into() };
+                    let reason = CloseFrame { code: 1003, reason: "requests are text".into() };
                     return socket.send(Message::Close(Some(reason))).await;
                 }
                 Some(Ok(Message::Close(_))) | None => return Ok(()),

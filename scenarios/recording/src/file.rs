@@ -71,7 +71,7 @@ impl FileChunks {
         if found == FORMAT { Ok(Self(input)) } else { Err(ChunkError::Version(found)) }
     }
 
-    /// The next chunk, compressed; none if the file ends first. If it has grown meanwhile, the chunk may be there later.
+    /// The next chunk, compressed; none if the file ends first. The chunk may be there later if the file grows.
     pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
         let begin = self.0.stream_position()?;
         let whole = self.whole()?;
