@@ -113,7 +113,7 @@ export class Floor {
   }
 
   unmark() {
-    if (this.there) this.parts.marks.replaceChildren();
+    if (this.there) this.layers.marks.replaceChildren();
   }
 
   pairs(flat) {
