@@ -32,7 +32,8 @@ export class Live {
     const live = new Live();
     live.steward = steward;
     live.process = spawn(steward, ['live', scenario, '--no-open', ...args], { stdio: ['ignore', 'pipe', 'inherit'] });
-    process.once('exit', () => live.stop());
+    live.end = () => live.process.kill();
+    process.once('exit', live.end);
     const lines = [];
     for await (const line of createInterface({ input: live.process.stdout })) {
       if (lines.push(line) === 2) break;
@@ -49,7 +50,8 @@ export class Live {
   }
 
   stop() {
-    this.process.kill();
+    process.off('exit', this.end);
+    this.end();
   }
 }
 
