@@ -1,4 +1,4 @@
-//! `steward prove`: all runs of a scenario, against its properties.
+//! `steward prove`: checks all runs of a scenario against its properties.
 
 mod finding;
 mod mutants;
@@ -45,34 +45,34 @@ pub(crate) struct ProveArgs {
     /// How much memory the proof of a property may take, in MiB [default: what `[prove]` says, or 2048]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory: Option<u64>,
-    /// How many threads explore; the result is the same with any number [default: all cores]
+    /// How many threads explore; the result does not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
     threads: Option<u64>,
-    /// Proves the properties about every mistake of one step in a skill or the tree, and lists the mistakes that no
+    /// Proves the properties for every single-step mistake in a skill or the tree, and lists the mistakes that no
     /// property notices
     #[arg(long, conflicts_with_all = ["messages", "unreached", "promela", "out", "replay"])]
     mutants: bool,
-    /// Shows all messages of a run that violates a property, and not only those that the property is about
+    /// Shows all messages of a run that violates a property, not only those that the property is about
     #[arg(long)]
     messages: bool,
-    /// Writes each run that violates a property into a folder here: as a page with its sequence chart, as a schedule,
-    /// and as a scenario that follows it
+    /// Writes each run that violates a property into a folder under this one: as a page with its sequence chart, as a
+    /// schedule, and as a scenario that follows it
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Runs each run that violates a property once more, with the physics: levels and lost messages as faults at the
-    /// same times; says whether the property is violated there, too, or what is different
+    /// Repeats each run that violates a property with the physics, with levels and lost messages as faults at the same
+    /// times; says whether the property is violated there too, or what differs
     #[arg(long)]
     replay: bool,
     /// Lists the nodes, states and transitions that are reached in no run, instead of counting them
     #[arg(long)]
     unreached: bool,
-    /// Writes what is explored as a model in Promela, one file per property, so that SPIN can be asked the same
+    /// Writes the explored model in Promela, one file per property, so that SPIN can check the same properties
     #[arg(long, value_name = "FOLDER")]
     promela: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property, one suite per scenario
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Prints the results as JSON instead of words; of several scenarios, an array
+    /// Prints the results as JSON instead of text; for several scenarios, an array
     #[arg(long)]
     json: bool,
     /// Shows no progress
@@ -80,7 +80,7 @@ pub(crate) struct ProveArgs {
     quiet: bool,
 }
 
-/// Proves what is asked for. Exit status 1 if something is not as expected.
+/// Proves what the arguments request. Exit status 1 if something is not as expected.
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let stop = interrupt::listen();
     let found = select(&args.scenarios, &[])?;
@@ -151,7 +151,7 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
 }
 
 impl ProveArgs {
-    /// Writes JUnit XML and JSON, as far as they are asked for.
+    /// Writes JUnit XML and JSON if they were requested.
     fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
         let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
         match &self.junit {
@@ -192,7 +192,7 @@ impl ProveArgs {
         stop: &'static AtomicBool,
     ) -> Result<Finding, Error> {
         let limits = self.limits(proof, stop);
-        #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of a proof")]
+        #[expect(clippy::disallowed_methods, reason = "a proof does not depend on the computer's clock")]
         let began = Instant::now();
         let bar = ProofBar::new(self.quiet || self.json, &question.property);
         let answer = proof.prove(question, &limits, &mut |progress| bar.show(progress));

@@ -159,7 +159,7 @@ fn assumptions_that_contradict_each_other_are_refused() {
 #[test]
 fn what_cannot_be_proved_is_reported_with_a_remedy() {
     let pick = refusal(&["prove", "pick"]);
-    assert!(pick.contains("the property delivered demands something without a bound"), "{pick}");
+    assert!(pick.contains("the property delivered requires something without a time limit"), "{pick}");
     let guide = refusal(&["prove", "guide", "--set", "prove.components={}"]);
     assert!(guide.contains("TourPlanner cannot be proved: it is a program"), "{guide}");
     assert!(guide.contains("Door cannot be proved: it senses and changes"), "{guide}");

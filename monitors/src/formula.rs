@@ -234,7 +234,7 @@ impl Formula {
     }
 
     /// Whether its form shows that it is a safety property: every run that violates it has a beginning that does, too.
-    /// A formula that demands something without a bound in time is not one.
+    /// A formula that requires something without a time limit is not one.
     #[must_use]
     pub fn is_safety(&self) -> bool {
         self.is_bounded(true)

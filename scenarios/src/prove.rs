@@ -1,8 +1,8 @@
 //! Proofs: every schedule of a scenario's tree, skills and components, and everything that may happen around them.
 //!
-//! A [`Proof`] is a scenario that is ready to be explored. The drivers of the built-in components, and the world behind
-//! them, are replaced by all that the scenario's `[prove]` allows. Its [`assumptions`](Proof::assumptions) say in words
-//! what that is.
+//! A [`Proof`] is a scenario that is ready to be explored. Everything that the scenario's `[prove]` allows takes the
+//! place of the drivers of the built-in components and of the world behind them. Its
+//! [`assumptions`](Proof::assumptions) list this in words.
 
 mod assumptions;
 mod concrete;
@@ -49,7 +49,7 @@ pub struct Proof {
     system: ChannelSystem,
     ids: Ids,
     monitoring: Arc<Monitoring>,
-    /// What its machines compare levels with.
+    /// The levels with which its machines compare the battery's.
     thresholds: BTreeSet<i64>,
     damaged: Vec<ChannelId>,
     /// The faults that may occur.
@@ -62,7 +62,7 @@ pub struct Proof {
 pub struct Question {
     /// Its name.
     pub property: String,
-    /// What must come of it.
+    /// The expected result.
     pub expected: ProofOutcome,
     /// What is asked.
     pub subject: Subject,
@@ -71,7 +71,7 @@ pub struct Question {
 /// What a property is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// What the monitor with this number watches.
+    /// What the monitor with this number requires.
     Monitor(usize),
     /// [`PROGRESS`].
     Progress,
@@ -79,14 +79,14 @@ pub enum Subject {
     AllReached,
 }
 
-/// What has come of a property.
+/// The result for a property.
 #[derive(Debug)]
 pub struct Answer {
     /// What was explored.
     pub model: Model,
-    /// What was found. The levels of a run that violates a property are such as a battery can have.
+    /// What was found. If a run violates a property, its levels are possible for a battery.
     pub exploration: Exploration,
-    /// Whether no battery can have the levels of the run, however finely they are told apart.
+    /// Whether no battery can have the levels of the run, however finely they are distinguished.
     pub is_spurious: bool,
     /// What never happens, if everything was explored without a property.
     pub unreached: Option<Vec<Unreached>>,
@@ -94,7 +94,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The answer as an outcome that can be expected; `None` if there is none.
+    /// The result as an outcome that can be expected; `None` if there is none.
     #[must_use]
     pub fn outcome(&self) -> Option<ProofOutcome> {
         let proved_if = |holds| if holds { ProofOutcome::Proved } else { ProofOutcome::Violated };
@@ -109,11 +109,11 @@ impl Answer {
 }
 
 impl Proof {
-    /// Makes a scenario ready: it was loaded by [`Scenario::load_for_proof`]. Of its properties, those with these names
-    /// are to be proved; if there are none, those that it names.
+    /// Prepares a scenario that was loaded by [`Scenario::load_for_proof`]. `only` names the properties to prove; if it
+    /// is empty, they are those that the scenario names.
     ///
     /// # Errors
-    /// [`Error::BadInput`] with everything that stands in the way of proofs.
+    /// [`Error::BadInput`] with everything that prevents a proof.
     pub fn new(scenario: Arc<Scenario>, only: &[String]) -> Result<Self, Error> {
         subject::check(&scenario)?;
         let wired = wire(&scenario, &Streams::new(scenario.file.seed))?;
@@ -142,7 +142,7 @@ impl Proof {
         &self.scenario
     }
 
-    /// What is assumed, one sentence each.
+    /// The assumptions, one sentence each.
     #[must_use]
     pub fn assumptions(&self) -> Vec<String> {
         assumptions::in_words(&self.scenario, &self.system, &self.faults)
@@ -160,7 +160,7 @@ impl Proof {
     /// Explores everything until the property is decided.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if there is no end of states, with the process to which that is due.
+    /// [`Error::BadInput`] if the number of states has no bound, with the process that causes this.
     pub fn prove(
         &self,
         question: &Question,
@@ -174,7 +174,7 @@ impl Proof {
             let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
             let mut exploration = explorer::explore(&model, monitor, limits, progress).map_err(refused)?;
             let mut is_spurious = false;
-            // With faults, it is not known what the drivers have told.
+            // With faults, what the drivers have told is unknown.
             if let Outcome::Violated(path) = &mut exploration.outcome
                 && self.faults.is_empty()
                 && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
@@ -261,7 +261,7 @@ impl Proof {
         complaints.check()?;
         let file = &self.scenario.file;
         let sim = &file.premises.as_ref().expect("only a robot has a battery").sim.battery;
-        let many = || "the levels that are compared and the drain make too many classes of levels";
+        let many = || "the compared levels and the drain give too many classes of levels";
         let Some(drained) = (match &file.prove.battery {
             BatteryAssumption::Free => None,
             BatteryAssumption::Drained(drained) => Some(drained),
@@ -344,8 +344,9 @@ fn questions(
     let monitors: Vec<(&str, Subject)> = monitors.zip((0..).map(Subject::Monitor)).collect();
     let general = [(PROGRESS, Subject::Progress), (ALL_REACHED, Subject::AllReached)];
     for (name, _) in monitors.iter().filter(|(name, _)| GENERAL.contains(name)) {
-        let problem = diagnostics::Problem::new(format!("a property that is proved cannot be called `{name}`"));
-        complaints.push(problem.with_help(format!("every proof has a property `{name}`; give this one another name")));
+        let problem = diagnostics::Problem::new(format!("a property to be proved cannot be called `{name}`"));
+        complaints
+            .push(problem.with_help(format!("every proof has a property `{name}`; choose another name for this one")));
     }
     let known: Vec<&str> = monitors.iter().chain(&general).map(|(name, _)| *name).collect();
     let is_known = |name: &str| known.contains(&name);
@@ -373,8 +374,8 @@ fn questions(
         let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
         if scope.is_some_and(|scope| !scope.formula().is_safety()) {
             let message =
-                format!("the property {name} demands something without a bound, which no search can wait for");
-            let help = "bound it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
+                format!("the property {name} requires something without a time limit, and no search can wait forever");
+            let help = "limit it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
                         `prove.properties`";
             complaints.push(diagnostics::Problem::new(message).with_help(help));
         }
@@ -382,7 +383,7 @@ fn questions(
     questions
 }
 
-/// Why a system cannot be explored, as bad input.
+/// Reports why a system cannot be explored as bad input.
 fn refused(error: Refused) -> Error {
     let help = match &error {
         Refused::Process { help, .. } | Refused::Property { help, .. } => help.clone(),

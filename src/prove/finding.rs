@@ -1,4 +1,4 @@
-//! The findings: in words, as a test case, and as JSON.
+//! The findings: as text, as a test case, and as JSON.
 
 use explorer::Outcome;
 use reports::junit::{Case, CaseResult, Suite};
@@ -31,7 +31,7 @@ impl Finding {
         self.answer.outcome() == Some(self.question.expected) && is_replayed
     }
 
-    /// The finding, in a word or two.
+    /// The finding in a word or two.
     pub(crate) fn word(&self) -> &'static str {
         match self.answer.exploration.outcome {
             _ if self.answer.is_spurious => "spurious",
@@ -64,7 +64,7 @@ impl Finding {
     }
 }
 
-/// Everything that never happens, line by line, with its location.
+/// Everything that never happens, one item per line, with its location.
 pub(super) fn unreached(answer: &Answer) -> String {
     let line =
         |Unreached { words, place, .. }: &Unreached| format!("  {}:{}: {words}\n", place.source().name(), place.line());

@@ -1,4 +1,4 @@
-//! `steward prove --mutants`: which mistake in a skill or in the tree is noticed by which property.
+//! `steward prove --mutants`: which property notices which mistake in a skill or in the tree.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -14,13 +14,13 @@ use serde_json::{Value, json};
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::Bar;
 
-/// What has come of the mutants of a scenario.
+/// The results for the mutants of a scenario.
 pub(super) struct Mutants {
     proof: Proof,
     mutants: Vec<(Mutant, Fate)>,
 }
 
-/// What has come of a mutant.
+/// The result for a mutant.
 enum Fate {
     /// These properties are violated.
     Killed(Vec<String>),
@@ -34,7 +34,7 @@ enum Fate {
 /// A property that is not decided.
 struct Open {
     property: String,
-    /// How many states were explored, and to which depth; or why none were.
+    /// How many states were explored, and to what depth; or why none were.
     reason: String,
 }
 
@@ -49,8 +49,8 @@ impl Fate {
     }
 }
 
-/// Whether a mutant can violate it: what is violated anyway says nothing about mutants, and what is never reached
-/// neither.
+/// Whether a mutant can violate it. A property that is violated anyway says nothing about mutants, nor does one about
+/// what is never reached.
 fn counts(question: &&Question) -> bool {
     question.expected == ProofOutcome::Proved && question.subject != Subject::AllReached
 }
@@ -60,7 +60,8 @@ impl Mutants {
     pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Self, Error> {
         let mutants = proof.mutants()?;
         let threads = limits.threads;
-        // What is not decided within this would take long, and mutants are many. Nobody looks at the runs.
+        // Mutants are many, so those that are not decided within these limits are left open. Nobody looks at their
+        // runs.
         let memory = limits.memory / threads.max(8);
         let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
         let bar = Bar::new(silent, "mutants");
@@ -80,7 +81,7 @@ impl Mutants {
         Ok(Self { proof, mutants: mutants.into_iter().zip(fates).collect() })
     }
 
-    /// A table, and what survives.
+    /// A table, and the mutants that survive.
     pub(super) fn in_words(&self) -> Text {
         // Writing to a string cannot fail.
         let mut text = Text::from("\n  ");
@@ -163,7 +164,7 @@ impl Mutants {
         })
     }
 
-    /// A case per mutant. One that survives is left out: it may be a mistake that changes nothing.
+    /// One test case per mutant. Mutants that survive are left out: their mistakes may change nothing.
     pub(super) fn suite(&self) -> Suite {
         let case = |(mutant, fate): &(Mutant, Fate)| Case {
             group: "mutants",
@@ -185,7 +186,7 @@ fn place(mutant: &Mutant) -> &str {
     mutant.skill().unwrap_or("the tree")
 }
 
-/// As the fault `skill_mutant` names it.
+/// The mistake as the fault `skill_mutant` names it.
 fn in_words(mutant: &Mutant) -> String {
     format!("{}: {}", place(mutant), mutant.words)
 }
@@ -210,11 +211,11 @@ fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
     }
 }
 
-/// Whether a mutant violates a property; or why that is not decided.
+/// Whether a mutant violates a property, or why this is not decided.
 ///
-/// What takes long to be violated, such as a deadline, is soon found depth first; most of the rest is decided by the
-/// first states. But depth first finds long runs: if no battery can have the levels of one, or messages pile up in it,
-/// that says nothing about shorter ones.
+/// Violations that take many steps, such as missed deadlines, are soon found depth first; most of the others are
+/// decided within the first states. But a depth-first search finds long runs: if no battery can have the levels of such
+/// a run, or messages pile up in it, that says nothing about shorter runs.
 fn outcome(about: &Proof, question: &Question, limits: &Limits) -> Result<ProofOutcome, String> {
     let search = |order, share| Limits { order, memory: limits.memory / share, ..limits.clone() };
     let mut reason = String::new();

@@ -16,11 +16,11 @@ pub(crate) struct Violation {
     what: &'static str,
     lines: Vec<Line>,
     ticks: usize,
-    /// Whether the replay confirmed the search.
+    /// Whether the replay confirms the search.
     pub(crate) is_replayed: bool,
 }
 
-/// Each event, and after which tick.
+/// Each event, with the tick after which it happened.
 struct Line {
     tick: Option<u64>,
     what: What,
@@ -48,7 +48,7 @@ enum What {
 }
 
 impl Violation {
-    /// The run that the search has found, if it has found one.
+    /// The run that the search found, if any.
     pub(crate) fn of(proof: &Proof, question: &Question, answer: &Answer) -> Result<Option<Self>, Error> {
         let monitor = proof.monitor(question);
         let (path, what) = match &answer.exploration.outcome {
@@ -56,7 +56,7 @@ impl Violation {
             Outcome::Violated(path) => (path, "is violated"),
             Outcome::Endless(path) if monitor.is_some() => (path, "is not decided: messages pile up without end"),
             Outcome::Endless(path) => (path, "is violated: messages pile up without end"),
-            Outcome::Deadlock(path) => (path, "is violated: no tick is taken any more, and nothing else happens"),
+            Outcome::Deadlock(path) => (path, "is violated: the tree takes no further tick, and nothing else happens"),
             Outcome::Livelock(path) => (path, "is violated: processes communicate forever within a tick"),
             Outcome::Proved | Outcome::Undecided => return Ok(None),
         };
@@ -68,7 +68,7 @@ impl Violation {
         if let Some(scope) = monitor.and_then(scope_monitor) {
             scope.formula().events(&mut |event| watched.push(event.channel));
         }
-        // Without a property, it is about the end of the run.
+        // Without a property, only the end of the run matters.
         let is_tick = |step: &PathStep| matches!(step, PathStep::Tick { delivered: true });
         let end = match (monitor, path.cycle()) {
             (Some(_), _) => path.steps().len(),
@@ -90,7 +90,7 @@ impl Violation {
         self.lines.last().and_then(|line| line.tick)
     }
 
-    /// The run, line by line; with `all` messages, or only with those that the property is about.
+    /// The run, one event per line: with `all`, all messages; otherwise only those that the property is about.
     pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
         let mut text = format!("\n{property} {}:\n", self.what);
         for Line { tick, what } in &self.lines {

@@ -1,4 +1,4 @@
-//! A run that was found, in files.
+//! Files with a run that was found.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,8 +15,8 @@ use scenarios::scenario::{Scenario, find};
 
 use super::finding::Finding;
 
-/// Writes a run that violates a property into a folder of its own, and follows it from there; returns a description of
-/// the files written. `None` if no such run was found.
+/// Writes a run that violates a property into its own folder, and then follows it. Returns a description of the files
+/// written, or `None` if no such run was found.
 pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<Option<String>, Error> {
     let Outcome::Violated(run) = &finding.answer.exploration.outcome else { return Ok(None) };
     if finding.answer.is_spurious {
@@ -50,7 +50,7 @@ pub(super) fn physics(finding: &Finding) -> String {
     let Some(Physical { tick, difference, .. }) = &finding.physical else { return String::new() };
     let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));
     match tick {
-        Some(tick) => format!("  run with the physics: violated, too, at tick {tick}\n"),
+        Some(tick) => format!("  run with the physics: also violated, at tick {tick}\n"),
         None => format!("  run with the physics: not violated{difference}\n"),
     }
 }

@@ -1,4 +1,5 @@
-//! How fast states are found, and what they take: philosophers who ask for their forks and wait for an answer.
+//! How fast states are found and how much memory they take: philosophers who ask for their forks and wait for an
+//! answer.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +17,7 @@ fn main() {
     divan::main();
 }
 
-/// Guests at a round table with a fork between any two of them.
+/// Guests at a round table with a fork between every two neighbors.
 fn table(guests: usize) -> ChannelSystem {
     let mut topology = Topology::default();
     let mut seat = |kind: &str, index: usize| topology.process(&format!("{kind}{index}")).expect("a new name");
@@ -70,7 +71,7 @@ fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
     bencher.counter(ItemsCount::new(found.states)).bench(run);
 }
 
-/// More than 100 million states within 4 GB: only when asked for, since it takes minutes.
+/// More than 100 million states within 4 GB: runs only on request, since it takes minutes.
 #[divan::bench(args = [8], sample_count = 1, sample_size = 1, ignore)]
 fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
     let model = Model::new(&table(guests), None, Arc::new(Closed));
@@ -84,7 +85,7 @@ fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
     });
 }
 
-/// The same model in SPIN, without its reduction: the items are the same states.
+/// The same model in SPIN, without SPIN's reduction: the states are the items, so rates can be compared.
 #[divan::bench(args = [5, 6], sample_count = 3)]
 fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
     let model = Model::new(&table(guests), None, Arc::new(Closed));
@@ -93,9 +94,9 @@ fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
     std::fs::write(folder.path().join("model.pml"), exported.text).expect("a file");
     let compile = "spin -a -o1 -o2 -o3 model.pml && cc -O2 -w -DSAFETY -DNOREDUCE -o pan pan.c";
     if Command::new("spin").arg("-V").output().is_err() || run(folder.path(), compile).is_none() {
-        return eprintln!("not run here: there is no spin, or no cc");
+        return eprintln!("not run here: spin or cc is not installed");
     }
-    let search = || run(folder.path(), "./pan -m4000000 -n").expect("an answer of SPIN's");
+    let search = || run(folder.path(), "./pan -m4000000 -n").expect("an answer from SPIN");
     let said = search();
     let number = |words: &str| {
         let line = said.lines().find(|line| line.contains(words));
@@ -106,7 +107,7 @@ fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
     bencher.counter(ItemsCount::new(exported.states)).bench(search);
 }
 
-/// Runs a command in a folder; what it prints, if it succeeds.
+/// Runs a command in a folder and returns its output if it succeeds.
 fn run(folder: &Path, command: &str) -> Option<String> {
     let output = Command::new("sh").args(["-c", command]).current_dir(folder).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())

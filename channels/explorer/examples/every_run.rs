@@ -1,7 +1,7 @@
-//! Proves a property over all runs, and finds the run that violates it if a message may be lost: `cargo run --example
+//! Proves a property over all runs, then finds a run that violates it when a message may be lost: `cargo run --example
 //! every_run`.
 //!
-//! At each tick, a client asks a server. Is every question answered before the next tick?
+//! A client asks a server at each tick. Is every question answered before the next tick?
 
 use std::error::Error;
 use std::sync::Arc;

@@ -11,7 +11,7 @@ pub enum Refused {
     Process {
         /// The process.
         process: String,
-        /// Why: `it draws random numbers`.
+        /// The reason: `it draws random numbers`.
         reason: String,
         /// How to fix it.
         help: Option<String>,
@@ -31,21 +31,21 @@ pub enum Refused {
     TooManyStates {
         /// The process.
         process: String,
-        /// How many were found.
+        /// The number of states found so far.
         states: usize,
-        /// Where it is in the last one.
+        /// Its location in the last of them.
         location: String,
     },
-    /// A process sends what its channel cannot carry.
+    /// A process sends a message that its channel cannot carry.
     #[error("{process} may send {message} on the channel {channel}, which carries {domain}")]
     OutsideDomain {
         /// The process.
         process: String,
         /// The message.
         message: Message,
-        /// The channel in words.
+        /// The channel, in words.
         channel: String,
-        /// Its domain in words.
+        /// Its domain, in words.
         domain: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Values that are stored once and known by number.
+//! Values that are stored once and identified by number.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -39,7 +39,7 @@ impl<T> Interner<T> {
         self.numbers.get(&hash)?.iter().copied().find(|known| same(&self.values[*known as usize]))
     }
 
-    /// Adds a value with this hash that is not there yet; its number.
+    /// Adds a value with this hash, which must be new, and returns its number.
     pub(crate) fn add(&mut self, hash: u64, value: T) -> u32 {
         let number = u32::try_from(self.values.len()).expect("memory runs out before numbers do");
         self.numbers.entry(hash).or_default().push(number);
@@ -55,7 +55,7 @@ impl<T: Hash + Eq> Interner<T> {
         self.find(hash, |known| *known == value).unwrap_or_else(|| self.add(hash, value))
     }
 
-    /// The number of a value that is known already.
+    /// The number of a value that is already known.
     pub(crate) fn find_value(&self, value: &T) -> Option<u32> {
         self.find(hash_of(value), |known| known == value)
     }

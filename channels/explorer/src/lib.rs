@@ -19,7 +19,7 @@
 //! let to_ben = topology.channel(anna, ben, Capacity::One, domain())?;
 //! let to_anna = topology.channel(ben, anna, Capacity::One, domain())?;
 //! let hello = Message::symbols(["hello"]);
-//! // Each answers whatever they hear, forever.
+//! // Each of them answers every message, forever.
 //! let polite = |name, hears, says, is_first| -> Result<Box<dyn Process>, channels::WiringError> {
 //!     let mut graph = ProgramGraph::builder(name);
 //!     let [waiting, answering] = ["waiting", "answering"].map(|name| graph.location(name));
@@ -41,40 +41,41 @@
 //! # States
 //!
 //! A state is the [normal form](channels::NormalForm) of all processes, channels and the monitor, of the environment
-//! and of the clock. Each state of a process is stored once and has a number, and what it offers and becomes is
-//! computed once. So a state of the system is a vector of small numbers, packed into a few words.
+//! and of the clock. Each state of a process is stored once and has a number, and its transitions are computed once. So
+//! a state of the system is a vector of small numbers, packed into a few words.
 //!
 //! In a state in which no process can move, time passes until the next timer or tick: the environment makes one of its
-//! moves, timers that are due fire, and the tick comes. It is lost if the tree has not finished the last one.
+//! moves, timers that are due fire, and the tick arrives. The tick is lost if the tree has not finished the previous
+//! one.
 //!
 //! # What the reduction leaves out
 //!
-//! With a [`Reduction`], a process that can do nothing but send does so before all others move, where its channel is
-//! empty, nobody else sends on it, and no fault can act on the message. Nobody can keep it from sending, the send keeps
-//! nobody from anything, and no monitor sees it: monitors see what is received. So a run in which it sends later is
-//! equivalent to one in which it sends now (the send is a persistent set): the same processes take the same steps, and
-//! the same messages are received in the same order. No send is put off forever, since sends alone do not go around in
-//! circles: each fills a channel.
+//! With a [`Reduction`], a process that can do nothing but send does so before all others move, provided that its
+//! channel is empty, no other process sends on it, and no fault can act on the message. No process can prevent the
+//! send, the send prevents nothing else, and no monitor sees it, since monitors see messages when they are received. So
+//! a run in which the process sends later is equivalent to one in which it sends now (the send is a persistent set):
+//! the same processes take the same steps, and the same messages are received in the same order. No other step is
+//! postponed forever, since sends alone never form a cycle: each fills a channel.
 //!
-//! A state with a single successor, in which no time passes, is passed through: the search goes
-//! on to its successor and stores that. Every run of the model is still a run through the stored states, with the same
-//! transitions in between: a run that reaches a state that is passed through has no choice, so it goes on as the search
-//! does. The monitor sees the same messages in the same order. So the verdicts are the same, and so are the states in
-//! which time passes, none of which is passed through. Nothing is passed through forever, since every 64th state in a
-//! row is stored; a cycle therefore has a stored state. States on the way are not counted in layers, so a run that the
-//! search finds may not be a shortest one.
+//! A state with a single successor, in which no time passes, is passed through: the search goes on to its successor and
+//! stores that. Every run of the model is still a run through the stored states, with the same transitions in between:
+//! a run that reaches a state that is passed through has no choice, so it goes on as the search does. The monitor sees
+//! the same messages in the same order. So the verdicts are the same, and so are the states in which time passes, since
+//! these are never passed through. Every 64th state in a row is stored, so every cycle contains a stored state and
+//! every walk ends. States that are passed through do not count as layers, so a run that the search finds may not be a
+//! shortest one.
 //!
 //! # Depth first
 //!
-//! [`Order::Depth`] expands the state that was found last. It stores the same states, so its verdicts are the same, and
-//! it comes across violations that take long, such as a deadline of many ticks that is missed, without all that may
-//! happen earlier. The run that it shows is a long one.
+//! [`Order::Depth`] expands the state that was found last. It stores the same states, so its verdicts are the same. It
+//! soon reaches violations that take many steps, such as a missed deadline of many ticks, without first exploring
+//! everything that may happen earlier. The runs that it shows are long.
 //!
 //! # Asking SPIN
 //!
-//! [`promela`] writes a model as a program for [SPIN](https://spinroot.com). It has a guarded step for each transition
-//! of each process, and SPIN composes them by itself. Without partial-order reduction and its dataflow optimizations
-//! (`spin -a -o1 -o2 -o3`, `-DNOREDUCE`), SPIN stores as many states as a search without [`Reduction`].
+//! [`promela`] writes a model as a program for [SPIN](https://spinroot.com). The program has a guarded step for each
+//! transition of each process, and SPIN itself composes the steps. Without partial-order reduction and dataflow
+//! optimizations (`spin -a -o1 -o2 -o3`, `-DNOREDUCE`), SPIN stores as many states as a search without [`Reduction`].
 
 mod error;
 mod interner;

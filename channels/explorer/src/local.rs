@@ -1,15 +1,15 @@
-//! A state of a process or a monitor, with all that was computed about it.
+//! A state of a process or a monitor, with everything computed about it.
 
 use std::time::Duration;
 
 use channels::{Monitor, Pattern, Process, TransitionId, Verdict};
 
-/// The number of a state that has not been computed.
+/// The number of a state that has not been computed yet.
 pub(crate) const UNKNOWN: u32 = u32::MAX;
-/// Instead of the number of a state: the message is not accepted.
+/// In place of a state's number: the message is not accepted.
 pub(crate) const REFUSED: u32 = u32::MAX - 1;
 
-/// The next state of a process, and how the numbers of its requests change for its peers: 0 if they stay.
+/// The next state of a process, and how the numbers of its requests change for its peers: 0 if they do not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) next: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Local {
     pub(crate) timer: Option<Duration>,
     /// Whether it stays the same while time passes.
     pub(crate) is_timeless: bool,
-    /// Steps that it can take alone: internal actions and sends.
+    /// Steps that it can take alone: internal actions, and sends.
     pub(crate) own: Vec<Own>,
     pub(crate) receives: Vec<Receive>,
     /// Its state after a span of time, by the number of the span.
@@ -44,7 +44,7 @@ pub(crate) struct Local {
 #[derive(Debug)]
 pub(crate) struct Own {
     pub(crate) transition: TransitionId,
-    /// The channel, and the number of the message.
+    /// The channel and the number of the message.
     pub(crate) sends: Option<(usize, u32)>,
     pub(crate) step: Step,
 }
@@ -66,17 +66,17 @@ pub(crate) struct Watching {
     pub(crate) verdict: Verdict,
     /// By channel, and then by the number of the message.
     pub(crate) after: Vec<Vec<u32>>,
-    /// After the first tick, and after any other.
+    /// After the first tick, and after any later one.
     pub(crate) ticked: [u32; 2],
 }
 
-/// The entry at an index; unknown if the list is shorter.
+/// The entry at an index; unknown if the list is too short.
 #[inline]
 pub(crate) fn entry<T: Copy>(list: &[T], index: u32, unknown: T) -> T {
     list.get(index as usize).copied().unwrap_or(unknown)
 }
 
-/// Sets the entry at an index; those before it that are missing are unknown.
+/// Sets the entry at an index. Missing entries before it become unknown.
 pub(crate) fn set<T: Copy>(list: &mut Vec<T>, index: u32, value: T, unknown: T) {
     let index = index as usize;
     if list.len() <= index {

@@ -26,18 +26,18 @@ pub struct Ticks {
     pub period: Duration,
     /// The time from the start to the first tick.
     pub first: Duration,
-    /// The clock of the run: timers fire at multiples of it. Zero if they fire exactly when they are due.
+    /// The resolution of the run's clock: timers fire at multiples of it. Zero if they fire exactly when they are due.
     pub step: Duration,
 }
 
-/// Sees each process after each step that is computed for the first time, before state that is only reported is
-/// forgotten.
+/// Called with each process after each step that is computed for the first time, before the state that exists only for
+/// reporting is forgotten.
 pub trait Onlooker: fmt::Debug + Send + Sync {
     /// Sees a process.
     fn see(&self, id: ProcessId, process: &dyn Process);
 }
 
-/// How many messages may be damaged in a run, and where.
+/// How many messages may be disturbed in a run, and on which channels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MessageFaults {
     /// How many may be lost.
@@ -46,7 +46,7 @@ pub struct MessageFaults {
     pub repeated: u8,
     /// How many may be held back, and for how long.
     pub delayed: (u8, Duration),
-    /// The channels on which this happens, all of capacity 1.
+    /// The channels whose messages may be disturbed, all of capacity 1.
     pub channels: Vec<ChannelId>,
 }
 
@@ -59,26 +59,26 @@ pub enum Damage {
     Lost,
     /// It is held back.
     Held,
-    /// It stays in the channel when it is received.
+    /// It stays in the channel after it is received.
     Repeated,
 }
 
-/// Drives a system from outside: between its steps, something else happens in the world.
+/// Drives a system from outside: the world around it changes between its steps.
 ///
-/// Its state is encoded in numbers. The moves depend only on it and on the processes that it drives.
+/// Its state is encoded in numbers. Its moves depend only on this state and on the processes that it drives.
 pub trait Environment: fmt::Debug + Send + Sync {
-    /// The processes that it looks at and changes.
+    /// The processes that it reads and changes.
     fn driven(&self) -> &[ProcessId];
 
     /// Its state at the start.
     fn start(&self) -> Vec<i64>;
 
-    /// The possible moves before a tick, or at any other moment, in an order that depends only on the arguments.
-    /// Without a move, time stands still. `driven` are the processes that it drives, in their normal form.
+    /// The possible moves before a tick or at any other moment, in an order that depends only on the arguments. Without
+    /// a move, time stands still. `driven` are the processes that it drives, in their normal form.
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
 
-    /// Whether a move may let a process move that could not. If not, the moves while time stands still are never asked
-    /// for.
+    /// Whether a move may enable a process that could not move. If not, the search never asks for the moves that are
+    /// possible while time stands still.
     fn may_stir(&self, _state: &[i64], _driven: &[&dyn Process]) -> bool {
         true
     }
@@ -93,17 +93,17 @@ pub enum Instant {
     Between,
 }
 
-/// Changes a process that is driven, at this time.
+/// Changes a driven process at this time.
 pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Sync>;
 
 /// Something that may happen in the environment.
 #[derive(Clone)]
 pub struct Move {
-    /// The state of the environment afterwards.
+    /// The state of the environment after the move.
     pub state: Vec<i64>,
     /// Its effect on each process that it drives, in normal form or not.
     pub update: Update,
-    /// In words: `the level falls below 30 %`. Empty if nothing changes that is worth a word.
+    /// The move in words: `the level falls below 30 %`. Empty if nothing worth mentioning changes.
     pub words: String,
 }
 
@@ -132,8 +132,8 @@ impl Environment for Closed {
 }
 
 impl Model {
-    /// The system as it is now, in this environment; without ticks, it is explored until nothing can happen any more.
-    /// The system's monitors and disturbances play no part.
+    /// The system in its present state, in this environment. Without ticks, it is explored until nothing more can
+    /// happen. The system's own monitors and disturbances are ignored.
     #[must_use]
     pub fn new(system: &ChannelSystem, ticks: Option<Ticks>, environment: Arc<dyn Environment>) -> Self {
         let faults = MessageFaults::default();
@@ -146,13 +146,13 @@ impl Model {
         Self { anywhere: true, ..self }
     }
 
-    /// The same, with damaged messages.
+    /// The same, with disturbed messages.
     #[must_use]
     pub fn with_message_faults(self, faults: MessageFaults) -> Self {
         Self { faults, ..self }
     }
 
-    /// The same, with someone who looks at every state of a process that is found.
+    /// The same, with an observer that sees every state found of every process.
     #[must_use]
     pub fn with_onlooker(self, onlooker: Arc<dyn Onlooker>) -> Self {
         Self { onlooker: Some(onlooker), ..self }

@@ -4,11 +4,11 @@ use crate::semantics::{Fate, Label, Semantics, Successors};
 use crate::store::Change;
 use crate::tables::Gap;
 
-/// The number of states that are passed through before one is stored again. So a search that comes across something
-/// that it has not computed yet repeats little, and states on a cycle are stored.
+/// How many states are passed through before one is stored again. This bounds how much is repeated when a walk meets
+/// something not computed yet, and ensures that every cycle contains a stored state.
 const LONGEST: usize = 64;
 
-/// A walk from a state to the next one in which there is a choice, or in which time passes.
+/// A walk from a state to the next one that has a choice or in which time passes.
 #[derive(Debug, Default)]
 pub(crate) struct Passage {
     /// How the end differs from the beginning.
@@ -19,9 +19,9 @@ pub(crate) struct Passage {
 
 impl Passage {
     /// Walks on from the state that differs from `from` in these slots. `visit` sees every state on the way, with the
-    /// label that leads on. The result is what becomes of the end.
+    /// label of the transition that leaves it. Returns the fate of the last state.
     ///
-    /// No transition is left out: in each state on the way there is only one.
+    /// No transition is left out, since each state on the way has only one.
     pub(crate) fn follow(
         &mut self,
         semantics: &Semantics,

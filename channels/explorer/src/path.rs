@@ -1,4 +1,4 @@
-//! A run that the search has found, and its replay in the channel system with the ordinary monitors.
+//! A run that the search found, and its replay in the channel system with the ordinary monitors.
 
 use std::fmt;
 use std::time::Duration;
@@ -14,18 +14,18 @@ use crate::model::{Damage, Model, Update};
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     pub(crate) steps: Vec<PathStep>,
-    /// How many steps at the end can be taken again and again.
+    /// The number of steps at the end that can be repeated forever.
     pub(crate) cycle: usize,
 }
 
 /// A step of a run.
 #[derive(Clone)]
 pub enum PathStep {
-    /// The environment moves; its words are empty if that is worth none.
+    /// The environment moves. Its words are empty if the move is not worth mentioning.
     Environment {
         /// What happens.
         words: String,
-        /// What it does to the processes that it drives.
+        /// The effect on the processes that it drives.
         update: Update,
         /// Its state afterwards.
         state: Vec<i64>,
@@ -34,14 +34,14 @@ pub enum PathStep {
     Wait(Duration),
     /// A tick is due.
     Tick {
-        /// Whether the tree takes it; it is lost otherwise.
+        /// Whether the tree takes it; otherwise it is lost.
         delivered: bool,
     },
     /// A transition of the channel system.
     Take {
         /// The transition.
         enabled: Enabled,
-        /// What happens to the message besides what should.
+        /// The disturbance of the message, if there is one.
         damage: Damage,
     },
 }
@@ -62,15 +62,15 @@ impl fmt::Debug for PathStep {
 /// A run that was replayed.
 #[derive(Debug)]
 pub struct Replay {
-    /// What happened, and after which step of the run: the events of the timed state sequence.
+    /// The events of the timed state sequence, each with the number of the step after which it happened.
     pub events: Vec<(usize, Event)>,
-    /// The messages that were lost, held back or repeated, and at which step of the run.
+    /// The messages that were lost, held back or repeated, each with the number of its step.
     pub damaged: Vec<(usize, ChannelId, Message, Damage)>,
     /// The monitor at the end.
     pub monitor: Option<Box<dyn Monitor>>,
     /// The system at the end.
     pub system: ChannelSystem,
-    /// Whether the [cycle](Path::cycle) of the run leads back to where it began, if it has one.
+    /// Whether the [cycle](Path::cycle) of the run, if it has one, leads back to where it began.
     pub comes_back: bool,
 }
 
@@ -105,7 +105,7 @@ impl Path {
         &self.steps
     }
 
-    /// The number of steps at the end that can be taken over and over: those of a livelock.
+    /// The number of steps at the end that can be repeated forever: those of a livelock.
     #[must_use]
     pub fn cycle(&self) -> usize {
         self.cycle
@@ -120,7 +120,7 @@ impl Path {
     /// Replays the run in the model's channel system, with an ordinary monitor.
     ///
     /// # Errors
-    /// [`ReplayError`] if the run is not one of the channel system.
+    /// [`ReplayError`] if the channel system does not have this run.
     pub fn replay(&self, model: &Model, monitor: Option<&dyn Monitor>) -> Result<Replay, ReplayError> {
         self.replay_and_look(model, monitor, |_, _| ())
     }
@@ -163,7 +163,7 @@ impl Path {
 }
 
 impl From<Vec<PathStep>> for Path {
-    /// The run of these steps. The search notices that a message is delivered twice when it is received; in a run, it
+    /// The run with these steps. The search notices that a message is delivered twice when it is received; in a run, it
     /// is repeated when it is sent.
     fn from(mut steps: Vec<PathStep>) -> Self {
         let mut repeated: Vec<ChannelId> = Vec::new();
@@ -194,23 +194,23 @@ pub struct Performer {
     pub generator: Option<ProcessId>,
     /// The processes that the environment drives.
     pub driven: Vec<ProcessId>,
-    /// How long a message is held that is held back.
+    /// How long a delayed message is held back.
     pub hold: Duration,
-    /// The time of the run.
+    /// The simulated time in the run.
     pub now: Duration,
 }
 
-/// What came of a step.
+/// The result of a step.
 #[derive(Clone, Debug, Default)]
 pub struct Performed {
-    /// Its event, if it is one of the timed state sequence.
+    /// Its event, if it belongs to the timed state sequence.
     pub event: Option<Event>,
     /// The message that was lost, held back or repeated.
     pub damaged: Option<(ChannelId, Message)>,
 }
 
 impl Performer {
-    /// What performs the runs of a model.
+    /// Performs the runs of a model.
     #[must_use]
     pub fn of(model: &Model) -> Self {
         Self {
@@ -260,7 +260,7 @@ impl Performer {
     }
 }
 
-/// Sends a message, and lets a disturbance act on it at once. The channel and the message.
+/// Sends a message and lets a disturbance act on it at once. Returns the channel and the message.
 fn send_damaged(
     system: &mut ChannelSystem,
     enabled: &Enabled,

@@ -1,10 +1,10 @@
-//! A model in Promela, so that SPIN can be asked the same.
+//! A model in Promela, so that SPIN can check the same properties.
 //!
-//! The text is made from the tables of a search, not from the states that it found: SPIN composes those itself, by the
-//! rules of channel systems. There is a variable for each process, each channel, the environment, the monitor and the
-//! time; a `d_step` for each transition of a process in each of its states; and an `atomic` sequence that lets time
-//! pass when no transition is enabled. No other state is stored, so SPIN stores exactly the states of a search without
-//! reduction.
+//! The text is generated from the tables of a search, not from the states that it found: SPIN composes those itself, by
+//! the rules of channel systems. There is a variable for each process, each channel, the environment, the monitor and
+//! the time; a `d_step` for each transition of a process in each of its states; and an `atomic` sequence that lets time
+//! pass when no transition is enabled. Intermediate states are not stored, so SPIN stores exactly the states of a
+//! search without reduction.
 
 mod passing;
 mod step;
@@ -30,7 +30,7 @@ pub struct Promela {
     pub states: u64,
 }
 
-/// Why there is no Promela of a model.
+/// Why a model cannot be written in Promela.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotExported {
@@ -48,19 +48,19 @@ pub enum NotExported {
     TimesTooFine {
         /// The longest time.
         longest: Duration,
-        /// The unit of which all times are multiples.
+        /// The unit of all times.
         unit: Duration,
     },
 }
 
-/// A model in Promela. All its states must be found first: also those that a search does not reach, because it ends
-/// when the property is violated.
+/// A model in Promela. All its states must be found first, even those that an ordinary search does not reach because it
+/// ends when the property is violated.
 ///
-/// A violated property, and messages that pile up without end, are violated assertions. A step that decides the
-/// property leads nowhere, for good or bad.
+/// A violated property becomes a violated assertion, and so do messages that pile up without bound. A step that decides
+/// the property, either way, has no successor.
 ///
 /// # Errors
-/// [`NotExported`] if the states are not all found, or if times do not fit into Promela's numbers.
+/// [`NotExported`] if not all states are found, or if times do not fit into Promela's integers.
 pub fn promela(
     model: &Model,
     property: Option<&dyn Monitor>,
@@ -86,7 +86,7 @@ pub fn promela(
     Ok(Promela { text, states })
 }
 
-/// The unit of which all times are multiples.
+/// The unit of all times.
 fn unit(tables: &Tables, others: impl Iterator<Item = Duration>) -> Result<Duration, NotExported> {
     let timers = tables.locals.iter().flat_map(|locals| locals.iter()).filter_map(|local| local.timer);
     let clocks = tables.clocks.iter().map(|clock| clock.until_tick);
@@ -110,13 +110,13 @@ fn unit(tables: &Tables, others: impl Iterator<Item = Duration>) -> Result<Durat
 /// Promela's largest `int`.
 const FOREVER: u32 = i32::MAX as u32;
 
-/// The output, and its sources.
+/// The output and its sources.
 struct Writer<'a> {
     semantics: &'a Semantics,
     start: &'a [u32],
-    /// The time that is one in Promela.
+    /// The time unit, which is 1 in Promela.
     unit: Duration,
-    /// The renamings that are used, each with the process whose step causes it.
+    /// The renamings in use, each with the process whose step causes it.
     renamings: BTreeSet<(u32, usize)>,
     /// By channel and the first message that gives way: whether there is room for a newer one.
     rooms: BTreeMap<(usize, u32), String>,
@@ -233,7 +233,7 @@ impl Writer<'_> {
         format!("c{channel}_{}_{}", identifier(topology.name(ends.source)), identifier(topology.name(ends.target)))
     }
 
-    /// The variable with the time for which a channel still holds its message back; -1 if it does not.
+    /// The variable with the remaining time for which a channel holds its message back; -1 if it does not.
     fn held(&self, channel: usize) -> String {
         format!("held{channel}")
     }
@@ -242,7 +242,7 @@ impl Writer<'_> {
         self.tables().lines[channel].may_fail && self.tables().transits.get(0).delays > 0
     }
 
-    /// A time in units.
+    /// A time in these units.
     fn time(&self, time: Duration) -> u128 {
         time.as_nanos() / self.unit.as_nanos()
     }
@@ -253,7 +253,7 @@ const ENVIRONMENT: &str = "environment";
 /// The variable of the monitor.
 const MONITOR: &str = "monitor";
 
-/// The type that a variable with this largest value needs.
+/// The type of a variable with this largest value.
 fn kind(largest: u64) -> &'static str {
     match largest {
         0..=1 => "bit",
@@ -263,12 +263,12 @@ fn kind(largest: u64) -> &'static str {
     }
 }
 
-/// An option that takes place as one step.
+/// An option that is executed as one step.
 fn option(guard: &str, body: &str, words: &str) -> String {
     format!("  :: d_step {{ {guard} -> {} }} /* {} */", or_skip(body), in_comment(words))
 }
 
-/// Assigns to a variable by its value; nothing if no value changes.
+/// Assigns to a variable depending on its value; `None` if no value changes.
 fn mapping(variable: &str, images: impl Iterator<Item = u32>) -> Option<String> {
     let changes = (0..).zip(images).filter(|(value, image)| *image != UNKNOWN && *image != *value);
     let options: Vec<String> =
@@ -276,7 +276,7 @@ fn mapping(variable: &str, images: impl Iterator<Item = u32>) -> Option<String> 
     choice(&options)
 }
 
-/// One of these options, or nothing.
+/// An `if` with these options; `None` without options.
 fn choice(options: &[String]) -> Option<String> {
     (!options.is_empty()).then(|| format!("if {} :: else fi", options.join(" ")))
 }
@@ -323,7 +323,7 @@ fn identifier(name: &str) -> String {
     name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' }).collect()
 }
 
-/// Text that neither ends a comment nor a line.
+/// Text that ends neither a comment nor a line.
 fn in_comment(words: &str) -> String {
     words.replace("*/", "* /").replace(['\n', '\r', '\\'], " ")
 }

@@ -17,18 +17,18 @@ use crate::semantics::{Fate, Semantics, Slots, Successors};
 use crate::store::{Change, Store, Unpacked};
 use crate::tables::{Gap, Tables};
 
-/// How far a search may go, and how it does.
+/// How far a search may go, and how it proceeds.
 #[derive(Clone, Debug)]
 pub struct Limits {
     /// The memory that states and tables may take, in bytes.
     pub memory: usize,
-    /// The number of threads; the result is the same with any number.
+    /// The number of threads. The result does not depend on it.
     pub threads: usize,
-    /// Whether equivalent runs, and states on the way, are left out.
+    /// Whether to leave out equivalent runs, and states with a single successor.
     pub reduction: Reduction,
     /// Which state is expanded next.
     pub order: Order,
-    /// Once this is set, the search ends, with what it has found so far.
+    /// Once this is set, the search ends with what it has found so far.
     pub stop: Option<&'static AtomicBool>,
 }
 
@@ -38,15 +38,15 @@ impl Limits {
     }
 }
 
-/// When equivalent runs are left out, and states with a single successor are passed through without being stored: that
-/// takes less memory, and a run that violates the property is not a shortest one.
+/// When to leave out equivalent runs, and to pass through states with a single successor without storing them. This
+/// takes less memory, but a run that violates the property need not be a shortest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Reduction {
     /// Never.
     Off,
     /// Always.
     On,
-    /// In a second search, if the memory did not suffice for one without.
+    /// In a second search, if the first ran out of memory.
     #[default]
     WhenNeeded,
 }
@@ -57,8 +57,9 @@ pub enum Order {
     /// The one that was found first: breadth first, so that the first violation is a shortest one.
     #[default]
     Breadth,
-    /// The one that was found last: depth first, so that violations which take long are found soon. A run that violates
-    /// the property is not a shortest one. It takes one thread; without a property, the order is always `Breadth`.
+    /// The one that was found last: depth first, so that violations that take many steps are found soon. A run that
+    /// violates the property is not a shortest one. This uses one thread; without a property, the order is always
+    /// `Breadth`.
     Depth,
 }
 
@@ -68,41 +69,41 @@ impl Default for Limits {
     }
 }
 
-/// How far a search is.
+/// The progress of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// The states stored so far.
     pub states: u64,
-    /// Those of them in which nothing happens before time passes.
+    /// How many of them are quiet: nothing happens before time passes.
     pub quiet: u64,
-    /// The number of the current layer; depth first, the length of the longest run.
+    /// The number of the current layer; depth first, the length of the longest run so far.
     pub depth: u64,
     /// The memory taken, in bytes.
     pub memory: usize,
 }
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Debug)]
 pub struct Exploration {
     /// The answer.
     pub outcome: Outcome,
-    /// How far it went.
+    /// The progress at the end.
     pub progress: Progress,
     /// The number of transitions between states.
     pub transitions: u64,
     tables: Tables,
 }
 
-/// The answer of a search.
+/// The outcome of a search.
 #[derive(Debug)]
 pub enum Outcome {
     /// No run violates the property, however long it is.
     Proved,
     /// This run violates the property. It is a shortest one, unless the search was reduced.
     Violated(Path),
-    /// In this run, messages pile up in a process without end.
+    /// In this run, messages pile up in a process without bound.
     Endless(Path),
-    /// In this run, the tree never takes a tick again, and nothing else happens any more.
+    /// In this run, the tree never takes another tick, and nothing else ever happens.
     Deadlock(Path),
     /// In this run, processes communicate forever before time passes: the [steps at its end](Path::cycle) lead back to
     /// where they began.
@@ -112,7 +113,7 @@ pub enum Outcome {
 }
 
 impl Exploration {
-    /// The states of processes that were found, in normal form, each with its process.
+    /// The states found of each process, in normal form.
     pub fn processes(&self) -> impl Iterator<Item = (ProcessId, &dyn Process)> {
         let tables = &self.tables;
         tables
@@ -123,11 +124,11 @@ impl Exploration {
     }
 }
 
-/// The number of states that are expanded before their successors are stored.
+/// How many states are expanded before their successors are stored.
 const BATCH: u32 = 4096;
 
-/// Explores a model until the property is decided; without a property, for deadlocks, livelocks and messages that pile
-/// up.
+/// Explores a model until the property is decided. Without a property, it searches for deadlocks, livelocks and
+/// messages that pile up.
 ///
 /// # Errors
 /// [`Refused`] if the model has no finite form.
@@ -164,16 +165,16 @@ fn search(
     Ok(search.conclude(end, property.is_some()))
 }
 
-/// All states of a model, with what was computed about them.
+/// All states of a model, with everything computed about them.
 pub(crate) struct AllStates {
     pub(crate) semantics: Semantics,
     pub(crate) start: Vec<u32>,
     pub(crate) states: u64,
-    /// Whether there was enough memory, and nobody stopped the search.
+    /// Whether the search neither ran out of memory nor was stopped.
     pub(crate) is_complete: bool,
 }
 
-/// Finds all states, also where the property is violated elsewhere.
+/// Finds all states, even if the property is violated in some of them.
 pub(crate) fn find_all(
     model: &Model,
     property: Option<&dyn Monitor>,
@@ -195,7 +196,7 @@ enum End {
     Complete,
     /// Out of memory, or stopped.
     Incomplete,
-    /// The successor of this state with this index is bad; or the state itself, if there is no index.
+    /// The successor of this state with this index is bad, or the state itself is if there is no index.
     Bad {
         from: Option<(u32, Option<u32>)>,
         kind: Bad,
@@ -221,21 +222,21 @@ struct Search<'a> {
     transitions: u64,
     /// The quiet states in which a tick is lost, whatever the environment does.
     stuck: Vec<u32>,
-    /// Whether it goes on where it finds something bad.
+    /// Whether to go on after finding something bad.
     goes_on: bool,
-    /// Depth first: from which state each was found.
+    /// Depth first: the state from which each state was found.
     origins: Option<Vec<u32>>,
     /// Depth first: the length of the longest run.
     deepest: u64,
 }
 
-/// What became of states that were expanded without changing anything.
+/// What became of states that were expanded without changing the tables.
 #[derive(Debug, Default)]
 struct Harvest {
     states: Vec<Expanded>,
     /// The changes of the successors that may be new, one after the other.
     changes: Vec<Change>,
-    /// Where those of each successor end.
+    /// Where the changes of each successor end.
     found: Vec<usize>,
 }
 
@@ -248,7 +249,7 @@ struct Expanded {
     transitions: u32,
     /// The first bad successor, or the state itself.
     bad: Option<(Option<u32>, Bad)>,
-    /// Where the successors end that may be new.
+    /// Where the successors that may be new end.
     end: usize,
 }
 
@@ -316,7 +317,7 @@ impl<'a> Search<'a> {
         Ok(End::Complete)
     }
 
-    /// Expands some states, on all threads, without changing anything.
+    /// Expands some states on all threads, without changing the tables.
     fn expand_all(&self, batch: Range<u32>, desks: &mut [Desk]) -> Vec<Harvest> {
         let share = (batch.end - batch.start).div_ceil(desks.len() as u32).max(64);
         let shares = (0..desks.len() as u32).map(|index| {
@@ -371,7 +372,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Follows one of the successors of the state on the desk. Adds it to the harvest, or says what is wrong with it.
+    /// Follows one of the successors of the state on the desk: adds it to the harvest, or reports what is wrong with
+    /// it.
     fn follow(&self, index: usize, desk: &mut Desk, harvest: &mut Harvest) -> Result<Option<(Option<u32>, Bad)>, Gap> {
         let Desk { state, successors, passage, .. } = desk;
         let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
@@ -394,7 +396,7 @@ impl<'a> Search<'a> {
         Ok((!self.goes_on).then_some((Some(index as u32), bad)))
     }
 
-    /// Stores what was found from the states that begin with the `next` one. Returns how the search ends, if it does.
+    /// Stores what was found, starting with the state `next`. Returns how the search ends, if it does.
     fn take_in(&mut self, next: &mut u32, harvest: &Harvest, desk: &mut Desk) -> Result<Option<End>, Refused> {
         let (mut found, mut changes) = (0, 0);
         for expanded in &harvest.states {
@@ -423,7 +425,7 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Expands a state, and computes what is not known.
+    /// Expands a state, and computes what is not known yet.
     fn complete(&mut self, number: u32, desk: &mut Desk) -> Result<Harvest, Refused> {
         let mut harvest = Harvest::default();
         self.store.unpack(number, &mut desk.state);

@@ -10,7 +10,7 @@ use crate::path::PathStep;
 use crate::store::Change;
 use crate::tables::{Clock, ENDLESS, Gap, Moved, Start, Tables, Transit};
 
-/// Where in a vector each part of a system's state is.
+/// The position of each part of a system's state in a vector.
 #[derive(Debug)]
 pub(crate) struct Slots {
     pub(crate) processes: Vec<u32>,
@@ -23,7 +23,7 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// Each process beside the channels on which it sends: they often change together.
+    /// Each process is next to the channels on which it sends, since they often change together.
     pub(crate) fn new(tables: &Tables) -> Self {
         let mut next = 0..;
         let mut slot = || next.next().unwrap_or_default();
@@ -39,7 +39,7 @@ impl Slots {
         Self { processes, channels, clock, transit, environment, monitor, len: slot() as usize }
     }
 
-    /// The vector of the start.
+    /// The vector of the initial state.
     pub(crate) fn vector(&self, start: &Start) -> Vec<u32> {
         let mut vector = vec![0; self.len];
         let parts = self.processes.iter().zip(&start.processes).chain(self.channels.iter().zip(&start.contents));
@@ -55,7 +55,7 @@ impl Slots {
     }
 }
 
-/// What leads from a state to another; indices are those of what a process offers.
+/// What leads from a state to another. Indices are those of the steps that a process offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Label {
     Own {
@@ -78,7 +78,7 @@ pub(crate) enum Label {
     Drive {
         index: u32,
     },
-    /// The environment moves, time passes, timers that are due fire, and the tick comes if it is due.
+    /// The environment moves, time passes, timers that are due fire, and the tick arrives if it is due.
     Wait {
         index: u32,
         delivered: bool,
@@ -89,11 +89,11 @@ pub(crate) enum Label {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
     GoOn,
-    /// The verdict is true, whatever comes.
+    /// The verdict is true, whatever follows.
     Settled,
     /// The verdict is false.
     Violated,
-    /// Messages pile up without end.
+    /// Messages pile up without bound.
     Endless,
 }
 
@@ -145,7 +145,7 @@ pub(crate) struct Semantics {
     /// Whether the environment also moves while processes communicate.
     pub(crate) anywhere: bool,
     pub(crate) hold: Duration,
-    /// Whether a process that can do nothing but send does so before the others move.
+    /// Whether a process that can only send does so before the others move.
     pub(crate) sends_first: bool,
 }
 
@@ -198,9 +198,9 @@ impl Semantics {
         self.drive(state, out)
     }
 
-    /// The first process that can do nothing but send does so: whether there is one. Nobody can keep it from sending,
-    /// or tell when it did: the channel is empty, nobody else sends on it, nothing happens to its messages, and no
-    /// numbers change.
+    /// Performs the send of the first process that can only send, and returns whether there is one. No process can
+    /// prevent the send or tell when it happened: the channel is empty, no other process sends on it, nothing happens
+    /// to its messages, and no numbers change.
     fn send_first(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<bool, Gap> {
         for (process, line) in self.tables.locals.iter().enumerate().filter(|(_, line)| line.len() > 0) {
             let number = state[self.slots.processes[process] as usize];
@@ -225,7 +225,7 @@ impl Semantics {
         Ok(false)
     }
 
-    /// Whether nothing but the environment can help: no timer is set, and the tick is lost.
+    /// Whether only the environment can change anything: no timer is set, and the tick is lost.
     pub(crate) fn is_stuck(&self, state: &[u32], successors: &Successors) -> bool {
         let is_lost = |label: &Label| matches!(label, Label::Wait { delivered: false, .. });
         successors.is_quiet
@@ -274,7 +274,7 @@ impl Semantics {
         }
     }
 
-    /// The time until the next timer or tick, and which it is.
+    /// The time until the next timer or tick, and which of the two it is.
     fn next_instant(&self, state: &[u32]) -> Option<(Duration, Instant)> {
         let clock = self.tables.clocks.get(state[self.slots.clock as usize]);
         let timers = self.populated().filter_map(|process| self.local(state, process).timer);
@@ -454,7 +454,7 @@ impl Semantics {
         Ok(fate)
     }
 
-    /// The tick comes; whether it is delivered.
+    /// The tick arrives. Returns whether it is delivered.
     fn tick(&self, draft: &mut Draft<'_>, clock: Clock) -> Result<(bool, Fate), Gap> {
         let Some(ticks) = self.tables.ticks else { return Ok((false, Fate::GoOn)) };
         let generator = ticks.generator.index();
@@ -481,7 +481,8 @@ impl Semantics {
         Ok((delivered, self.judged(next)))
     }
 
-    /// The environment moves while time stands still: between steps if that makes processes move, or anywhere.
+    /// The environment moves while time stands still: in any state if `anywhere`, otherwise in quiet states if a
+    /// process can move then.
     fn drive(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
         if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
             return Ok(());
@@ -510,8 +511,8 @@ impl Semantics {
         Ok(())
     }
 
-    /// Whether a move of the environment lets a process of a quiet system move: one that has changed, or one that waits
-    /// for it to take part in a handshake.
+    /// Whether a move of the environment enables a process of a quiet system: one that has changed, or one that waits
+    /// for it in a handshake.
     fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
         let transit = self.transit(vector);
         let mut out = Successors::default();
@@ -540,7 +541,7 @@ impl Semantics {
         }
     }
 
-    /// What the moves of the environment depend on: its state, and those of the processes that it drives.
+    /// Everything on which the moves of the environment depend: its state, and those of the processes that it drives.
     fn key(&self, state: &[u32]) -> Vec<u32> {
         let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
         std::iter::once(state[self.slots.environment as usize]).chain(driven).collect()
@@ -599,7 +600,7 @@ impl Semantics {
                 }
             }
         }
-        // Once each, whichever of these channels they receive from.
+        // Each process once, whichever of these channels it receives from.
         receivers.sort_unstable();
         receivers.dedup();
         for process in receivers {
@@ -613,7 +614,7 @@ impl Semantics {
         Ok(())
     }
 
-    /// The monitor observes a message that is received.
+    /// The monitor observes a message as it is received.
     fn observe(&self, draft: &mut Draft<'_>, channel: usize, content: u32) -> Result<Fate, Gap> {
         if !self.has_monitor || self.tables.lines[channel].is_internal {
             return Ok(Fate::GoOn);

@@ -1,7 +1,7 @@
-//! The states that were found: each once, in the order in which they were found, in few bytes.
+//! The states found, each stored once in a few bytes, in the order in which they were found.
 //!
-//! A state is a vector of small numbers. Each slot of the vector has as many bits as the largest number in it so far
-//! needs; if a larger one comes, all states are repacked.
+//! A state is a vector of small numbers. Each slot of the vector is as wide as its largest number so far requires; for
+//! a larger one, all states are repacked.
 
 use std::mem;
 
@@ -10,12 +10,12 @@ use hashbrown::HashTable;
 /// A slot of a vector, and its new number.
 pub(crate) type Change = (u32, u32);
 
-/// Where the bits of a slot are.
+/// The position of a slot's bits.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     word: usize,
     shift: u32,
-    /// The largest number, which is as many ones as there are bits.
+    /// The largest number that fits: all bits are ones.
     mask: u64,
 }
 
@@ -32,11 +32,11 @@ impl Place {
     }
 }
 
-/// Where the bits of all slots are.
+/// The positions of the bits of all slots.
 #[derive(Clone, Debug)]
 struct Layout {
     places: Vec<Place>,
-    /// The number of words of a vector.
+    /// The number of words in a vector.
     words: usize,
 }
 
@@ -65,7 +65,7 @@ impl Layout {
     }
 }
 
-/// All states that were found.
+/// All states found.
 #[derive(Debug)]
 pub(crate) struct Store {
     layout: Layout,
@@ -107,7 +107,7 @@ impl Store {
         self.numbers.len() as u32
     }
 
-    /// How much memory it takes.
+    /// How much memory it uses.
     pub(crate) fn bytes(&self) -> usize {
         self.words.capacity() * size_of::<u64>() + self.numbers.allocation_size()
     }
@@ -161,7 +161,7 @@ impl Store {
         self.numbers.insert_unique(hash, number, |number| self::hash(vector(all, width, *number)));
     }
 
-    /// Gives a slot the bits that a number needs, and repacks all states.
+    /// Widens a slot so that a number fits, and repacks all states.
     #[cold]
     fn widen(&mut self, slot: usize, value: u32) {
         let width = |place: &Place| place.mask.count_ones();
@@ -191,7 +191,7 @@ fn vector(words: &[u64], width: usize, number: u32) -> &[u64] {
     &words[begin..begin + width]
 }
 
-/// Whether two vectors of a few words are equal; a call of `memcmp` would take longer.
+/// Whether two vectors of a few words are equal. A call to `memcmp` would take longer.
 #[inline]
 fn same(words: &[u64], others: &[u64]) -> bool {
     words.iter().eq(others)

@@ -1,5 +1,5 @@
-//! Everything that is computed once: the states of processes and monitors, messages, spans of time, and what the
-//! environment may do.
+//! Everything that is computed once: the states of processes and monitors, messages, spans of time, and the moves of
+//! the environment.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher};
@@ -16,10 +16,10 @@ use crate::interner::Interner;
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, set};
 use crate::model::{Instant, Model, Move, Onlooker, Ticks};
 
-/// The largest number of states of one process.
+/// The maximum number of states of one process.
 const MAX_LOCALS: usize = 1 << 16;
 
-/// The time as far as a system's future depends on it.
+/// The time, as far as a system's future depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Clock {
     /// Whether there has been a tick.
@@ -27,17 +27,17 @@ pub(crate) struct Clock {
     pub(crate) until_tick: Duration,
 }
 
-/// What may still happen to messages, and those that are held back.
+/// What may still happen to messages, and which ones are held back.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Transit {
     pub(crate) losses: u8,
     pub(crate) repeats: u8,
     pub(crate) delays: u8,
-    /// Channels, and the times until what they hold may be received.
+    /// Channels, and the times until the messages in them may be received.
     pub(crate) held: Vec<(usize, Duration)>,
 }
 
-/// New numbers for the requests on some channels: of number n at index n - 1.
+/// New numbers for the requests on some channels: the new number of request n is at index n - 1.
 pub(crate) type Renaming = Vec<(usize, Vec<u64>)>;
 
 /// A channel, with the messages that it may hold.
@@ -55,43 +55,43 @@ pub(crate) struct Line {
     pub(crate) opposite: Option<usize>,
     /// Number 0 is no message.
     pub(crate) contents: Interner<Option<Envelope>>,
-    /// By the number of the message: the symbol with which it begins, and whether it is of a topic.
+    /// By the number of the message: its first symbol, and whether it belongs to a topic.
     heads: Vec<(Option<Symbol>, bool)>,
     /// By renaming, and then by the number of the message.
     pub(crate) renamed: Vec<Vec<u32>>,
 }
 
-/// A move of the environment: the changed slots. There may be millions, so its words are not kept.
+/// A move of the environment: the slots that it changes. There may be millions of moves, so their words are not kept.
 #[derive(Debug)]
 pub(crate) struct Moved {
     pub(crate) state: u32,
-    /// The driven processes that change, and to what.
+    /// The driven processes that change, with their new states.
     pub(crate) processes: Box<[(u32, Step)]>,
 }
 
 /// Something that has not been computed yet.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Gap {
-    /// What a process becomes by a transition of its own.
+    /// The next state of a process after one of its own transitions.
     Own {
         process: usize,
         state: u32,
         own: usize,
     },
-    /// What it becomes by receiving a message.
+    /// Its next state after receiving a message.
     Receive {
         process: usize,
         state: u32,
         receive: usize,
         content: u32,
     },
-    /// What it is after a span of time.
+    /// Its state after a span of time.
     Later {
         process: usize,
         state: u32,
         span: Duration,
     },
-    /// What it is with other numbers.
+    /// Its state with other numbers.
     RenamedProcess {
         process: usize,
         state: u32,
@@ -102,12 +102,12 @@ pub(crate) enum Gap {
         content: u32,
         renaming: u32,
     },
-    /// What a tick generator is when a tick is due.
+    /// The state of a tick generator when a tick is due.
     Ticked {
         process: usize,
         state: u32,
     },
-    /// What a monitor is after a message, or a tick.
+    /// The state of a monitor after a message, or after a tick.
     Observed {
         state: u32,
         channel: usize,
@@ -139,7 +139,7 @@ pub(crate) struct Tables {
     pub(crate) environments: Interner<Vec<i64>>,
     pub(crate) monitors: Interner<Watching>,
     pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>>; 2],
-    /// How many moves there are in all.
+    /// The total number of moves.
     move_count: usize,
     pub(crate) driven: Vec<usize>,
     /// The processes that send on channels of capacity 0.
@@ -151,11 +151,12 @@ pub(crate) struct Tables {
     onlooker: Option<Arc<dyn Onlooker>>,
 }
 
-/// Instead of a state: messages pile up in the process without end.
+/// In place of a state: messages pile up in the process without bound.
 pub(crate) const ENDLESS: u32 = u32::MAX - 2;
 
 impl Tables {
-    /// The tables of a model, with nothing in them but its start: the states of processes and the contents of channels.
+    /// The tables of a model with nothing in them but its initial state: the states of processes and the contents of
+    /// channels.
     pub(crate) fn new(model: &Model, monitor: Option<&dyn Monitor>) -> Result<(Self, Start), Refused> {
         let topology = Arc::clone(model.start.topology());
         let names: Vec<String> = topology.processes().map(|id| topology.name(id).to_owned()).collect();
@@ -454,7 +455,7 @@ impl Tables {
         Local { process, timer, is_timeless, own, receives, later: Vec::new(), renamed: Vec::new(), ticked: UNKNOWN }
     }
 
-    /// The number of what a channel holds.
+    /// The number of a channel's contents.
     pub(crate) fn content(&mut self, channel: usize, envelope: Option<Envelope>) -> u32 {
         let Self { topology, lines, .. } = self;
         let line = &mut lines[channel];
@@ -495,7 +496,7 @@ impl Tables {
         self.watching(monitor)
     }
 
-    /// What the environment may do. The key is its state and the states of the processes that it drives.
+    /// The moves of the environment. The key is its state and the states of the processes that it drives.
     pub(crate) fn told(&self, key: &[u32], instant: Instant) -> Vec<Move> {
         self.environment.moves(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
     }
@@ -546,7 +547,7 @@ impl Tables {
         Refused::Process { process: self.names[process].clone(), reason, help }
     }
 
-    /// How much memory the tables take, roughly.
+    /// The approximate memory used by the tables.
     pub(crate) fn bytes(&self) -> usize {
         let locals: usize = self.locals.iter().map(Interner::len).sum();
         let contents: usize = self.lines.iter().map(|line| line.contents.len()).sum();
@@ -555,7 +556,7 @@ impl Tables {
     }
 }
 
-/// The start of a system, by the numbers of its parts.
+/// The initial state of a system, by the numbers of its parts.
 #[derive(Debug)]
 pub(crate) struct Start {
     pub(crate) processes: Vec<u32>,

@@ -1,4 +1,4 @@
-//! What has no end, or does not fit: a clear answer, never a wrong one.
+//! Systems that have no end, or do not fit into memory, get a clear answer and never a wrong one.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,13 +43,13 @@ fn silent() -> Box<dyn Process> {
 }
 
 #[test]
-fn a_counter_without_end_is_refused() {
+fn a_counter_without_a_bound_is_refused() {
     let refused = explore(&pair(|_| [counter(i64::MAX), silent()]), None, &Limits::default(), &mut |_| ()).unwrap_err();
     assert!(matches!(&refused, Refused::TooManyStates { process, .. } if process == "Counter"), "{refused}");
 }
 
 #[test]
-fn a_search_ends_where_its_memory_does() {
+fn a_search_ends_when_its_memory_runs_out() {
     let limits = Limits { memory: 5_000_000, reduction: Reduction::Off, ..Limits::default() };
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
     assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
@@ -57,7 +57,7 @@ fn a_search_ends_where_its_memory_does() {
 }
 
 #[test]
-fn a_trillion_states_end_in_an_answer_within_the_memory() {
+fn a_trillion_states_end_in_an_answer_within_the_memory_limit() {
     let mut topology = Topology::default();
     let ids: Vec<_> = (0..12).map(|index| topology.process(&format!("Counter{index}")).expect("a new name")).collect();
     let system = ChannelSystem::new(Arc::new(topology), ids.into_iter().map(|id| (id, counter(9))));
@@ -69,13 +69,13 @@ fn a_trillion_states_end_in_an_answer_within_the_memory() {
         let found = explore(&model, None, &limits, &mut look).expect("a finite model");
         assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
         assert!(found.progress.states > 300_000 && found.progress.depth > 5, "{:?}", found.progress);
-        // The search ends with the batch in which the memory does.
+        // The search ends with the batch in which memory runs out.
         assert!(most < 2 * limits.memory && last == found.progress.states, "{most} bytes");
     }
 }
 
 #[test]
-fn a_search_that_is_stopped_says_how_far_it_came() {
+fn a_stopped_search_says_how_far_it_got() {
     static STOP: AtomicBool = AtomicBool::new(false);
     let limits = Limits { stop: Some(&STOP), ..Limits::default() };
     let mut stop_at_depth_50 = |progress: &Progress| STOP.store(progress.depth >= 50, Ordering::Relaxed);
@@ -85,7 +85,7 @@ fn a_search_that_is_stopped_says_how_far_it_came() {
     assert_eq!(found.progress.depth, 50, "{:?}", found.progress);
 }
 
-/// A process that sends itself more and more to do.
+/// A process that sends itself more and more work.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Chatter {
     channel: ChannelId,
@@ -136,7 +136,7 @@ fn an_export_needs_all_states() {
     assert!(matches!(refused, NotExported::OutOfMemory { states } if states > 100), "{refused}");
 }
 
-/// Nobody has said which of its states are alike.
+/// Nothing tells which of its states are alike.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Stranger;
 

@@ -11,10 +11,10 @@ use channels::{
 };
 use explorer::{Environment, Instant, MessageFaults, Ticks};
 
-/// Where processes are in some state, by their indices.
+/// Which processes are in some state, by their indices.
 pub(crate) type Locations = BTreeSet<(usize, String)>;
 
-/// Where a process is, whether or not anybody still waits for the answer to the request that it has.
+/// The location of a process, whether or not another process still waits for the answer to the request that it holds.
 pub(crate) fn location(process: &dyn Process) -> String {
     process.location().replace("RequestNumber(0)", "RequestNumber(1)")
 }
@@ -31,7 +31,7 @@ pub(crate) struct Findings {
 #[derive(Clone, Copy)]
 struct Edge {
     to: usize,
-    /// A process communicates, a tick is taken, or a timer is set that will fire.
+    /// A process communicates, the tree takes a tick, or a timer that will fire is set.
     is_alive: bool,
     /// It communicates.
     is_step: bool,
@@ -43,7 +43,7 @@ pub(crate) struct Counts {
     pub(crate) states: u64,
     pub(crate) quiet: u64,
     pub(crate) transitions: u64,
-    /// The number of the layer in which the property is violated first.
+    /// The number of the first layer in which the property is violated.
     pub(crate) violated: Option<u64>,
 }
 
@@ -56,7 +56,7 @@ struct State {
     monitor: Option<Box<dyn Monitor>>,
     losses: u8,
     delays: u8,
-    /// The times until messages that are held back may be received.
+    /// The remaining times for which messages are held back.
     held: Vec<Duration>,
 }
 
@@ -188,8 +188,8 @@ pub(crate) fn enumerate(
     (counts, findings)
 }
 
-/// The states with an edge that is `good`, which may depend on the states themselves: the least such set, or the
-/// greatest if all states are in it at `first`.
+/// The states with an edge that is `good`, which may itself depend on the set: the least such set, or the greatest if
+/// `first` holds all states.
 fn fixed_point(edges: &[Vec<Edge>], good: impl Fn(&Edge, &[bool]) -> bool, first: bool) -> Vec<bool> {
     let mut states = vec![first; edges.len()];
     loop {

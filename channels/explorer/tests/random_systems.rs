@@ -1,4 +1,4 @@
-//! Random systems: program graphs that talk at random, a client that gives up on a server, and a sensor that an
+//! Random systems: program graphs that communicate at random, a client that gives up on a server, and a sensor that an
 //! environment drives.
 
 use std::mem::discriminant;
@@ -33,7 +33,7 @@ pub(crate) fn sample(seed: u64) -> Sample {
     with_client(seed, |patience_s| patience_s)
 }
 
-/// The same, with a client that waits for so many seconds; forever if there are none.
+/// The same, with a client that waits for this number of seconds, or forever if there is none.
 fn with_client(seed: u64, patience_s: impl Fn(u64) -> u64) -> Sample {
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut topology = Topology::default();
@@ -117,7 +117,7 @@ fn graph(rng: &mut impl Rng, sends: &[ChannelId], receives: &[ChannelId]) -> Arc
     Arc::new(graph.initial(locations[0]).build().expect("a sound graph"))
 }
 
-/// Fails some way along random messages and ticks.
+/// Violated partway along a random sequence of messages and ticks.
 fn monitor(rng: &mut impl Rng, channels: &[ChannelId]) -> GraphMonitor {
     let mut graph = ProgramGraph::builder("property");
     let locations: Vec<_> = (0..4).map(|index| graph.location(&format!("m{index}"))).collect();
@@ -216,7 +216,7 @@ impl Process for Client {
     }
 }
 
-/// Answers the client, after telling somebody else; or forgets to.
+/// Answers the client, after telling another process; or forgets to answer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Server {
     asked: ChannelId,
@@ -299,7 +299,7 @@ impl Process for Sensor {
     }
 }
 
-/// Changes the level by one at a tick, and may have the sensor publish it at any moment.
+/// Changes the level by one at a tick, and may make the sensor publish it at any moment.
 #[derive(Debug)]
 struct Weather {
     sensor: ProcessId,
@@ -331,7 +331,7 @@ impl Environment for Weather {
     }
 }
 
-/// What may happen to the messages of some channels: nothing in most systems.
+/// What may happen to the messages of some channels; in most systems, nothing.
 pub(crate) fn message_faults(seed: u64, system: &ChannelSystem) -> MessageFaults {
     let rng = &mut ChaCha8Rng::seed_from_u64(!seed);
     let topology = system.topology();
@@ -348,7 +348,7 @@ pub(crate) fn message_faults(seed: u64, system: &ChannelSystem) -> MessageFaults
     }
 }
 
-/// Notes where processes are.
+/// Records the locations of processes.
 #[derive(Debug, Default)]
 struct Notes(Mutex<Locations>);
 
@@ -358,7 +358,7 @@ impl Onlooker for Notes {
     }
 }
 
-/// What a search without a property has found, and where it has seen processes.
+/// What a search without a property found, and where it saw processes.
 fn findings(model: Model, limits: &Limits) -> Findings {
     let notes = Arc::new(Notes::default());
     let model = model.with_onlooker(Arc::clone(&notes) as Arc<dyn Onlooker>);
@@ -386,14 +386,14 @@ fn without_a_property_the_search_finds_what_a_naive_enumeration_finds() {
     let (mut deadlocks, mut livelocks, mut neither) = (0, 0, 0);
     for seed in 0..150 {
         let Sample { system, ticks, environment, .. } = with_client(seed, |patience_s| patience_s * (seed % 2));
-        // What the environment can always wake is no deadlock.
+        // A state from which the environment can always wake the system is no deadlock.
         let environment = if seed % 2 == 0 { Arc::new(Closed) } else { environment };
         let faults = message_faults(seed, &system);
         let (_, mut expected) = enumerate(&system, Some(ticks), environment.as_ref(), &faults, None);
         deadlocks += usize::from(expected.deadlock);
         livelocks += usize::from(expected.livelock);
         neither += usize::from(!expected.deadlock && !expected.livelock);
-        // It reports one of both.
+        // The search reports only one of the two.
         expected.livelock &= !expected.deadlock;
         for reduction in [Reduction::Off, Reduction::On] {
             let model = Model::new(&system, Some(ticks), Arc::clone(&environment)).with_message_faults(faults.clone());
@@ -468,7 +468,8 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
     assert!(proved > 50 && violated > 50 && largest > 1000, "{proved} proved, {violated} violated, {largest} states");
 }
 
-/// A random run of the model in the channel system, of this many steps; whether it violates the property.
+/// A random run of the model in the channel system, with this number of steps; returns whether it violates the
+/// property.
 fn random_run(sample: &Sample, rng: &mut ChaCha8Rng, steps: usize) -> bool {
     let Sample { system, ticks, environment, monitor } = sample;
     let mut system = system.fork();
@@ -519,7 +520,8 @@ fn ten_thousand_random_runs_do_not_contradict_a_proof() {
     no_contradiction(10_000);
 }
 
-/// So many runs for each of 50 properties that are proved, and until the violation for each of 50 that are not.
+/// This number of runs for each of 50 properties that are proved, and runs until the violation for each of 50 that are
+/// not.
 fn no_contradiction(runs: usize) {
     let (mut proved, mut violated, mut seen) = (0, 0, 0);
     for seed in 1000.. {
@@ -538,9 +540,9 @@ fn no_contradiction(runs: usize) {
         *count += 1;
         let rng = &mut ChaCha8Rng::seed_from_u64(seed);
         let is_violated = (0..runs).any(|_| random_run(&sample, rng, 6));
-        assert!(!(is_proved && is_violated), "seed {seed}: a run violates what was proved");
+        assert!(!(is_proved && is_violated), "seed {seed}: a run violates a proved property");
         seen += usize::from(is_violated);
     }
-    // Most of what can be violated is, sooner or later.
-    assert!(seen > 30, "{seen} of {violated} violations were seen in random runs");
+    // Most violations that are possible happen sooner or later.
+    assert!(seen > 30, "{seen} of {violated} possible violations were seen in random runs");
 }

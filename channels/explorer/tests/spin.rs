@@ -1,4 +1,4 @@
-//! SPIN's answers about random systems, where it is installed.
+//! SPIN's answers about random systems, where SPIN is installed.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use explorer::{Limits, MessageFaults, Model, NotExported, Outcome, Reduction, Ti
 
 use crate::random_systems::{message_faults, sample};
 
-/// Runs a program in a folder; what it prints.
+/// Runs a program in a folder and returns its output.
 fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
     let output = Command::new(program).args(arguments).current_dir(folder).output().expect("a program that can be run");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -18,7 +18,7 @@ fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
     said
 }
 
-/// The numbers of states that SPIN stores, and of errors that it finds.
+/// The number of states that SPIN stores, and the number of errors that it finds.
 fn ask(text: &str) -> (u64, u64) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("model.pml"), text).expect("a file");
@@ -39,7 +39,7 @@ fn has_spin() -> bool {
     there_is("spin") && there_is("cc")
 }
 
-/// How many systems were asked about, and in how many of them the property is violated.
+/// How many systems SPIN checked, and in how many of them the property is violated.
 fn compare(seeds: impl Iterator<Item = u64>) -> (usize, usize) {
     let (mut asked, mut violated) = (0, 0);
     for seed in seeds {
@@ -68,7 +68,7 @@ fn compare(seeds: impl Iterator<Item = u64>) -> (usize, usize) {
 #[test]
 fn spin_stores_as_many_states_and_gives_the_same_verdicts() {
     if !has_spin() {
-        println!("not run here: there is no spin, or no cc");
+        println!("not run here: spin or cc is not installed");
         return;
     }
     let halves = std::thread::scope(|scope| {
@@ -76,12 +76,12 @@ fn spin_stores_as_many_states_and_gives_the_same_verdicts() {
         threads.map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     let (asked, violated) = (halves[0].0 + halves[1].0, halves[0].1 + halves[1].1);
-    assert!(asked >= 100 && violated > 20 && asked - violated > 20, "{asked} asked, {violated} violated");
+    assert!(asked >= 100 && violated > 20 && asked - violated > 20, "{asked} checked, {violated} violated");
     println!("ran: spin on {asked} systems, {violated} of them violated; {} were too large", 120 - asked);
 }
 
 #[test]
-fn times_must_fit_into_promelas_numbers() {
+fn times_must_fit_into_promela_integers() {
     let sample = sample(0);
     let ticks = Ticks { first: Duration::from_nanos(1), ..sample.ticks };
     let model = Model::new(&sample.system, Some(ticks), sample.environment);

@@ -11,7 +11,7 @@ use crate::scenario::{
     BatteryAssumption, Drained, MessageAssumption, Passes, Premises, ProveEntry, Scenario, TripAssumption,
 };
 
-/// What a proof of the scenario's properties assumes, one sentence each.
+/// The assumptions of a proof of the scenario's properties, one sentence each.
 pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Switched]) -> Vec<String> {
     let ProveEntry { battery, trips, messages, drivers_anywhere, components, faults: allowed, .. } =
         &scenario.file.prove;
@@ -37,7 +37,7 @@ pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Sw
         });
     }
     for stand_in in components {
-        words.push(format!("{} does what {} may do.", stand_in.component.value, stand_in.machine.value.display()));
+        words.push(format!("{} behaves as {} allows.", stand_in.component.value, stand_in.machine.value.display()));
     }
     match scenario.file.faults.len() {
         0 => {}
@@ -54,8 +54,8 @@ fn percent(number: f64) -> String {
 fn battery(battery: &BatteryAssumption, premises: &Premises) -> Vec<String> {
     let has_station = premises.station.is_some();
     let BatteryAssumption::Drained(Drained { drain_pct, charge_pct, start_pct, .. }) = battery else {
-        let level = "The battery's level may jump to anything at any time.".to_owned();
-        let charging = has_station.then(|| "At the charging station, it may charge or not.".to_owned());
+        let level = "The battery's level may jump to any value at any time.".to_owned();
+        let charging = has_station.then(|| "At the charging station, it may or may not be charged.".to_owned());
         return [Some(level), charging].into_iter().flatten().collect();
     };
     let sim = &premises.entry.sim.battery;
@@ -73,7 +73,7 @@ fn battery(battery: &BatteryAssumption, premises: &Premises) -> Vec<String> {
             gain => format!(" and gains at least {} per tick", percent(gain)),
         };
         let full = percent(sim.recharge_below_pct);
-        format!("At the charging station, unless the robot sets out, it is charged up to {full} or more{gain}.")
+        format!("At the charging station, unless the robot sets out, it is charged to {full} or more{gain}.")
     });
     [Some(drain), charging].into_iter().flatten().collect()
 }

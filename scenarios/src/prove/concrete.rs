@@ -1,10 +1,9 @@
-//! A run over classes of levels, with a level for each class: one that a battery can have.
+//! Turns a run over classes of levels into one with concrete levels that a battery can have.
 //!
-//! The search knows of a level only its class. That a class is reached from another does not mean that every level of
-//! it is reached from every level of the other, so a run of the search may be impossible for every battery. The
-//! levels of a run are bounded by differences: a level lies in its class, and is lower or higher than an earlier one
-//! by so much at most. Such bounds have a solution unless they contradict each other on a cycle, which Bellman and
-//! Ford's algorithm finds.
+//! The search knows only the class of a level. If one class is reached from another, not every level of it need be
+//! reached from every level of the other, so a run of the search may be impossible for every battery. The levels of a
+//! run are bounded by differences: a level lies in its class, and differs from an earlier one by a limited amount. Such
+//! bounds have a solution unless they contradict each other on a cycle, which the Bellman–Ford algorithm finds.
 
 use std::sync::Arc;
 
@@ -15,13 +14,14 @@ use super::environment::{Bounds, Since};
 use super::levels::{FULL, Levels, Micros, micros};
 use crate::driven::DriverData;
 
-/// What is no level: that of an empty battery, from which all are counted.
+/// Stands for an empty battery instead of a level: all levels are measured from it.
 const ZERO: usize = 0;
 
-/// Units of a level in one of its millionths of a percent.
+/// Units per millionth of a percent.
 const UNITS: i64 = 1_000_000;
 
-/// A bound: the level with the first number is higher than the second by at most this; less than that if it is strict.
+/// A bound: the level with the first number exceeds the second by at most this much, or by less than this if it is
+/// strict.
 #[derive(Clone, Copy, Debug)]
 struct Bound {
     level: usize,
@@ -30,7 +30,7 @@ struct Bound {
     is_strict: bool,
 }
 
-/// A moment of a run at which the battery's driver tells a level.
+/// A moment of a run at which the battery's driver reports a level.
 struct Moment {
     step: usize,
     told: DriverData,
@@ -70,8 +70,8 @@ pub(super) fn run(
     Some(Path::from(steps))
 }
 
-/// What bounds the levels of a run, as [`Battery::levels_after`](super::environment::Battery::levels_after) bounds
-/// classes.
+/// The bounds on the levels of a run, corresponding to those on classes in
+/// [`Battery::levels_after`](super::environment::Battery::levels_after).
 fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound> {
     let mut all = Vec::new();
     let mut at_most = |level, base, most, is_strict| all.push(Bound { level, base, most, is_strict });
@@ -111,7 +111,7 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
 
 /// Levels that satisfy all bounds, in percent, each as high as possible; `None` if there are none.
 fn solve(bounds: &[Bound], count: usize) -> Option<Vec<f64>> {
-    // What is below another level is so by a step: as large as possible, so that the levels are easy to read.
+    // A level that is below another lies as large a step below it as possible, so that the levels are easy to read.
     let steps = std::iter::successors(Some(100_000 * UNITS), |step| (*step > 1).then_some(step / 10));
     let solved = |step: i64| {
         let mut found = vec![i64::MAX / 4; count];
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn bounds_that_contradict_each_other_have_no_solution() {
-        // Above 30 %, and a tick later below 29 %, though it loses 1 % at most.
+        // Above 30 %, and a tick later below 29 %, though it loses at most 1 %.
         let bounds = [bound(0, 1, -30, true), bound(2, 0, 29, true), bound(1, 2, 1, false), bound(1, 0, 100, false)];
         assert_eq!(solve(&bounds, 3), None);
     }

@@ -11,21 +11,21 @@ use skills::{Chart, SkillProcess, StateId, TransitionId};
 
 use super::faults::inside;
 
-/// Something that happens in no run.
+/// Something that never happens in any run.
 #[derive(Clone, Debug)]
 pub struct Unreached {
     /// Its kind.
     pub kind: Unreachable,
     /// The event that never happens: `GoToDestination never fails`.
     pub words: String,
-    /// Where the node, the state or the transition is written.
+    /// The location of the node, state or transition in its file.
     pub place: Span,
 }
 
 /// Items that may never be reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unreachable {
-    /// A node of the tree, or an answer of it.
+    /// A node of the tree, or a status that it returns.
     Node,
     /// A state of a machine.
     State,
@@ -45,7 +45,7 @@ impl Unreachable {
     }
 }
 
-/// Looks at everything that happens in a system.
+/// Observes everything that happens in a system.
 #[derive(Debug)]
 pub(super) struct Coverage {
     tree: Option<Arc<Tree>>,
@@ -54,7 +54,7 @@ pub(super) struct Coverage {
     seen: Mutex<Seen>,
 }
 
-/// Past events; nodes, states and transitions by their indices.
+/// Past events: nodes, states and transitions by their indices.
 #[derive(Debug, Default)]
 struct Seen {
     outcomes: BTreeSet<(usize, &'static str)>,
@@ -73,8 +73,8 @@ impl Coverage {
         Self { tree: tree.cloned(), machines, seen: Mutex::default() }
     }
 
-    /// Events that have never happened, in the order of tree and machines: nodes below one that is never ticked, and
-    /// states inside a state that is never entered, are left out.
+    /// Events that have never happened, in the order of the tree and the machines. Nodes below one that is never
+    /// ticked, and states inside one that is never entered, are left out.
     pub(super) fn unreached(&self) -> Vec<Unreached> {
         let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let mut unreached: Vec<Unreached> = self.tree.iter().flat_map(|tree| of_tree(tree, &seen)).collect();
@@ -92,7 +92,7 @@ impl Onlooker for Coverage {
         seen.outcomes.extend(outcomes.into_iter().map(|(node, outcome)| (node.index(), outcome.name())));
         let Some(skill) = inside(process).as_any().downcast_ref::<SkillProcess>() else { return };
         let machine = skill.machine();
-        // A fault may have replaced it.
+        // A fault may have replaced its machine.
         if self.machines.iter().any(|(known, _, chart)| *known == id && Arc::ptr_eq(chart, machine.chart())) {
             seen.states.extend(machine.entered().map(|state| (id, state.index())));
             seen.transitions.extend(machine.taken().map(|transition| (id, transition.index())));
@@ -103,7 +103,7 @@ impl Onlooker for Coverage {
 fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {
     let has = |node: NodeId, outcome: Outcome| seen.outcomes.contains(&(node.index(), outcome.name()));
     let answers = |node, status| has(node, Outcome::Answered(status));
-    // A node that is only skipped is not ticked: a script keeps it from that, or all its children are skipped.
+    // A node that is only skipped is not ticked: a script prevents it, or all its children are skipped.
     let is_ticked = |node| {
         has(node, Outcome::Halted)
             || [Status::Running, Status::Success, Status::Failure].iter().any(|status| answers(node, *status))
@@ -132,7 +132,7 @@ fn of_tree(tree: &Tree, seen: &Seen) -> Vec<Unreached> {
     unreached
 }
 
-/// A node in a few words.
+/// A short description of a node.
 fn named(node: &Node) -> String {
     if node.kind().is_leaf() { node.process().to_owned() } else { format!("{} ({})", node.label(), node.id()) }
 }

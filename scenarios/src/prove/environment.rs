@@ -1,5 +1,5 @@
-//! What may happen around tree, skills and components: the drivers of the built-in components, and the world behind
-//! them, as an environment of a proof.
+//! What may happen around the tree, skills and components: the drivers of the built-in components, and the world behind
+//! them, as the environment of a proof.
 
 use std::sync::Arc;
 
@@ -11,21 +11,21 @@ use super::faults::{inside, is_out};
 use super::levels::{Class, FULL, Levels, Micros, Rates};
 use crate::driven::DriverData;
 
-/// The battery, Localization and Navigation of a robot, of which everything may be expected that is assumed of them.
+/// A robot's battery, Localization and Navigation, which may do anything that the assumptions allow.
 #[derive(Clone, Debug)]
 pub(crate) struct RobotEnvironment {
     driven: Vec<ProcessId>,
     battery: Option<Battery>,
     trips: Trips,
-    /// The places that anybody asks for, drives to, or passes.
+    /// The places that some part asks about, drives to, or passes.
     places: Arc<[String]>,
-    /// All places, which Localization knows.
+    /// All places that Localization knows.
     known: Arc<[String]>,
     station: Option<Spot>,
     start: Option<Spot>,
 }
 
-/// A place at which the robot is, by its number.
+/// The number of a place at which the robot may be.
 type Spot = usize;
 
 /// The battery and its driver.
@@ -33,7 +33,7 @@ type Spot = usize;
 pub(crate) struct Battery {
     pub(crate) process: ProcessId,
     pub(crate) levels: Levels,
-    /// What bounds its level; `None` if it may jump.
+    /// The bounds of its level; `None` if it may jump.
     pub(crate) bounds: Option<Bounds>,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Bounds {
     pub(crate) rates: Rates,
     /// The lowest and the highest level at the start.
     pub(crate) start: (Micros, Micros),
-    /// From this level on, it need not be charged at the station.
+    /// From this level on, it may stop charging at the station.
     pub(crate) is_full_from: Micros,
 }
 
@@ -51,10 +51,10 @@ pub(crate) struct Bounds {
 #[derive(Clone, Debug)]
 pub(crate) struct Trips {
     pub(crate) process: Option<ProcessId>,
-    /// A trip ends before this number of ticks have come.
+    /// A trip ends before this number of ticks.
     pub(crate) ticks: Option<i64>,
     pub(crate) may_fail: bool,
-    /// The places at which the robot may be on its way.
+    /// The places that the robot may pass on a trip.
     pub(crate) passes: Vec<Spot>,
 }
 
@@ -66,17 +66,17 @@ pub(crate) struct Ground {
     /// All places.
     pub(crate) known: Vec<String>,
     pub(crate) station: Option<Spot>,
-    /// Where the robot is at the start, if that is one of the places.
+    /// The place of the robot at the start, if it matters.
     pub(crate) start: Option<Spot>,
 }
 
-/// What is remembered from instant to instant.
+/// The state that is remembered from one instant to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
-    /// Whether the drivers have told the processes anything.
+    /// Whether the drivers have told the processes anything yet.
     has_begun: bool,
     at: Option<Spot>,
-    /// How many ticks have come since the trip began, if they are bounded.
+    /// The number of ticks since the trip began, if trips are bounded.
     elapsed: i64,
     /// The battery, if its level is bounded.
     charge: Charge,
@@ -93,14 +93,14 @@ struct Charge {
     since: Since,
 }
 
-/// What a battery has done since the last tick, all the time.
+/// What a battery has done throughout the time since the last tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Since {
     /// It was not charged.
     #[default]
     Drained,
     Charged,
-    /// First one, then the other.
+    /// Both, one after the other.
     Mixed,
 }
 
@@ -123,16 +123,16 @@ impl State {
     }
 }
 
-/// Where a trip stands after a move.
+/// The progress of a trip after a move.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     at: Option<Spot>,
     elapsed: i64,
-    /// The status that Navigation is told, if there is a trip.
+    /// The status reported to Navigation, if there is a trip.
     status: Option<TripStatus>,
 }
 
-/// What the battery's driver tells after a move.
+/// What the battery's driver reports after a move.
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     class: Class,
@@ -157,19 +157,19 @@ impl RobotEnvironment {
         inside(self.outside(driven, id)?).as_any().downcast_ref()
     }
 
-    /// The process, with what a fault has put around it.
+    /// The process, inside any wrapper that a fault has put around it.
     fn outside<'p>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p dyn Process> {
         let index = self.driven.iter().position(|known| Some(*known) == id)?;
         Some(driven[index])
     }
 
-    /// How the trip may go on.
+    /// How the trip may continue.
     fn legs(&self, state: State, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
         let navigation: Option<&Navigation> = self.process(driven, self.trips.process);
         let trip = navigation.and_then(|navigation| Some((navigation.trip_place()?, navigation.trip_status()?)));
         let is_new = navigation.is_some_and(Navigation::has_orders);
         if self.outside(driven, self.trips.process).is_some_and(is_out) {
-            // Nobody commands the base, so it stands still, and orders wait.
+            // Nothing commands the base, so it stands still, and orders wait.
             let is_under_way = matches!(trip, Some((_, TripStatus::Running))) && !is_new;
             let elapsed = if is_under_way { state.elapsed } else { 0 };
             return vec![Leg { at: state.at, elapsed, status: trip.map(|(_, status)| status) }];
@@ -199,7 +199,7 @@ impl RobotEnvironment {
         legs
     }
 
-    /// What the battery's driver may tell.
+    /// What the battery's driver may report.
     fn readings(&self, state: State, leg: Leg, instant: Instant) -> Vec<Option<Reading>> {
         let Some(battery) = &self.battery else { return vec![None] };
         let is_docked = leg.at.is_some() && leg.at == self.station;
@@ -240,7 +240,7 @@ impl RobotEnvironment {
         Move { state: state.encoded(), update, words }
     }
 
-    /// What changes for the processes, in words.
+    /// The changes for the processes, in words.
     fn words(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> String {
         let mut parts = Vec::new();
         let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
@@ -285,14 +285,14 @@ struct Told<'a> {
 }
 
 impl Battery {
-    /// The classes in which the level may be at an instant.
+    /// The possible classes of the level at an instant.
     fn levels_after(&self, bounds: &Bounds, state: State, is_charging: bool, instant: Instant) -> Vec<Class> {
         let Bounds { rates: Rates { drain, charge }, start, .. } = *bounds;
         let Charge { level, at_tick, since, .. } = state.charge;
         if !state.has_begun {
             return (self.levels.class(start.0)..=self.levels.class(start.1)).collect();
         }
-        // What is charged throughout a tick gains at least `charge`.
+        // A battery that is charged throughout a tick gains at least `charge`.
         let gain = if instant == Instant::Tick { charge } else { 0 };
         match (since.and(is_charging), instant) {
             (Since::Drained, _) => self.levels.reached(at_tick, -drain..=0).filter(|class| *class <= level).collect(),
@@ -303,7 +303,7 @@ impl Battery {
 }
 
 impl Since {
-    /// The same, after some more time.
+    /// The same, after more time within the tick.
     pub(super) fn and(self, is_charging: bool) -> Self {
         match (self, is_charging) {
             (Self::Drained, false) => Self::Drained,
@@ -346,7 +346,7 @@ impl Environment for RobotEnvironment {
         moves
     }
 
-    /// Components move when they are asked, or when they have an answer.
+    /// Components move when they receive a request or have an answer to send.
     fn may_stir(&self, _state: &[i64], driven: &[&dyn Process]) -> bool {
         driven.iter().map(|process| inside(*process).as_any()).any(|process| {
             process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)

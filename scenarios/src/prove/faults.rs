@@ -1,4 +1,4 @@
-//! Faults that a proof allows: they begin and end as part of what the environment does.
+//! Faults that a proof allows: the environment decides when they begin and end.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -23,12 +23,12 @@ pub(super) fn of(scenario: &Scenario, system: &ChannelSystem, complaints: &mut C
     allowed.filter_map(|(kind, name)| Switched::named(*kind, name, scenario, system, complaints)).collect()
 }
 
-/// What the faults are, to follow "may begin at any time".
+/// The faults in words, to complete the assumption "At any time, … may begin".
 pub(super) fn in_words(faults: &[Switched]) -> String {
     faults.iter().map(|fault| fault.begins.as_str()).collect::<Vec<_>>().join("; ")
 }
 
-/// Gives a system processes that may fail.
+/// Wraps the processes of a system so that they may fail.
 pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Switched]) {
     for fault in faults.iter().filter(|fault| !matches!(fault.effect, Effect::Machine { .. })) {
         let Some(inner) = system.clone_process(fault.process).filter(|process| impaired(process.as_ref()).is_none())
@@ -41,12 +41,12 @@ pub(super) fn prepare(system: &mut ChannelSystem, faults: &[Switched]) {
     }
 }
 
-/// A process without what [`prepare`] has put around it.
+/// A process without the wrapper from [`prepare`].
 pub(super) fn inside(process: &dyn Process) -> &dyn Process {
     impaired(process).map_or(process, |impaired| impaired.inner.as_ref())
 }
 
-/// Whether a process does nothing, and its driver neither.
+/// Whether neither a process nor its driver does anything.
 pub(super) fn is_out(process: &dyn Process) -> bool {
     impaired(process).is_some_and(|impaired| impaired.is_out)
 }
@@ -55,7 +55,7 @@ fn impaired(process: &dyn Process) -> Option<&Impaired> {
     process.as_any().downcast_ref()
 }
 
-/// A process that can be silent, or say the opposite of what it means.
+/// A process that can fall silent, or say the opposite of what it means.
 #[derive(Clone, Debug)]
 struct Impaired {
     inner: Box<dyn Process>,
@@ -122,12 +122,12 @@ impl Process for Impaired {
     }
 }
 
-/// An environment in which faults may begin and end: at each instant one of them.
+/// An environment in which faults may begin and end, one of them at each instant.
 #[derive(Debug)]
 pub(super) struct WithFaults {
     inner: Arc<dyn Environment>,
     faults: Arc<[Switched]>,
-    /// How many may begin in a run.
+    /// The number of faults that may begin in a run.
     count: u8,
     driven: Vec<ProcessId>,
 }
@@ -153,7 +153,7 @@ pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Change>> {
     run.steps().iter().map(change).collect()
 }
 
-/// What the components of a system have been told last, whatever faults have put around them.
+/// What the components of a system were told last, regardless of the faults around them.
 pub(super) fn told(system: &ChannelSystem) -> DriverData {
     let process = |name| system.clone_process(system.topology().find_process(name)?);
     let processes = [BATTERY_READER, LOCALIZATION, NAVIGATION].map(process);
@@ -217,7 +217,7 @@ impl WithFaults {
             };
             let changed = change.map(|change| (&faults[change.index], change.begins));
             let changed = changed.filter(|(fault, _)| fault.process == id);
-            // What ends has ended when the drivers act, and what begins has not begun.
+            // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
             match process.as_any_mut().downcast_mut::<Impaired>() {
                 Some(impaired) => {
                     let (was_out, of_it) = (impaired.is_out, |effect: fn(&Effect) -> bool| {

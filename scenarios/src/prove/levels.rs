@@ -1,4 +1,4 @@
-//! Levels of a battery, as far as anything can tell them apart.
+//! Levels of a battery, as finely as anything can distinguish them.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -9,18 +9,18 @@ pub(crate) type Micros = i64;
 /// A full battery.
 pub(crate) const FULL: Micros = 100_000_000;
 
-/// More classes than this take longer than anybody waits.
+/// With more classes than this, a search would take too long.
 const MOST: usize = 4000;
 
-/// A level, or a change of one, in percent. `None` if it has more than six decimals, or is beyond every level.
+/// A level, or a change in level, in percent. `None` if it has more than six decimals, or is out of range.
 pub(crate) fn micros(percent: f64) -> Option<Micros> {
     let scaled = percent * 1e6;
     ((scaled - scaled.round()).abs() < 1e-3 && scaled.abs() <= 1e12).then(|| scaled.round() as Micros)
 }
 
-/// A class of levels: one of the levels that something is compared with, or all between two of them.
+/// A class of levels: a level with which something is compared, or all levels between two of those.
 ///
-/// Classes are numbered from the lowest: an even number is that of a point, an odd one that of an open interval.
+/// Classes are numbered from the lowest: points have even numbers, open intervals odd ones.
 pub(crate) type Class = usize;
 
 /// The levels from 0 to 100 %, divided into classes.
@@ -28,24 +28,24 @@ pub(crate) type Class = usize;
 pub(crate) struct Levels {
     /// The points, from 0 to [`FULL`].
     points: Vec<Micros>,
-    /// How far inside its class a representative level may be, at most, in percent.
+    /// The maximum distance of a representative level from the end of its class, in percent.
     inside_pct: f64,
 }
 
 /// How the level changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rates {
-    /// Its loss at most.
+    /// Its maximum loss.
     pub(crate) drain: Micros,
-    /// Its gain at least while it is charged.
+    /// Its minimum gain while it is charged.
     pub(crate) charge: Micros,
 }
 
 impl Levels {
-    /// The classes that these thresholds distinguish, and these other points. `None` if there would be too many.
+    /// The classes given by these thresholds and additional points. `None` if there would be too many.
     ///
-    /// Where the level changes slowly, there are rungs between the thresholds: below each one (and above, if it is
-    /// charged), so that a level gets from one to the next after as many ticks as in reality.
+    /// Where the level changes slowly, there are rungs below each threshold (and above it, if the battery is charged),
+    /// so that a level takes as many ticks from one threshold to the next as in reality.
     pub(crate) fn new(
         thresholds: &BTreeSet<Micros>,
         others: impl IntoIterator<Item = Micros>,
@@ -60,7 +60,7 @@ impl Levels {
         for pair in ends.windows(2) {
             let (low, high) = (pair[0], pair[1]);
             let Some(Rates { drain, charge }) = rates.filter(|_| high <= highest) else { continue };
-            // Nothing is distinguished below the lowest threshold.
+            // Nothing below the lowest threshold is distinguished.
             let drain = if low >= lowest { drain } else { 0 };
             let is_much = |step: Micros| step > 0 && (high - low) / step > MOST as Micros;
             if is_much(drain) || is_much(charge) {
@@ -78,11 +78,11 @@ impl Levels {
         (2 * all.len() <= MOST).then(|| Self { points: all.into_iter().collect(), inside_pct })
     }
 
-    /// The same classes, divided until a class is reached from all levels of another or from none of them. `None` if
-    /// there would be too many.
+    /// The same classes, divided until each class is reached from either all levels of another or none of them. `None`
+    /// if there would be too many.
     ///
-    /// For each point, there are those that are lower by the drain, and higher by the charge, repeatedly. So what the
-    /// level may become in a tick has its ends in the same classes, whichever level of a class it is now.
+    /// Each point is repeatedly shifted down by the drain and up by the charge. So whichever level of a class the
+    /// battery has now, the ends of the range that it may reach within a tick lie in the same classes.
     pub(crate) fn refined(&self, Rates { drain, charge }: Rates) -> Option<Self> {
         let mut all: BTreeSet<Micros> = self.points.iter().copied().collect();
         let mut new = self.points.clone();
@@ -109,12 +109,13 @@ impl Levels {
         }
     }
 
-    /// The lowest and the highest level of a class; that of an interval is only approached.
+    /// The lowest and the highest level of a class. An interval only approaches them.
     pub(super) fn ends(&self, class: Class) -> (Micros, Micros) {
         (self.points[class / 2], self.points[class.div_ceil(2)])
     }
 
-    /// A level that represents the class, in percent: the point, the middle, or one that is near the thresholds.
+    /// A level that represents the class, in percent: the point, the middle of the interval, or a level near the
+    /// thresholds.
     pub(crate) fn level_pct(&self, class: Class) -> f64 {
         let (low, high) = self.ends(class);
         let [low_pct, high_pct] = [low, high].map(|level| level as f64 / 1e6);
@@ -122,13 +123,13 @@ impl Levels {
         if low == 0 { high_pct - inside_pct } else { low_pct + inside_pct }
     }
 
-    /// The classes of which some level is reached from some level of `class` by a change within `change`.
+    /// The classes that contain a level reached from some level of `class` by a change within `change`.
     pub(crate) fn reached(&self, class: Class, change: RangeInclusive<Micros>) -> RangeInclusive<Class> {
         let is_open = class % 2 == 1;
         let (low, high) = self.ends(class);
         let (low, high) = (low + change.start(), high + change.end());
         let at = |level: Micros| self.class(level.clamp(0, FULL));
-        // An end that is only approached lies in the class above, or below.
+        // An end that is only approached lies in the class above or below.
         let lowest = if is_open && (0..FULL).contains(&low) && at(low) % 2 == 0 { at(low) + 1 } else { at(low) };
         let highest = if is_open && (1..=FULL).contains(&high) && at(high) % 2 == 0 { at(high) - 1 } else { at(high) };
         lowest..=highest
@@ -203,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn too_fine_a_drain_is_no_grid() {
+    fn too_fine_a_drain_gives_no_grid() {
         let thresholds = [20_000_000, 30_000_000].into();
         assert_eq!(Levels::new(&thresholds, [], Some(Rates { drain: 1, charge: 0 })), None);
         assert_eq!(micros(0.000_000_1), None);

@@ -1,4 +1,4 @@
-//! Mutants: a scenario with one mistake in a skill or in its tree.
+//! Mutants: scenarios with one mistake in a skill or in the tree.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ enum Change {
 }
 
 impl Mutant {
-    /// The skill in which the mistake is; `None` if it is in the tree.
+    /// The skill with the mistake; `None` if it is in the tree.
     #[must_use]
     pub fn skill(&self) -> Option<&str> {
         match &self.change {
@@ -35,7 +35,7 @@ impl Mutant {
 }
 
 impl Proof {
-    /// All mistakes of one step in the skills, as the fault `skill_mutant` knows them, and in the tree.
+    /// All single-step mistakes in the tree and in the skills; the latter are those of the fault `skill_mutant`.
     ///
     /// # Errors
     /// [`Error::BadInput`] if a machine of a skill cannot be changed.
@@ -55,10 +55,10 @@ impl Proof {
         Ok(mutants)
     }
 
-    /// The same questions about a mutant.
+    /// The proof of the same properties for a mutant.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if the mutant does not fit into the scenario: that is noticed before anything runs.
+    /// [`Error::BadInput`] if the mutant does not fit into the scenario, which is noticed before anything runs.
     pub fn about(&self, mutant: &Mutant) -> Result<Self, Error> {
         let mut scenario = (*self.scenario).clone();
         match &mutant.change {

@@ -1,7 +1,8 @@
-//! A run that was found, with the physics: the environment's moves as settings and faults of the scenario.
+//! A run that was found, simulated with the physics: the environment's moves become settings and faults of the
+//! scenario.
 //!
-//! Levels, damaged messages and other faults happen at the same times as in the run. Where the robot is, and how long
-//! its trips take, is up to the physics, and the order of the messages to the scheduler.
+//! Levels, damaged messages and other faults occur at the same times as in the run. The physics determine where the
+//! robot is and how long its trips take; the scheduler determines the order of messages.
 
 use std::time::Duration;
 
@@ -19,28 +20,28 @@ use crate::live::Live;
 use crate::scenario::{AllowedFault, Found, STEP, Scenario};
 use crate::schedule::quoted;
 
-/// How much longer it may take with the physics.
+/// How much longer the run may take with the physics.
 const LONGER: Duration = Duration::from_secs(60);
 
-/// What the physics show of a run that was found.
+/// What the physics show about a run that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Physical {
     /// The tick at which the property is violated, if it is.
     pub tick: Option<u64>,
     /// The first difference from the run that was found, in words: `at tick 1 the robot is at …`.
     pub difference: Option<String>,
-    /// What came of each property until then.
+    /// The result of each property by then.
     pub outcomes: Vec<(String, Outcome)>,
-    /// What the scenario was changed by, as assignments.
+    /// The changes to the scenario, as assignments.
     pub overrides: Vec<String>,
 }
 
 impl Proof {
-    /// Runs the scenario with its physics, the environment's moves as settings and faults. `None` without a robot:
-    /// there are no physics.
+    /// Runs the scenario with its physics and with the environment's moves as settings and faults. `None` without a
+    /// robot, since there are no physics.
     ///
     /// # Errors
-    /// What is wrong with the scenario when it is run, or why the run cannot continue.
+    /// An error in the scenario that shows only when it runs, or a run that cannot continue.
     pub fn with_physics(
         &self,
         question: &Question,
@@ -94,12 +95,12 @@ impl Proof {
         Ok(ends.map(|end| known[end].clone()).collect())
     }
 
-    /// The moves of the environment as settings and faults.
+    /// The moves of the environment, as settings and faults.
     fn realized(&self, run: &Path, told: &[Option<DriverData>]) -> Vec<String> {
         let topology = self.system.topology();
         let changes = faults::changes(run, &self.faults);
         let mut faults = Vec::new();
-        // When those began that are active.
+        // The times at which the active faults began.
         let mut active: Vec<(usize, Duration)> = Vec::new();
         let (mut now, mut level, mut first) = (Duration::ZERO, None, None);
         let mut steps = run.steps().iter().zip(told).zip(changes).peekable();
@@ -150,7 +151,7 @@ impl Proof {
         faults.extend(active.into_iter().map(|(index, began)| self.as_fault(index, began, None)));
         let mut overrides = vec![format!("faults = [{}]", faults.join(", "))];
         if let Some(first) = first {
-            // Nothing but the faults changes the level.
+            // Only the faults change the level.
             overrides.push(format!("battery.initial_pct = {first}"));
             let rates = ["drain_pct_per_s", "standstill_drain_pct_per_s", "charge_pct_per_s"];
             overrides.extend(rates.map(|rate| format!("battery.{rate} = 0")));
@@ -158,7 +159,7 @@ impl Proof {
         overrides
     }
 
-    /// A fault of the run as one of the catalogue, with its times.
+    /// A fault of the run as one from the catalogue, with its times.
     fn as_fault(&self, index: usize, began: Duration, ended: Option<Duration>) -> String {
         let Switched { kind, name, .. } = &self.faults[index];
         let key = if *kind == AllowedFault::Mutant { "mutant" } else { "component" };
@@ -173,7 +174,7 @@ fn outcomes(live: &Live) -> Vec<(String, Outcome)> {
     live.properties().map(str::to_owned).zip(outcomes).collect()
 }
 
-/// The time at which a fault must begin to be felt at this time, in seconds.
+/// The time, in seconds, at which a fault must begin to take effect at this time.
 fn before(time: Duration) -> f64 {
     time.saturating_sub(STEP).as_secs_f64()
 }
@@ -183,7 +184,7 @@ fn duration(run: &Path) -> Duration {
     waits.sum()
 }
 
-/// What is different with the physics, in words.
+/// The difference with the physics, in words.
 fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
     let place = |place: &Option<String>| place.as_ref().map_or("at no place".to_owned(), |place| format!("at {place}"));
     let trip = |trip: Option<TripStatus>| match trip {

@@ -13,25 +13,28 @@ use crate::error::Complaints;
 use crate::names::unknown;
 use crate::scenario::{BatteryAssumption, ComponentEntry, Passes, Premises, RunsEntry, Scenario};
 
-/// Checks that a scenario's parts can be explored at all.
+/// Checks that all parts of a scenario can be explored.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     let mut complaints = Complaints::default();
     if let Some(model) = &scenario.file.model {
-        let problem = model.path.span.problem("a RoAML model cannot be proved: its properties look into its processes");
+        let problem = model
+            .path
+            .span
+            .problem("a RoAML model cannot be proved: its properties refer to the inside of its processes");
         let help = "run it many times instead: `steward campaign`";
         complaints.push(problem.with_label("this model").with_help(help));
     }
     for ComponentEntry { name, runs, .. } in &scenario.file.components {
         let (what, place) = match runs {
-            RunsEntry::Program { command, .. } => ("is a program, and nobody knows all that it may do", &command.span),
+            RunsEntry::Program { command, .. } => ("is a program, whose possible behavior is unknown", &command.span),
             RunsEntry::Device { settings, .. } if is_of_the_world(settings.value.kind()) => {
-                ("senses and changes the world, which a proof does not have", &settings.span)
+                ("senses and changes the world, which does not exist in a proof", &settings.span)
             }
             RunsEntry::Machine(_) | RunsEntry::Device { .. } => continue,
         };
         let problem = place.problem(format!("the component {} cannot be proved: it {what}", name.value));
         let help = format!(
-            "replace it by a machine that may do whatever it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
+            "replace it by a machine that allows all that it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
             name.value
         );
         complaints.push(problem.with_label("this component").with_help(help));
@@ -40,7 +43,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     let tree = scenario.tree.as_ref().filter(|_| scenario.premises.is_some());
     if let Some(key) = tree.and_then(|tree| of_the_world.into_iter().find(|key| tree.names_entry(key))) {
         let place = &scenario.file.tree.span;
-        let problem = place.problem(format!("the tree reads `{key}`, which depends on physics, and a proof has none"));
+        let problem =
+            place.problem(format!("the tree reads `{key}`, which depends on the physics, and a proof has none"));
         complaints.push(
             problem.with_label("this tree").with_help("prove a tree without nodes that measure speed or distance"),
         );
@@ -48,7 +52,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     complaints.check()
 }
 
-/// Whether the world drives devices of this kind; others depend on messages and time alone.
+/// Whether devices of this kind depend on the world; others depend only on messages and time.
 fn is_of_the_world(kind: DeviceKind) -> bool {
     match kind {
         DeviceKind::Door | DeviceKind::People | DeviceKind::Tray => true,
@@ -56,7 +60,7 @@ fn is_of_the_world(kind: DeviceKind) -> bool {
     }
 }
 
-/// Checks that assumptions apply to something, and do not contradict each other.
+/// Checks that each assumption applies to something, and that they do not contradict each other.
 pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints) {
     let prove = &scenario.file.prove;
     let is_builtin = |name: &str| scenario.premises.is_some() && !scenario.components.contains_key(name);
@@ -64,7 +68,9 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
         if !is_builtin(BATTERY_READER) {
             let problem = drained.place.problem(format!("the component {BATTERY_READER} is from a file"));
             let help = "its machine determines the level; remove `[prove.battery]`";
-            complaints.push(problem.with_label("this is about the level that the built-in one reads").with_help(help));
+            complaints.push(
+                problem.with_label("this section describes the level that the built-in one reads").with_help(help),
+            );
         }
         let has_station = scenario.premises.as_ref().is_some_and(|premises| premises.station.is_some());
         if drained.charge_pct > 0.0 && !has_station {
@@ -82,12 +88,12 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     }
     if !is_builtin(NAVIGATION) && is_builtin(LOCALIZATION) {
         let problem = Problem::new(format!("{NAVIGATION} is from a file, and {LOCALIZATION} is built in"));
-        let help = "a proof cannot know where such a Navigation drives; replace Localization by a machine, too";
+        let help = "a proof cannot know where such a Navigation drives; replace Localization by a machine as well";
         complaints.push(problem.with_help(help));
     }
 }
 
-/// The places that matter: those that somebody asks for, drives to, or passes.
+/// The places that matter: those that some part asks about, drives to, or passes.
 pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
     let Premises { places, start, entry, .. } = scenario.premises.as_ref().expect("only a robot has places");
     let known: Vec<String> = places.iter().map(|(name, _)| name.to_owned()).collect();

@@ -9,7 +9,7 @@ use super::{Answer, Proof, Question, SCHEDULE};
 use crate::live::Live;
 use crate::scenario::{ProofOutcome, Scenario, find};
 
-/// What comes of the first property of `nominal` with these settings. A run that violates it is replayed.
+/// The result for the first property of `nominal` with these settings. A run that violates it is replayed.
 fn outcome(overrides: &[&str]) -> Option<ProofOutcome> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let found = find::find("nominal").expect("it is shipped");
@@ -36,14 +36,14 @@ fn a_longer_trip_drains_the_battery_too_far() {
 }
 
 #[test]
-fn a_free_battery_falls_within_a_tick() {
+fn a_battery_without_bounds_violates_within_a_tick() {
     assert_eq!(outcome(&[&PHI1[..], &["prove={}"]].concat()), Some(ProofOutcome::Violated));
 }
 
-/// What happens when the run is written and followed: in a system without anything around its processes, in which
-/// faults do what those of the catalogue do.
+/// The result of writing the run and following it in a system without wrapped processes, whose faults are those of the
+/// catalogue.
 ///
-/// The text of the schedule, and the events.
+/// Returns the text of the schedule and the events.
 fn followed(proof: &Proof, question: &Question, answer: &Answer, path: &Path) -> (String, Vec<Event>) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = proof.write_run(question, answer, path, folder.path()).expect("room for a run");
@@ -58,7 +58,7 @@ fn followed(proof: &Proof, question: &Question, answer: &Answer, path: &Path) ->
 }
 
 #[test]
-fn the_faults_of_a_proof_are_those_of_the_catalogue() {
+fn the_faults_of_a_proof_match_those_of_the_catalogue() {
     let mistake = "skill_mutant='FollowPath: no transition leaves `following`', count=2";
     let mut seen = Vec::new();
     for (name, property, faults) in [
@@ -71,7 +71,7 @@ fn the_faults_of_a_proof_are_those_of_the_catalogue() {
         let scenario = Scenario::load_for_proof(&found, &set).expect("a sound scenario");
         let proof = Proof::new(Arc::new(scenario), &[property.to_owned()]).expect("it can be proved");
         let question = &proof.questions()[0];
-        // Long runs come across more faults.
+        // Longer runs meet more faults.
         for order in [Order::Breadth, Order::Depth] {
             let limits = Limits { order, ..Limits::default() };
             let answer = proof.prove(question, &limits, &mut |_| {}).expect("it can be explored");

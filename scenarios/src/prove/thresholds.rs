@@ -1,4 +1,4 @@
-//! The levels that anything compares a level with.
+//! The levels with which anything is compared.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::scenario::Scenario;
 /// The field of BatteryReader's answers that holds a level.
 const LEVEL: &str = "level";
 
-/// The levels with which the machines of a scenario compare the battery's.
+/// The levels with which a scenario's machines compare the battery's.
 pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> BTreeSet<Micros> {
     let mut thresholds = BTreeSet::new();
     for (name, skill) in scenario.machine_processes() {
@@ -42,7 +42,7 @@ pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> B
     thresholds
 }
 
-/// Adds the levels with which the monitor of a property compares the battery's.
+/// Adds the levels with which a property's monitor compares the battery's.
 pub(super) fn of_monitor(
     monitor: &dyn Monitor,
     system: &ChannelSystem,
@@ -70,7 +70,7 @@ pub(super) fn of_monitor(
             }
         }),
         (None, Some((graph, _))) => levels.extend(constants(graph)),
-        // The search refuses what it knows nothing of.
+        // The search rejects anything unknown.
         (None, None) => {}
     }
     add(levels, thresholds, complaints);
@@ -83,7 +83,7 @@ fn add(levels: Vec<f64>, thresholds: &mut BTreeSet<Micros>, complaints: &mut Com
             None => {
                 let problem =
                     Problem::new(format!("a level is compared with {level}, which has more than six decimals"));
-                complaints.push(problem.with_help("round it: levels of a proof are exact to six decimals"));
+                complaints.push(problem.with_help("round it: the levels in a proof are exact to six decimals"));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A run that was found, as files: a schedule, and a scenario that follows it.
+//! A run that was found, as files: a schedule, and a scenario that follows the schedule.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -17,16 +17,16 @@ use crate::schedule::{FaultChange, Schedule, quoted};
 
 /// The name of the file with the schedule.
 pub const SCHEDULE: &str = "schedule.toml";
-/// The name of the file with a scenario that violates the property with the physics, too.
+/// The name of the file with the scenario that also violates the property with the physics.
 pub const PHYSICS: &str = "physics.toml";
 /// The name of the file with the scenario.
 pub const COUNTEREXAMPLE: &str = "counterexample.toml";
 
 impl Proof {
-    /// Writes a run that was found as a schedule, and a scenario that follows it; returns the scenario's path.
+    /// Writes a run that was found as a schedule and a scenario that follows it. Returns the scenario's path.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// If a file cannot be written.
     pub fn write_run(&self, question: &Question, answer: &Answer, run: &Run, folder: &Path) -> Result<PathBuf, Error> {
         let told = self.told(answer, run)?;
         let name = &self.scenario.name;
@@ -47,7 +47,7 @@ impl Proof {
         Ok(folder.join(COUNTEREXAMPLE))
     }
 
-    /// What the environment tells in each of its steps.
+    /// What the environment tells the processes in each of its steps.
     pub(super) fn told(&self, answer: &Answer, run: &Run) -> Result<Vec<Option<DriverData>>, Error> {
         let steps = run.steps();
         let mut told = vec![None; steps.len()];
@@ -88,13 +88,13 @@ impl Proof {
         Ok(text)
     }
 
-    /// Writes the scenario with physics in which a property is violated, too.
+    /// Writes the scenario that also violates a property with the physics.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// If a file cannot be written.
     pub fn write_physical(&self, question: &Question, physical: &Physical, folder: &Path) -> Result<(), Error> {
-        let about = format!("{} is violated with the physics, too", question.property);
-        let text = "# The levels and the lost messages of a run that was found, as faults.\n".to_owned();
+        let about = format!("{} is also violated with the physics", question.property);
+        let text = "# The levels and the lost messages of the run that was found, as faults.\n".to_owned();
         let mut text = text + &self.based_on_it(&about, &physical.overrides);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "stop.on_violation = [{}]\nstop.after_s = 0", quoted(&question.property));
@@ -104,14 +104,13 @@ impl Proof {
         Ok(diagnostics::write_whole(&folder.join(PHYSICS), text)?)
     }
 
-    /// The beginning of a scenario that is based on this one, with these further assignments. It expects nothing of the
-    /// world.
+    /// The beginning of a scenario that extends this one with further assignments and expects nothing of the world.
     fn based_on_it(&self, about: &str, more: &[String]) -> String {
         let origin = &self.scenario.origin;
         let argument = Path::new(&origin.argument);
         let here = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let on_disk = argument.is_file().then(|| here(argument));
-        // A path of the command line is meant from the current folder, one in a file from there.
+        // A path on the command line is relative to the current folder, one in a file to the file's folder.
         let folder = match &on_disk {
             Some(file) => file.parent().map(Path::to_owned),
             None => (!origin.overrides.is_empty()).then(|| here(Path::new("."))),
@@ -129,8 +128,8 @@ impl Proof {
     }
 }
 
-/// Assignments of the command line as lines of a file, and `more`; each key once, and of the command line none that the
-/// file sets itself.
+/// The assignments of the command line as lines of a file, followed by `more`. Each key occurs once, and assignments to
+/// keys that the file sets itself are left out.
 fn overridden(overrides: &[String], more: &[String]) -> String {
     let mut lines: Vec<(&str, String)> = Vec::new();
     let all = overrides.iter().map(|text| (text, true)).chain(more.iter().map(|text| (text, false)));

@@ -660,7 +660,7 @@ fn prove() -> Vec<Key> {
         Key::new(
             "prove.battery.drain_pct_per_tick",
             "How far the level falls per tick at most, in percent; it rises only at the charging station. Without it, \
-             the level may jump to anything at any time.",
+             the level may jump to any value at any time.",
             per_tick(),
         ),
         Key::new(

@@ -72,7 +72,7 @@ impl ProofOutcome {
 /// The possible changes of the battery's level.
 #[derive(Clone, Debug)]
 pub enum BatteryAssumption {
-    /// It may jump to anything at any time.
+    /// It may jump to any value at any time.
     Free,
     /// It falls slowly, and rises only at the charging station.
     Drained(Drained),
@@ -264,7 +264,7 @@ fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
         true => Ok(pct),
         false => {
             let problem = span.problem("`drain_pct_per_tick` must lie between 0 and 100").with_label("this value");
-            Err(problem.with_help("0 is a battery that never drains; without the key, its level may jump to anything"))
+            Err(problem.with_help("0 is a battery that never drains; without the key, its level may jump to any value"))
         }
     });
     let drain_pct = drain.optional();
@@ -272,7 +272,7 @@ fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
     let start_pct = table.get::<Range>("start_pct").optional();
     if drain_pct.is_none() && !table.has("drain_pct_per_tick") {
         for (key, span) in table.keys().filter(|(key, _)| ["charge_pct_per_tick", "start_pct"].contains(key)) {
-            let problem = span.problem(format!("`{key}` contradicts a battery whose level may jump to anything"));
+            let problem = span.problem(format!("`{key}` contradicts a battery whose level may jump to any value"));
             let help = "add `drain_pct_per_tick`, which bounds how fast the level falls";
             table.report_missing("drain_pct_per_tick", problem.with_label("this assumption").with_help(help));
         }

@@ -10,7 +10,7 @@ use crate::local::{Local, Step, UNKNOWN};
 use crate::model::Instant;
 use crate::tables::{ENDLESS, Moved};
 
-/// The values of the variable `next`: what comes next. It is `NOTHING` wherever a state is stored.
+/// The values of the variable `next`, which says what comes next. It is `NOTHING` in every stored state.
 const INSTANTS: &str = "#define NOTHING 0\n#define TIMER 1\n#define TICK 2\n#define VIOLATION 3";
 
 impl Writer<'_> {
@@ -68,7 +68,7 @@ impl Writer<'_> {
         lines
     }
 
-    /// The time until the next instant, and which it is.
+    /// Computes the time until the next instant, and whether that is a timer or a tick.
     fn next_instant(&self) -> Vec<String> {
         let mut lines = vec![match self.tables().ticks {
             Some(_) => "span = until_tick; next = TICK".to_owned(),
@@ -100,7 +100,7 @@ impl Writer<'_> {
         lines
     }
 
-    /// What a tick makes of the monitor: where it is before, as a condition, and where afterwards.
+    /// The effect of a tick on the monitor: its state before, as a condition, and its state afterwards.
     fn ticked(&self, which: impl Fn(u32, u32) -> bool) -> impl Iterator<Item = (String, u32)> {
         let monitors = self.semantics.has_monitor.then(|| (0..).zip(self.tables().monitors.iter()));
         let both = monitors.into_iter().flatten().flat_map(|(before, watching)| {
@@ -134,7 +134,8 @@ impl Writer<'_> {
         lines
     }
 
-    /// The moves of the environment while time stands still. In a quiet system, they count if a process can move then.
+    /// The moves of the environment while time stands still. In a quiet system, only those count after which a process
+    /// can move.
     pub(super) fn drives(&mut self, steps: &[Transition]) -> Vec<String> {
         let semantics = self.semantics;
         let mut steps_of: BTreeMap<(usize, u32), Vec<&str>> = BTreeMap::new();
@@ -171,7 +172,7 @@ impl Writer<'_> {
         lines
     }
 
-    /// Whether the environment and the processes that it drives are in these states.
+    /// Whether the environment and its driven processes are in these states.
     fn driven_in(&self, key: &[u32]) -> String {
         let driven = self.tables().driven.iter().map(|process| self.process(*process));
         let variables = std::iter::once(ENVIRONMENT.to_owned()).chain(driven);
@@ -203,7 +204,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Time passes in all processes and for what is held back; then the tick comes if it is due.
+    /// Time passes in all processes and for messages held back; then the tick arrives if it is due.
     fn time_passes(&mut self) -> Vec<String> {
         let semantics = self.semantics;
         let mut lines = Vec::new();

@@ -1,4 +1,4 @@
-//! The transitions of processes, and what the monitor makes of messages.
+//! The transitions of processes, and the effect of messages on the monitor.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub(super) struct Transition {
     pub(super) words: String,
 }
 
-/// By channel and message: the processes that receive it, each in one of its states.
+/// By channel and message: the receiving processes, each in one of its states.
 type Receivers = BTreeMap<(usize, u32), Vec<(usize, u32, Step)>>;
 
 impl Writer<'_> {
@@ -161,7 +161,7 @@ impl Writer<'_> {
         known.map(|(before, after)| (before, after, monitors.get(after).verdict)).collect()
     }
 
-    /// Changes that the monitor observes; none if that decides the property.
+    /// The changes of a step whose message the monitor observes; none in the states in which it decides the property.
     fn observed(&self, channel: usize, content: u32, mut changes: Vec<String>) -> String {
         let after = self.after(channel, content);
         if after.iter().any(|(before, after, verdict)| *verdict == Verdict::Inconclusive && before != after) {

@@ -5,7 +5,7 @@ use crate::Progress;
 use crate::error::Refused;
 
 impl Search<'_> {
-    /// Searches depth first. It remembers from which state each was found, and takes a single thread.
+    /// Searches depth first, on a single thread. It remembers from which state each state was found.
     pub(super) fn run_deep(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
         let mut desk = Desk::default();
         let mut open = vec![(0, 0)];
@@ -22,7 +22,7 @@ impl Search<'_> {
                 self.origins = Some(origins);
                 return Ok(end.unwrap_or(End::Complete));
             }
-            // What was found first is expanded first.
+            // The successor that was found first is expanded first.
             open.extend(new.rev().map(|found| (found, depth + 1)));
             expanded += 1;
             if expanded % BATCH == 0 {

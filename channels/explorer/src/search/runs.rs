@@ -1,4 +1,4 @@
-//! Runs to states that were found, and what is wrong with states once all are known: deadlocks and livelocks.
+//! Runs to states that were found, and deadlocks and livelocks once all states are known.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -7,7 +7,7 @@ use crate::path::{Path, PathStep};
 use crate::semantics::{Fate, Label};
 
 impl Search<'_> {
-    /// A run to a state, and on to one of its successors: a shortest one, of all that there are the first.
+    /// A shortest run to a state and on to one of its successors; if there are several, the first of them.
     pub(super) fn path_to(&self, number: u32, last: Option<u32>) -> Path {
         let mut desk = Desk::default();
         let mut steps: Vec<Vec<PathStep>> = Vec::new();
@@ -21,7 +21,7 @@ impl Search<'_> {
         Path::from(steps.into_iter().rev().flatten().collect::<Vec<_>>())
     }
 
-    /// The first state from which a state was found, and its index among the successors.
+    /// The first state from which a state was found, and the state's index among its successors.
     fn predecessor(&self, target: u32, desk: &mut Desk) -> (u32, usize) {
         let above = match &self.origins {
             Some(origins) => origins[target as usize]..origins[target as usize] + 1,
@@ -70,14 +70,14 @@ impl Search<'_> {
         steps
     }
 
-    /// A deadlock or a livelock, now that all states are known: the state that was found first.
+    /// A deadlock or a livelock, now that all states are known: the one whose state was found first.
     pub(super) fn dead_end(&self) -> Option<End> {
         let bad = |number: u32, kind| End::Bad { from: Some((number, None)), kind };
         let deadlock = self.deadlock().map(|number| bad(number, Bad::Deadlock));
         deadlock.or_else(|| self.livelock().map(|number| bad(number, Bad::Livelock)))
     }
 
-    /// The first state after which no tick is taken any more, however the environment moves.
+    /// The first state after which no tick is ever taken, however the environment moves.
     fn deadlock(&self) -> Option<u32> {
         let mut desk = Desk::default();
         let stuck: HashSet<u32> = self.stuck.iter().copied().collect();
@@ -97,8 +97,8 @@ impl Search<'_> {
         })
     }
 
-    /// The first state on a cycle on which processes communicate and nothing else happens: the smallest number in a
-    /// strongly connected component (Tarjan).
+    /// The first state on a cycle in which processes communicate and nothing else happens: the one with the smallest
+    /// number in a strongly connected component (Tarjan).
     fn livelock(&self) -> Option<u32> {
         let mut desk = Desk::default();
         // When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
@@ -154,7 +154,7 @@ impl Search<'_> {
         successors
     }
 
-    /// A run to a state on a cycle of communications, and once around a shortest one.
+    /// A run to a state on a cycle of communications, and then once around a shortest such cycle.
     pub(super) fn path_around(&self, number: u32) -> Path {
         let mut desk = Desk::default();
         let mut known: HashMap<u32, (u32, usize)> = HashMap::new();
@@ -186,10 +186,10 @@ impl Search<'_> {
 /// A state whose successors are being visited.
 struct Open {
     number: u32,
-    /// When the first state was reached to which there is a way back from here.
+    /// When the earliest reached state was reached to which a path leads back from here.
     lowest: u32,
     rest: Vec<(usize, u32)>,
 }
 
-/// The guarantee about states that were stored.
+/// The invariant about stored states.
 const KNOWN: &str = "what was expanded once is known";
