@@ -81,7 +81,7 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
         recordings if recordings.iter().all(|name| is_recording(Path::new(name))) => {
             if args.seed.is_some() || !args.set.is_empty() {
                 let help = "leave `--seed` and `--set` out, or name a scenario";
-                return Err(Error::refused("what was recorded cannot be changed", help));
+                return Err(Error::refused("a recording cannot be changed", help));
             }
             Cockpit::replay(&recordings.iter().map(PathBuf::from).collect::<Vec<_>>(), port)
         }

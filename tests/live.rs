@@ -165,7 +165,7 @@ fn one_pilot_steers_and_what_is_no_request_is_refused() {
     assert_eq!(hear(&mut viewer, "pilot"), false);
     for onlooker in [&mut second, &mut viewer] {
         onlooker.send(Message::text(r#"{"do":"pause"}"#)).unwrap();
-        assert_eq!(hear(onlooker, "refused"), "somebody else controls this run");
+        assert_eq!(hear(onlooker, "refused"), "somebody else is controlling this run");
     }
     for (request, reason) in [
         ("", "EOF"),
@@ -316,7 +316,7 @@ fn what_was_is_shown_while_a_session_goes_on() {
     let now = was["to"].as_f64().unwrap();
     assert!(now > 7.0, "{now}");
     let fault = json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 12 } });
-    assert_eq!(ask(&mut pilot, &fault)["refused"], "what was cannot be changed; go back to now");
+    assert_eq!(ask(&mut pilot, &fault)["refused"], "the past cannot be changed; go back to now");
     // Steps and ticks are those of the past; the session stays where it is.
     ask(&mut pilot, &json!({ "do": "step" }));
     assert!(is_at(&until(&mut pilot, |known| is_at(&known["time"], 3.02))["to"], now));
@@ -362,7 +362,7 @@ fn a_recording_shows_what_the_run_was_like_at_any_time() {
     assert_eq!(shown["end"]["trace_hash"], report["trace_hash"]);
     let act = json!({ "do": "act", "fault": { "kind": "joypad" } });
     for request in [act, json!({ "do": "save" }), json!({ "do": "end" })] {
-        assert_eq!(ask(&mut pilot, &request)["refused"], "what was recorded cannot be changed");
+        assert_eq!(ask(&mut pilot, &request)["refused"], "a recording cannot be changed");
     }
     for time in [-1.0, 1e300] {
         assert!(ask(&mut pilot, &json!({ "do": "seek", "time": time }))["refused"].is_string());
@@ -422,7 +422,7 @@ fn two_recordings_are_shown_side_by_side() {
     let said = refusal(&["live", paths[0].to_str().unwrap(), "nominal", "--no-open"]);
     assert!(said.contains("only recordings can be shown side by side"), "{said}");
     let said = refusal(&["live", paths[0].to_str().unwrap(), "--no-open", "--seed", "3"]);
-    assert!(said.contains("what was recorded cannot be changed"), "{said}");
+    assert!(said.contains("a recording cannot be changed"), "{said}");
 }
 
 #[cfg(unix)]

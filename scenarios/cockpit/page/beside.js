@@ -1,4 +1,4 @@
-// Several runs side by side: each in a page of its own inside this one, which has the slider for all of them.
+// Several runs side by side: each has its own page inside this one, which has one slider for all of them.
 
 import { element } from './dom.js';
 
@@ -15,7 +15,7 @@ export function beside(count) {
   main.after(element('main', { className: 'beside' }, ...pages));
 }
 
-// A page inside is as high as what it shows, and its keys are keys of the whole.
+// An inner page is as high as its content, and passes its keys to the outer page.
 function join(page) {
   const inside = page.contentDocument;
   new ResizeObserver(() => { page.style.height = `${inside.documentElement.offsetHeight}px`; }).observe(inside.body);

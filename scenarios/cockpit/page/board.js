@@ -1,4 +1,4 @@
-// How many runs of a campaign are done, and what they were like.
+// The progress of a campaign, and its results so far.
 
 import { $, element, notice } from './dom.js';
 import { Link } from './link.js';
@@ -14,7 +14,7 @@ function take(frame) {
   if (frame.over) {
     link.end();
     $('pace').textContent = 'over';
-    notice('The command has ended; its results are where it wrote them.', true);
+    notice('The command has finished and written its results.', true);
   }
 }
 
@@ -23,7 +23,7 @@ function show({ done, all, before, elapsed_s, unexpected, named, tallies }) {
   $('bar').value = done;
   $('done').textContent = `${done} of ${all} runs`;
   const rate = (done - before) / elapsed_s;
-  $('pace').textContent = rate > 0 ? `${rate.toFixed(1)} runs a second, ${words((all - done) / rate)} to go` : '';
+  $('pace').textContent = rate > 0 ? `${rate.toFixed(1)} runs per second,  ${words((all - done) / rate)} to go` : '';
   document.querySelector('table').hidden = !tallies.length;
   $('tallies').replaceChildren(...tallies.map(({ name, happened, of, interval }) => element('tr', {},
     element('th', { scope: 'row', textContent: name }),

@@ -1,4 +1,4 @@
-// What something is that was clicked: its name, and what is known of it, as long as it is shown.
+// What was clicked: its name and what is known about it, updated while it is shown.
 
 import { $, element } from './dom.js';
 
@@ -13,7 +13,7 @@ export class Details {
     this.place.onkeydown = ({ key }) => { if (key === 'Escape') this.close(); };
   }
 
-  // `tell` gives a title and rows of a word and a value; it is asked again with every frame. None closes the panel.
+  // `tell` returns a title and rows of a label and a value. It is called again with every frame; null closes the panel.
   open(tell) {
     this.tell = tell;
     this.shown = '';

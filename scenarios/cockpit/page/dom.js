@@ -1,4 +1,4 @@
-// Small helpers for elements. Texts become text nodes, so nothing that a user names can be markup.
+// Small helpers for elements. Texts become text nodes, so a name that a user chose cannot become markup.
 
 export const $ = id => document.getElementById(id);
 
@@ -18,9 +18,9 @@ export function shape(name, attributes = {}, ...children) {
   return made;
 }
 
-// What the server has drawn: its texts are escaped there, and the page's policy lets no script of it run.
+// Shows what the server has drawn. The server escapes its texts, and the page's policy lets no script in it run.
 export function drawn(place, markup) {
-  // What is drawn again would lose the focus, and be scrolled back.
+  // Drawing it again would lose the focus and the scroll position.
   if (place.firstChild && place.markup === markup) return;
   place.markup = markup;
   place.innerHTML = markup;
@@ -28,7 +28,7 @@ export function drawn(place, markup) {
 
 let hiding;
 
-// Tells the user something for a while.
+// Shows the user a message for a while.
 export function notice(words, lasting = false) {
   const place = $('notice');
   place.textContent = words;

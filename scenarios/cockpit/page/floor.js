@@ -1,4 +1,4 @@
-// The map: what stands on it comes with the greeting, what moves with every frame.
+// The map: what is fixed comes with the greeting, what moves with every frame.
 
 import { $, drawn, shape } from './dom.js';
 import { grip } from './grip.js';
@@ -8,7 +8,7 @@ const LAYERS = ['trail', 'path', 'particles', 'hits', 'bodies', 'robot', 'marks'
 const CLOSEST = 60;
 
 export class Floor {
-  // The hand says what a press on the map does.
+  // `hand` decides what a press on the map does.
   constructor(hand) {
     this.hand = hand;
     this.follows = false;
@@ -67,7 +67,7 @@ export class Floor {
     this.legend.show(this);
   }
 
-  // The way so far, before this page was opened.
+  // The robot's path before this page was opened.
   way(flat) {
     if (this.there) this.trail = this.pairs(flat);
   }
@@ -78,14 +78,14 @@ export class Floor {
     if (!last || Math.hypot(spot[0] - last[0], spot[1] - last[1]) > 3) this.trail.push(spot);
   }
 
-  // Marks the place where something has happened.
+  // Marks the place where something happened.
   mark(words, pose) {
     if (!this.there || !pose) return;
     const [x, y] = this.spot(pose);
     this.layers.marks.append(shape('path', { d: `M${x},${y - 7}l7,12h-14z` }, shape('title', {}, words)));
   }
 
-  // What is at a point: the robot, the body that it belongs to, a place, or the floor.
+  // What is at a point: the robot, a body, a place, or the floor.
   thing(point) {
     if (this.pose && distance(point, this.pose) <= this.radius_m * 1.3) return { is: 'robot', at: this.pose };
     const body = this.bodies?.findLast(body => reaches(body, point));
@@ -94,7 +94,7 @@ export class Floor {
     return place ? { is: 'place', ...place } : { is: 'floor', at: point };
   }
 
-  // Where something would come to stand: the thing itself there, or an arrow from one point to another.
+  // Draws a thing where it would be dropped.
   draft(thing, point) {
     const at = [...point, thing.at[2]];
     this.layers.draft.replaceChildren(thing.is === 'robot' ? this.robot(at, 'true') : this.body({ ...thing, at }));
@@ -182,7 +182,7 @@ function line(spots) {
   return shape('polyline', { points: spots.map(spot => spot.join(',')).join(' ') });
 }
 
-// Many points as one path of short strokes.
+// Many points as one path of zero-length strokes.
 function dots(spots) {
   return shape('path', { d: spots.map(([x, y]) => `M${x},${y}h0`).join('') });
 }
@@ -191,7 +191,7 @@ export function distance(a, b) {
   return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }
 
-// Whether a body is at a point, or so near that a finger means it.
+// Whether a body is at a point, or near enough for a touch.
 function reaches({ at, radius_m, size_m }, point) {
   const near = 0.1;
   if (radius_m) return distance(at, point) <= radius_m + near;
@@ -200,7 +200,7 @@ function reaches({ at, radius_m, size_m }, point) {
   return Math.abs(dx * cos + dy * sin) <= size_m[0] / 2 + near && Math.abs(dy * cos - dx * sin) <= size_m[1] / 2 + near;
 }
 
-// Whether a place covers a point; one without an area is 0.4 m around.
+// Whether a place covers a point. A place without an area counts as a disc with a radius of 0.4 m.
 function covers(corners, point) {
   if (corners.length < 3) return distance(corners[0], point) <= 0.4;
   return corners.filter(([x, y], i) => {

@@ -1,4 +1,5 @@
-// Pointers, wheel and keys on the map. One finger or the mouse pans, drags or aims, as the hand says; two fingers zoom.
+// Pointers, wheel and keys on the map. One finger or the mouse pans, drags or aims, as `hand` decides; two fingers
+// zoom.
 
 const STEP = 0.15;
 

@@ -1,17 +1,17 @@
-// What a person does to the run: battery, clicks on the map, any fault.
+// What a person can do to the run: set the battery, click on the map, inject any fault.
 
 import { $, element } from './dom.js';
 
 // What a click on the map does.
 const TOOLS = [
-  ['look', 'Look', 'A click tells what something is. Drag moves the map, the robot, and what was put on the floor'],
-  ['goal', 'Goal', 'A click sends Navigation there; drag to say where the robot looks then'],
-  ['box', 'Box', 'A click puts a box on the floor'],
-  ['person', 'Person', 'Two clicks let a person walk between them'],
+  ['look', 'Look', 'Click to see what something is. Drag to move the map, the robot, or what you put on the floor'],
+  ['goal', 'Goal', 'Click to send Navigation there; drag to set the final heading'],
+  ['box', 'Box', 'Click to put a box on the floor'],
+  ['person', 'Person', 'Click twice to let a person walk between the two points'],
 ];
 
 export class Hand {
-  // `acts` says whether something can be done now; `ask` shows what a thing on the map is.
+  // `acts` says whether the user can act now; `ask` shows what a thing on the map is.
   constructor(link, acts, ask) {
     Object.assign(this, { link, acts, ask });
     this.lasting = [];
@@ -56,7 +56,7 @@ export class Hand {
     });
   }
 
-  // Whether a press on the map aims: from a point, to where something looks.
+  // Whether a press on the map sets a point, and dragging from there a heading.
   aims() {
     return this.acts() && (this.picking ? this.picking.takes === 'pose' : this.tool === 'goal');
   }
@@ -67,12 +67,12 @@ export class Hand {
     return thing.is === 'robot' || thing.is === 'body' && Boolean(this.placed(thing.name));
   }
 
-  // What lasts that has put this on the floor.
+  // The lasting act that put this body on the floor.
   placed(body) {
     return this.lasting.find(({ name, fault, bodies }) => name && fault.at && bodies.includes(body));
   }
 
-  // A goal at a point; `to` is where the robot looks then, if that was said, else the way it comes.
+  // Sends the robot to a point. There it faces `to`, if given; otherwise it faces away from where it is now.
   goal(at, to, pose) {
     const looks = to ? [at, to] : [pose ?? at, at];
     const [dx, dy] = [0, 1].map(axis => looks[1][axis] - looks[0][axis]);
@@ -81,7 +81,7 @@ export class Hand {
     else this.link.act('operator_goal', { to: [...at, heading] });
   }
 
-  // A thing was dragged to a point.
+  // Called when a thing was dragged to a point.
   moved(thing, to) {
     if (thing.is === 'robot') {
       return this.link.act('kidnap', { to: [...to, Math.round(thing.at[2] * 180 / Math.PI)] });
@@ -95,7 +95,7 @@ export class Hand {
     return this.link.act(kind, parameters, name);
   }
 
-  // A click on a thing of the map.
+  // Called when a thing on the map was clicked.
   clicked(point, thing) {
     if (!this.acts()) return this.ask(thing);
     if (this.picking) return this.pick(point);
@@ -106,7 +106,7 @@ export class Hand {
     this.first = this.first ? null : point;
   }
 
-  // Writes a point of the map into the form.
+  // Writes a point on the map into the form.
   pick(value) {
     const { input, button, takes } = this.picking;
     const before = takes === 'points' ? JSON.parse(input.value || '[]') : [];

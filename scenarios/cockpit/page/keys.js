@@ -1,4 +1,4 @@
-// Velocities from the joypad on the page, the arrow keys and gamepads. One act at a time holds; the next takes its place.
+// Velocities from the joypad on the page, the arrow keys and gamepads. A new command replaces the previous one.
 
 import { $ } from './dom.js';
 

@@ -1,4 +1,4 @@
-// What the signs on the map mean: only those that are there.
+// What the signs on the map mean: only those that are visible.
 
 import { element, shape } from './dom.js';
 
@@ -11,12 +11,12 @@ const holds = (layer, what) => floor => floor.layers[layer].querySelector(what);
 
 // The layer of the sign, what it means, how it is drawn, and whether it is on a map.
 const SIGNS = [
-  ['robot', 'robot, and where it looks', () => [robot('true')], floor => floor.pose],
-  ['robot', 'where it believes to be', () => [robot('estimate')], floor => floor.estimate],
+  ['robot', 'robot and its heading', () => [robot('true')], floor => floor.pose],
+  ['robot', 'where it believes it is', () => [robot('estimate')], floor => floor.estimate],
   ['particles', 'where it may be', () => [dots('M8,6h0M15,12h0M20,7h0')], holds('particles', '[d*=M]')],
   ['hits', 'what the lasers see', () => [dots('M6,9h0M14,9h0M22,9h0')], holds('hits', '[d*=M]')],
-  ['path', 'path that it follows', () => [stroke()], holds('path', '[points*=","]')],
-  ['trail', 'way so far', () => [stroke()], floor => floor.trail.length > 1],
+  ['path', 'planned path', () => [stroke()], holds('path', '[points*=","]')],
+  ['trail', 'path so far', () => [stroke()], floor => floor.trail.length > 1],
   ['bodies', 'person (round), box or door', () => [circle(7, 5), box(15)], floor => floor.bodies.length],
   ['bodies', 'can be dragged', () => [box(8, 'held')], holds('bodies', '.held')],
   ['marks', 'fault or violation', () => [dots('M14,2l7,12h-14z')], holds('marks', 'path')],

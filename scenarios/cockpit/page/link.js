@@ -1,12 +1,12 @@
-// The socket to the run: frames come, requests go, each with its answer.
+// The socket to the run: receives frames, and sends requests, each with an answer.
 
 import { notice } from './dom.js';
 
-// The token, and which of several runs this page is for.
+// The token, and which of several runs this page shows.
 const access = new URLSearchParams(location.search);
 
 export class Link {
-  // `take` gets every frame.
+  // `take` is called with every frame.
   constructor(take) {
     this.take = take;
     this.waiting = [];
@@ -22,12 +22,12 @@ export class Link {
     this.socket.onopen = () => notice('');
     this.socket.onclose = () => {
       this.waiting = [];
-      notice('The connection to the run is lost. Is `steward live` still running?', true);
+      notice('Lost the connection to the run. Is `steward live` still running?', true);
       setTimeout(() => this.connect(), 1000);
     };
   }
 
-  // There will be no more.
+  // Call it when there will be no more frames.
   end() {
     this.socket.onclose = null;
   }
@@ -50,7 +50,7 @@ export class Link {
     return new Promise(answered => this.waiting.push(answered));
   }
 
-  // Does something now; `name` is to release it by.
+  // Performs an act now; `name` identifies it for `release`.
   act(kind, parameters, name = '') {
     return this.ask('act', { fault: { kind, ...parameters }, name });
   }

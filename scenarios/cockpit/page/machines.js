@@ -20,7 +20,7 @@ export class Machines {
     this.all = new Map(machines.map(machine => [machine.process, { ...machine, ...this.figure(machine) }]));
     const option = (value, textContent) => element('option', { value, textContent });
     const names = [...this.all.keys()].map(name => option(name, name));
-    this.choice.replaceChildren(option('', 'those that are busy'), ...names);
+    this.choice.replaceChildren(option('', 'the active ones'), ...names);
     this.choice.closest('label').hidden = !machines.length;
     this.place.replaceChildren(...[...this.all.values()].map(({ figure }) => figure));
   }
@@ -57,7 +57,7 @@ export class Machines {
     return element('tr', {}, element('th', { scope: 'row' }, button), now);
   }
 
-  // Lights the active states of a machine, and those around them.
+  // Highlights the active states of a machine and the states around them.
   light({ states, picture, state }, location) {
     const active = activeIn(states, location);
     for (const part of picture.querySelectorAll('[data-state]')) {
@@ -66,7 +66,7 @@ export class Machines {
     state.textContent = location ? `is in ${location}` : '';
   }
 
-  // Shows the chosen machine, or those of the leaves that are running.
+  // Shows the chosen machine, or the machines of the running leaves.
   choose() {
     const chosen = this.choice.value;
     for (const [name, { figure }] of this.all) figure.hidden = chosen ? name !== chosen : !this.running?.includes(name);
@@ -87,7 +87,7 @@ export class Machines {
   }
 }
 
-// The active states of a machine, by their indices, with those around them.
+// The indices of a machine's active states and of the states around them.
 function activeIn(states, location) {
   const [names, active] = [(location ?? '').split(', '), new Set()];
   states.forEach(({ name }, place) => {

@@ -1,4 +1,4 @@
-// The cockpit: shows what the run tells, and asks it for what the pilot does.
+// The cockpit: shows the run, and sends it what the pilot does.
 
 import { $, drawn, element, notice } from './dom.js';
 import { beside } from './beside.js';
@@ -15,7 +15,7 @@ import { Tree } from './tree.js';
 
 const link = new Link(take);
 const transport = new Transport(link);
-// Whether something can be done to the run: by the pilot, now.
+// Whether the user can act on the run: only the pilot can, and only in the present.
 const acts = () => transport.steers && !recorded && !past;
 const hand = new Hand(link, acts, thing => details.open(about(thing, floor, hand, () => latest)));
 const floor = new Floor(hand);
@@ -32,7 +32,7 @@ let latest = {};
 new Joypad({ ask: (...request) => transport.steers && !recorded ? link.ask(...request) : Promise.resolve(null),
              act: (...request) => acts() ? link.act(...request) : Promise.resolve(null) });
 
-// A run beside others has the slider of the page around it.
+// A run beside others uses the slider of the outer page.
 document.body.classList.toggle('side', new URLSearchParams(location.search).has('side'));
 
 function take(frame) {

@@ -1,4 +1,4 @@
-// The latest messages as a sequence chart: a column for each process that takes part, time downwards.
+// The latest messages as a sequence chart: one column per process, with time running down.
 
 import { $, element, shape } from './dom.js';
 
@@ -31,7 +31,7 @@ export class Messages {
     this.draw();
   }
 
-  // Offers processes and channels to choose from, as they appear.
+  // Adds new processes and channels to the filter.
   offer(messages) {
     const before = this.names.size;
     for (const [, , from, to] of messages) for (const name of [from, to, `${from} → ${to}`]) this.names.add(name);
@@ -47,7 +47,7 @@ export class Messages {
     this.between.value = chosen;
   }
 
-  // Shows only the messages of a process, or again all.
+  // Shows only the messages of one process, or all of them again.
   only(name) {
     this.between.value = this.between.value === name ? '' : name;
     this.draw();
@@ -72,7 +72,7 @@ export class Messages {
     const head = shape('svg', { width, height: HEAD, class: 'head', 'aria-hidden': 'true' });
     const svg = shape('svg', { width, height, role: 'img', 'aria-label': 'The latest messages' });
     for (const name of names) {
-      const title = shape('title', {}, `${name}: click to see only its messages`);
+      const title = shape('title', {}, `${name}: click to show only its messages`);
       const text = shape('text', { x: x(name), y: 16, class: 'name', 'data-process': name }, short(name, gap), title);
       head.append(text);
       svg.append(shape('line', { x1: x(name), x2: x(name), y1: 0, y2: height, class: 'life' }));
@@ -99,7 +99,7 @@ function about([step, tick, from, to, text]) {
   return () => [`${from} → ${to}`, rows];
 }
 
-// As much of a text as fits.
+// A text, cut off where the room ends.
 function short(text, room) {
   const letters = Math.max(6, Math.floor(room / 7));
   return text.length > letters ? `${text.slice(0, letters - 1)}…` : text;

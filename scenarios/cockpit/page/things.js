@@ -1,17 +1,17 @@
-// What there is to say of things on the map.
+// What the details panel says about things on the map.
 
 import { degrees, metres, point } from './details.js';
 import { distance, extent } from './floor.js';
 
-// Tells of a thing that `floor` shows now, with what the hand and the latest frame know of it.
+// Describes a thing that `floor` shows now, with what `hand` and the latest frame know about it.
 export function about(thing, floor, hand, frame) {
   const away = at => floor.pose ? metres(distance(at, floor.pose)) : null;
   switch (thing.is) {
     case 'robot': return () => ['Robot', [
       ['position', floor.pose && point(floor.pose)],
       ['heading', floor.pose && degrees(floor.pose[2])],
-      ['believes to be at', floor.estimate && `${point(floor.estimate)}, ${degrees(floor.estimate[2])}`],
-      ['error of that', floor.pose && floor.estimate && metres(distance(floor.pose, floor.estimate))],
+      ['believes it is at', floor.estimate && `${point(floor.estimate)}, ${degrees(floor.estimate[2])}`],
+      ['localization error', floor.pose && floor.estimate && metres(distance(floor.pose, floor.estimate))],
       ['radius', metres(floor.radius_m)],
       ['battery', charge(frame().battery)],
       ['navigation', frame().navigation],

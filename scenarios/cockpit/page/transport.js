@@ -1,4 +1,4 @@
-// The pace of what is shown: hold, go on, steps, speed, and the slider over what was recorded.
+// Controls playback: pause, resume, step, speed, and the slider over what was recorded.
 
 import { $ } from './dom.js';
 
@@ -15,7 +15,7 @@ export class Transport {
     addEventListener('keydown', event => this.key(event));
   }
 
-  // `at` is the moment that is shown, `past` whether it is another than the newest, `grows` whether there will be more.
+  // `at` is the moment shown, `past` whether it is before the newest, `grows` whether there will be more.
   show({ at, to, paused, past, grows, speed, end }) {
     this.paused = paused;
     $('go').textContent = paused ? 'Go' : 'Pause';
@@ -32,7 +32,7 @@ export class Transport {
     document.body.classList.toggle('past', past);
   }
 
-  // One request at a time; the latest place of the slider counts.
+  // Sends one request at a time; only the slider's latest position counts.
   async seek() {
     const busy = this.sought;
     this.sought = true;

@@ -1,4 +1,4 @@
-// The behavior tree, each node with what it did last.
+// The behavior tree, each node with its last outcome.
 
 import { $, drawn } from './dom.js';
 
@@ -29,7 +29,7 @@ export class Tree {
       ['kind', kind === 'leaf' ? 'a leaf' : kind],
       ['last answer', this.outcomes[number]],
       ['skill is in', this.locations[name]],
-      ['below', parent == null ? 'nothing: it is the root' : this.nodes[parent].name],
+      ['below', parent == null ? 'nothing (this is the root)' : this.nodes[parent].name],
       ['children', children.join(', ')],
     ]];
   }

@@ -1,4 +1,4 @@
-//! The progress of many runs in browsers.
+//! The progress of many runs, shown in browsers.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,25 +9,25 @@ use crate::clock::{FRAME, now};
 use crate::outlet::Outlet;
 use crate::server::{Cockpit, Error};
 
-/// So many of the latest runs that were not as expected are named.
+/// How many of the latest unexpected runs are named.
 const NAMED: usize = 50;
-/// Browsers have so long to hear that it is over.
+/// How long browsers have to learn that it is over.
 const FAREWELL: Duration = Duration::from_secs(10);
 
-/// How often something has happened.
+/// How often something happened.
 #[derive(Clone, Debug)]
 pub struct Tally {
-    /// What: the name of a property.
+    /// The name of the property.
     pub name: String,
     /// In how many runs it happened.
     pub happened: u64,
-    /// Of how many.
+    /// The number of runs counted.
     pub of: u64,
-    /// Between which probabilities that leaves it, with 95 % confidence, if that is known.
+    /// The 95 % confidence interval of its probability, if that is known.
     pub interval: Option<[f64; 2]>,
 }
 
-/// A page that shows how many runs are done, and what they were like. Nobody can steer anything there.
+/// A page that shows the progress of many runs and their results so far. Nobody can control anything there.
 pub struct Board {
     cockpit: Cockpit,
     outlet: Outlet,
@@ -37,24 +37,23 @@ pub struct Board {
 struct Told {
     begun: Instant,
     last: Option<Instant>,
-    /// How many runs were done before.
+    /// How many runs were already done at the start.
     before: u64,
     unexpected: u64,
     named: Vec<String>,
 }
 
 impl Board {
-    /// Listens on the loopback address at this port, or at any for 0, and serves the page for as long as the program
-    /// runs.
+    /// Listens on the loopback address at this port (0 for any free port), and serves the page until the program ends.
     ///
     /// # Errors
-    /// If that port cannot be had.
+    /// If the port is not available.
     pub fn open(title: &str, port: u16) -> Result<Self, Error> {
         let outlet = Outlet::new();
         outlet.greet(&json!({ "greeting": { "title": title } }));
         let cockpit = Cockpit::board(outlet.clone(), port)?;
         let served = cockpit.clone();
-        // Runs go on without a page.
+        // The runs go on even if the page cannot be served.
         std::thread::spawn(move || drop(served.serve()));
         let told = Told { begun: now(), last: None, before: 0, unexpected: 0, named: Vec::new() };
         Ok(Self { cockpit, outlet, told: Mutex::new(told) })
@@ -66,12 +65,12 @@ impl Board {
         self.cockpit.address_for_viewers()
     }
 
-    /// Takes in that so many of all runs are done. `unexpected` names the latest if it was not as expected; `tallies`
-    /// are asked for if browsers are to be told.
+    /// Shows that `done` of `all` runs are done. `unexpected` names the latest run if it was not as expected; `tallies`
+    /// is called only if browsers get an update.
     pub fn show(&self, done: u64, all: u64, unexpected: Option<String>, tallies: impl FnOnce() -> Vec<Tally>) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if told.last.is_none() {
-            // Runs of earlier sittings say nothing of how fast this one is.
+            // Runs from before an interruption say nothing about the present speed.
             (told.begun, told.before) = (now(), done);
         }
         if let Some(name) = unexpected {
@@ -95,7 +94,7 @@ impl Board {
         }
     }
 
-    /// Tells browsers that there will be no more, and waits a moment until they know.
+    /// Tells browsers that the runs are over, and waits a moment until they know.
     pub fn finish(self) {
         self.outlet.tell(Map::from_iter([("over".to_owned(), true.into())]));
         self.outlet.close();

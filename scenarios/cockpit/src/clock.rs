@@ -1,4 +1,4 @@
-//! How fast a run is shown, by the clock on the wall.
+//! How fast a run is shown, by the wall clock.
 
 use std::time::{Duration, Instant};
 
@@ -6,18 +6,18 @@ use crate::command::Command;
 
 /// Time between frames.
 pub(crate) const FRAME: Duration = Duration::from_millis(40);
-/// What "as fast as possible" means for what is recorded.
+/// What "as fast as possible" means for recordings.
 const FASTEST: f64 = 1000.0;
-/// What is further behind goes on from where it is instead of running after the clock.
+/// A run further behind than this goes on from where it is instead of catching up.
 const BEHIND: Duration = Duration::from_millis(200);
 
 /// How a run goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pace {
     Paused,
-    /// To the next step.
+    /// Up to the next step.
     Step,
-    /// To the tick with this number.
+    /// Up to the tick with this number.
     Tick(u64),
     Running,
 }
@@ -25,19 +25,19 @@ enum Pace {
 /// The pace of a run.
 pub(crate) struct Clock {
     pace: Pace,
-    /// How many times faster than time passes; none as fast as possible.
+    /// A multiple of real time; none for as fast as possible.
     speed: Option<f64>,
-    /// When the run was where it was.
+    /// A wall-clock time, and where the run was then.
     since: (Instant, Duration),
 }
 
 impl Clock {
-    /// The clock of a run that goes on from `time` as time passes.
+    /// The clock of a run that goes on from `time` in real time.
     pub(crate) fn running(time: Duration) -> Self {
         Self { pace: Pace::Running, speed: Some(1.0), since: (now(), time) }
     }
 
-    /// The same clock for a run that is held at `time`.
+    /// The same clock for a run that is paused at `time`.
     pub(crate) fn held(&self, time: Duration) -> Self {
         Self { pace: Pace::Paused, since: (now(), time), ..*self }
     }
@@ -47,7 +47,7 @@ impl Clock {
         Self { since: (now(), time), ..*self }
     }
 
-    /// Does what is asked for, if it is about the pace of a run that is here; says whether it is.
+    /// Obeys the command if it is about the pace, for a run that is at `time`. Returns whether it is.
     pub(crate) fn obey(&mut self, command: &Command, time: Duration, ticks: u64) -> bool {
         match command {
             Command::Pause => self.pace = Pace::Paused,
@@ -77,7 +77,7 @@ impl Clock {
         self.speed
     }
 
-    /// Whether a run with so many ticks may go on to its next step, which is at `next`.
+    /// Whether a run that has generated `ticks` ticks may go on to its next step, which is at `next`.
     pub(crate) fn allows(&self, next: Duration, ticks: u64) -> bool {
         match self.pace {
             Pace::Paused => false,
@@ -87,27 +87,27 @@ impl Clock {
         }
     }
 
-    /// Takes in that a step has been made, and so many ticks have been generated.
+    /// Records that a step was made, and how many ticks have been generated.
     pub(crate) fn stepped(&mut self, ticks: u64) {
         if self.pace == Pace::Step || matches!(self.pace, Pace::Tick(tick) if ticks >= tick) {
             self.pace = Pace::Paused;
         }
     }
 
-    /// Takes in where the run has come to.
+    /// Records how far the run is.
     pub(crate) fn arrive(&mut self, time: Duration) {
         if self.target() > time + BEHIND {
             self.since = (now(), time);
         }
     }
 
-    /// Where a run that goes on ought to be now.
+    /// Where the run ought to be now if it goes on.
     pub(crate) fn target(&self) -> Duration {
         let (at, time) = self.since;
         time + at.elapsed().mul_f64(self.speed.unwrap_or(FASTEST))
     }
 
-    /// How long it takes until a step at `next` is due; at most `most`.
+    /// The time until a step at `next` is due, at most `most`.
     pub(crate) fn wait(&self, next: Duration, most: Duration) -> Duration {
         match (self.pace, self.speed) {
             (Pace::Paused, _) => most,
@@ -117,7 +117,7 @@ impl Clock {
     }
 }
 
-/// The time on the clock, which paces what is shown and enters no run.
+/// The wall-clock time, which paces what is shown and never enters a run.
 #[expect(clippy::disallowed_methods, reason = "what is shown to a person keeps pace with the clock")]
 pub(crate) fn now() -> Instant {
     Instant::now()

@@ -1,4 +1,4 @@
-//! What the page asks for, as JSON.
+//! The page's requests, as JSON.
 
 use serde::Deserialize;
 
@@ -6,52 +6,52 @@ use serde::Deserialize;
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Command {
-    /// Holds the run.
+    /// Pauses the run.
     Pause,
-    /// Lets it go on.
+    /// Resumes the run.
     Resume,
-    /// Performs one step and then holds.
+    /// Performs one step, then pauses.
     Step,
-    /// Goes on to the next tick and then holds.
+    /// Goes on to the next tick, then pauses.
     Tick,
-    /// Runs so many times faster than time passes; as fast as possible without a number.
+    /// Runs at this multiple of real time, or as fast as possible if there is no number.
     Speed {
-        /// From 0.1 on.
+        /// At least 0.1.
         times: Option<f64>,
     },
-    /// Shows what was at a time.
+    /// Shows the run as it was at a time.
     Seek {
         /// Since the start of the run, in seconds.
         time: f64,
     },
-    /// Shows again what is now.
+    /// Shows the present again.
     Now,
-    /// Does something: a fault without trigger.
+    /// Performs an act: a fault without a trigger.
     Act {
         /// The entry of the fault.
         fault: toml::Table,
-        /// What the page calls it. It takes the place of what lasts under the same name.
+        /// The page's name for it. It replaces the lasting act of the same name.
         #[serde(default)]
         name: String,
     },
-    /// Ends what was done, by the name that the page gave to it.
+    /// Ends an act, by the name that the page gave it.
     Release {
         /// The name.
         name: String,
     },
-    /// Asks for the scenario that repeats the session.
+    /// Asks for a scenario that repeats the session.
     Save,
     /// Ends the run.
     End,
 }
 
 impl Command {
-    /// Whether it is about how fast the run goes.
+    /// Whether it is about the pace of the run.
     pub(crate) fn is_of_pace(&self) -> bool {
         matches!(self, Self::Pause | Self::Resume | Self::Step | Self::Tick | Self::Speed { .. })
     }
 
-    /// Reads a request; the reason if it is none.
+    /// Reads a request. The error is in words.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }

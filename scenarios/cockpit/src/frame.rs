@@ -1,4 +1,4 @@
-//! What the page gets, as JSON: a greeting with what does not change, then a frame again and again.
+//! What the page gets, as JSON: a greeting with what does not change, then one frame after another.
 
 use std::time::Duration;
 
@@ -13,12 +13,12 @@ use serde_json::{Value, json};
 use crate::moment::Moment;
 use crate::things;
 
-/// Particles beyond this do not improve the picture.
+/// More particles than this do not improve the picture.
 const MAX_PARTICLES: usize = 200;
-/// So many of the latest happenings are shown.
+/// How many of the latest happenings are shown.
 pub(crate) const HAPPENINGS: usize = 400;
 
-/// What does not change in a run; `file` is the recording that it comes from, if it is not going on here.
+/// What does not change in a run. `file` is the recording that it comes from, if any.
 pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
     let header = view.header();
     let floor = live::floor(view).map(|floor| json!({ "svg": floor.svg, "size": floor.size, "origin": floor.origin }));
@@ -40,7 +40,7 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
     })
 }
 
-/// A kind of fault, with what its form asks for.
+/// A kind of fault, with the fields of its form.
 fn fault_kind(kind: &FaultKind) -> Value {
     let parameters = kind.parameters.iter().map(|parameter| {
         let (takes, range) = match parameter.domain {
@@ -73,7 +73,7 @@ fn fault_kind(kind: &FaultKind) -> Value {
     })
 }
 
-/// Something that has happened.
+/// Something that happened.
 pub(crate) struct Happened {
     pub(crate) time: Duration,
     kind: &'static str,
@@ -83,7 +83,7 @@ pub(crate) struct Happened {
 }
 
 impl Happened {
-    /// A happening of the last step, if people are told of it.
+    /// A happening of the last step, if it is shown to people.
     pub(crate) fn of(happening: &Happening, view: &RunView) -> Option<Self> {
         let (kind, words) = words(happening, view)?;
         Some(Self { time: view.time(), kind, words, place: view.robot().pose() })
@@ -100,16 +100,16 @@ impl Happened {
 pub(crate) struct News {
     messages: Vec<Value>,
     happenings: Vec<Value>,
-    /// Whether this is all that there is to tell, instead of what is to be added.
+    /// Whether this replaces what the page has, instead of adding to it.
     anew: bool,
     /// Whether tree, skills, components or monitors may have changed.
     stirred: bool,
-    /// Whether a verdict has fallen.
+    /// Whether a monitor has given its verdict.
     pub(crate) decided: bool,
 }
 
 impl News {
-    /// Everything that there is to tell of a moment.
+    /// Everything that the page shows of a moment.
     pub(crate) fn anew(moment: &Moment, happened: &[Happened]) -> Self {
         let topology = moment.view.topology();
         let latest = &happened[happened.len().saturating_sub(HAPPENINGS)..];
@@ -122,7 +122,7 @@ impl News {
         }
     }
 
-    /// Takes in the last step.
+    /// Adds the last step.
     pub(crate) fn note(&mut self, view: &RunView) {
         self.stirred |= !view.events().is_empty();
         self.messages.extend(view.events().iter().filter_map(|event| message(event, view.topology())));
@@ -133,14 +133,14 @@ impl News {
     }
 }
 
-/// A message that was received: step, tick, sender, receiver, and what it says.
+/// A message that was received: step, tick, sender, receiver, and content.
 fn message(event: &Event, topology: &Topology) -> Option<Value> {
     let EventKind::Received { channel, message } = &event.kind else { return None };
     let (from, to) = topology.ends(*channel);
     Some(json!([event.step, event.tick, from, to, message.to_string()]))
 }
 
-/// What has happened, in words, with the kind of happening.
+/// The kind of happening, and what happened in words.
 fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)> {
     let fault = |index: usize| view.header().faults[index].words.clone();
     Some(match happening {
@@ -167,7 +167,7 @@ fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)
     })
 }
 
-/// The state of the run: small, in every frame.
+/// The state of the run: small, and part of every frame.
 pub(crate) fn state(view: &RunView, news: News) -> Value {
     let robot = view.robot();
     let truth = robot.truth.map(|truth| pose(&truth.pose));
@@ -244,7 +244,7 @@ fn flat<'p>(points: impl Iterator<Item = &'p Point>) -> Vec<f64> {
     points.flat_map(|point| [rounded(point.x), rounded(point.y)]).collect()
 }
 
-/// To millimetres: nobody sees more.
+/// Rounds to millimetres: nobody sees more.
 fn rounded(number: f64) -> f64 {
     (number * 1000.0).round() / 1000.0
 }

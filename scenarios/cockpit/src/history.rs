@@ -1,4 +1,4 @@
-//! A run so far: it can be shown as it was at any time.
+//! A run so far, which can be shown as it was at any time.
 
 use std::io;
 use std::time::Duration;
@@ -9,15 +9,15 @@ use reports::timeline::Timeline;
 use crate::frame::Happened;
 use crate::moment::Moment;
 
-/// Time between scenes that are kept.
+/// Time between the scenes that are kept.
 const SCENES: Duration = Duration::from_millis(500);
-/// The memory has at most so many moments from which the tape is played.
+/// The most moments in memory from which the tape can be played.
 const MARKS: usize = 48;
 
 /// A moment from which the tape can be played.
 struct Mark {
     moment: Moment,
-    /// The chunk of the tape that comes next.
+    /// The next chunk of the tape.
     chunk: usize,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct History {
     happened: Vec<Happened>,
     tape: Tape,
     marks: Vec<Mark>,
-    /// A moment is kept after so many chunks.
+    /// How many chunks there are between the moments kept.
     spacing: usize,
     next_scene: Duration,
 }
@@ -37,7 +37,7 @@ impl History {
     /// A run at its start.
     ///
     /// # Errors
-    /// If there can be no temporary file.
+    /// If no temporary file can be made.
     pub(crate) fn begin(start: RunView) -> io::Result<Self> {
         let newest = Moment::start(start);
         Ok(Self {
@@ -51,10 +51,10 @@ impl History {
         })
     }
 
-    /// Takes in the next record.
+    /// Adds the next record.
     ///
     /// # Errors
-    /// If it does not fit, or cannot be kept.
+    /// If it does not fit, or cannot be stored.
     pub(crate) fn push(&mut self, mut record: Record) -> io::Result<()> {
         self.newest.apply(record.clone()).map_err(io::Error::other)?;
         let view = &self.newest.view;
@@ -87,17 +87,17 @@ impl History {
         &self.newest
     }
 
-    /// What there is to tell of the whole run.
+    /// The timeline of the whole run.
     pub(crate) fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
-    /// What has happened until a time.
+    /// What happened up to a time.
     pub(crate) fn happened(&self, until: Duration) -> &[Happened] {
         &self.happened[..self.happened.partition_point(|happened| happened.time <= until)]
     }
 
-    /// A player for a time, at the nearest moment before it.
+    /// A player at the last moment kept before `time`.
     fn player(&self, time: Duration) -> Player {
         let after = self.marks.partition_point(|mark| mark.moment.view.time() <= time);
         let mark = &self.marks[after.saturating_sub(1)];
@@ -108,21 +108,21 @@ impl History {
 /// Plays the past of a run.
 pub(crate) struct Player {
     moment: Moment,
-    /// The chunk of the tape that comes next.
+    /// The next chunk of the tape.
     chunk: usize,
-    /// What comes before it.
+    /// The records before that chunk that are still to be played.
     records: std::vec::IntoIter<Record>,
 }
 
 impl Player {
-    /// A player that gets to this time soonest; `present` is the one so far.
+    /// The player that is closest before `time`: `present`, or one at a moment kept.
     pub(crate) fn towards(time: Duration, present: Option<Self>, history: &History) -> Self {
         let other = history.player(time);
         let is_nearer = |present: &Self| (other.time()..=time).contains(&present.time());
         present.filter(is_nearer).unwrap_or(other)
     }
 
-    /// The moment that it has come to.
+    /// The moment that it has reached.
     pub(crate) fn moment(&self) -> &Moment {
         &self.moment
     }
@@ -131,7 +131,7 @@ impl Player {
         self.moment.view.time()
     }
 
-    /// When the next record was made; none if there is none.
+    /// The time of the next record, if there is one.
     ///
     /// # Errors
     /// If the tape cannot be read.
@@ -146,7 +146,7 @@ impl Player {
         }))
     }
 
-    /// Goes on to the next record, if there is one in memory; says whether it is a step.
+    /// Goes on to the next record, if there is one in memory. Returns whether it is a step.
     ///
     /// # Errors
     /// If it does not fit.
@@ -167,8 +167,8 @@ mod tests {
     use super::*;
     use crate::frame::{self, News};
 
-    /// What the page is told of a moment. Scenes are kept now and then, the curve of the battery has other points, and
-    /// points of the trail may be there twice.
+    /// What the page gets for a moment, without what may differ: only some scenes are kept, the battery's curve has
+    /// other points, and points of the trail may occur twice.
     fn told(moment: &Moment, timeline: &Timeline, history: &History) -> [serde_json::Value; 2] {
         let news = News::anew(moment, history.happened(moment.view.time()));
         let mut told = [frame::state(&moment.view, news), frame::parts(&moment.view, timeline)];
@@ -202,7 +202,7 @@ mod tests {
         }
         assert!(then.len() > 10 && history.marks.len() > 2, "{} marks", history.marks.len());
         let mut player = None;
-        // Backwards, and then once forwards.
+        // Once backward, then once forward.
         for (time, was) in then.iter().rev().chain(&then) {
             let mut there = Player::towards(*time, player, &history);
             while there.next_time(&mut history).unwrap().is_some_and(|next| next <= *time) {

@@ -1,21 +1,21 @@
-//! Runs in a browser: one while it goes on, with what a person does to it, and what was recorded of others.
+//! Shows runs in a browser: a run that is going on, with which a person can interfere, and recordings of others.
 //!
-//! [`Cockpit::open`] starts a [session](scenarios::session::Session) on a thread of its own, and
-//! [`Cockpit::serve`] shows it to browsers. The page gets what the run's records say, and nothing else; what a person
-//! does on it is an act of the session. So the session can be saved as a scenario that gives the same run.
+//! [`Cockpit::open`] starts a [session](scenarios::session::Session) on its own thread, and [`Cockpit::serve`] shows it
+//! to browsers. The page gets what is in the run's records, and nothing else; whatever a person does there is an act of
+//! the session. The session can therefore be saved as a scenario that gives the same run.
 //!
-//! All records of a session go to a temporary file, from which the page can show what was. [`Cockpit::replay`] shows
-//! recordings in the same way: each is copied to such a file as far as it is written. A [`Board`] shows how many runs
-//! of a campaign are done.
+//! All records of a session go to a temporary file, from which the page can show the past. [`Cockpit::replay`] shows
+//! recordings in the same way: it copies each one to such a file, as far as it has been written. A [`Board`] shows the
+//! progress of a campaign.
 //!
-//! The run does not wait for browsers. A browser that is too slow misses frames and goes on with the present state.
+//! The run does not wait for browsers. A browser that is too slow misses frames, then gets the present state.
 //!
 //! # Who may see it
 //!
-//! The server listens on the loopback address alone. Page and socket need a secret token, which is part of the printed
-//! address; there is one for the pilot and one for viewers. Requests must name the server's own address as host, and
-//! sockets must come from its own page: a page of another site, or one whose name is bound to this address, gets
-//! nothing. Texts of the user are escaped, and no script runs on the page but its own.
+//! The server listens on the loopback address only. The page and the socket need a secret token, which is part of the
+//! printed address; there is one for the pilot and one for viewers. Requests must name the server's own address as
+//! their host, and sockets must come from its own page: a page of another site, or one whose name resolves to this
+//! address, gets nothing. The user's texts are escaped, and the page runs no scripts but its own.
 
 mod board;
 mod clock;

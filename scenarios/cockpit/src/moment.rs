@@ -1,11 +1,11 @@
-//! A moment of a run, as it is shown.
+//! A moment of a run, as the page shows it.
 
 use std::collections::VecDeque;
 
 use channels::{Event, EventKind};
 use recording::{Inconsistent, Record, RunView};
 
-/// So many of the latest messages are shown.
+/// How many of the latest messages are shown.
 const MESSAGES: usize = 400;
 
 /// A moment of a run.

@@ -1,4 +1,4 @@
-//! What is told to browsers, and what those must know that come later.
+//! What is sent to browsers, and what a browser that joins later must know.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,13 +8,13 @@ use tokio::sync::broadcast;
 
 use crate::frame::HAPPENINGS;
 
-/// A browser may be so many frames behind before it misses some.
+/// How many frames a browser may be behind before it misses some.
 const BACKLOG: usize = 50;
 
 /// A text for browsers.
 pub(crate) type Frame = Arc<str>;
 
-/// What a browser must know that joins, or has missed frames.
+/// What a browser must know when it joins or has missed frames.
 #[derive(Default)]
 struct Present {
     /// What does not change.
@@ -38,7 +38,7 @@ impl Present {
     }
 }
 
-/// A way to browsers.
+/// Sends frames to browsers.
 #[derive(Clone)]
 pub(crate) struct Outlet {
     frames: broadcast::Sender<Frame>,
@@ -54,12 +54,12 @@ impl Outlet {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says what does not change.
+    /// Sets what does not change.
     pub(crate) fn greet(&self, greeting: &Value) {
         self.lock().greeting = Some(greeting.to_string().into());
     }
 
-    /// Tells what has changed.
+    /// Sends what has changed.
     pub(crate) fn tell(&self, frame: Map<String, Value>) {
         let mut present = self.lock();
         present.take(&frame);
@@ -67,7 +67,7 @@ impl Outlet {
         let _ = self.frames.send(Value::Object(frame).to_string().into());
     }
 
-    /// Says that there will be no more: the last frame is empty.
+    /// Says that there will be no more frames: the last one is empty.
     pub(crate) fn close(&self) {
         let _ = self.frames.send("".into());
     }
@@ -77,7 +77,7 @@ impl Outlet {
         self.frames.subscribe()
     }
 
-    /// What does not change, and a frame with everything else.
+    /// The greeting, and a frame with everything else.
     pub(crate) fn present(&self) -> (Option<Frame>, Frame) {
         let present = self.lock();
         let mut all = json!(present.latest);

@@ -1,4 +1,4 @@
-//! A recording that is read, and perhaps still written.
+//! A recording that is being read, and perhaps still being written.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -9,10 +9,10 @@ use recording::{Record, Recording, RecordingError, RunView};
 use crate::clock::now;
 use crate::side::Side;
 
-/// A file that grows is looked at so often.
+/// How often a growing file is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A recording that is read.
+/// A recording that is being read.
 pub(crate) struct Reel {
     recording: Recording,
     state: State,
@@ -21,14 +21,14 @@ pub(crate) struct Reel {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Reading,
-    /// All that is in the file has been read, and there is no end yet; when the file was looked at.
+    /// Everything in the file has been read, but the run has not ended. Holds the time of the last check.
     Waiting(Instant),
     Ended,
 }
 
 impl Reel {
-    /// Opens a recording, with the start of its run. One that is still written has another name, and is waited for
-    /// until it has that.
+    /// Opens a recording, with the start of its run. If it is still being written, its file has a temporary name; this
+    /// waits until the start of the run is there.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -49,17 +49,17 @@ impl Reel {
         Ok((Self { recording, state: State::Reading }, start))
     }
 
-    /// Whether the run in it has ended, or the file cannot be read any further.
+    /// Whether its run has ended, or the file cannot be read any further.
     pub(crate) fn has_ended(&self) -> bool {
         self.state == State::Ended
     }
 
-    /// Whether all that there is has been read, and there will be more.
+    /// Whether everything in the file has been read, and there may be more.
     pub(crate) fn grows(&self) -> bool {
         matches!(self.state, State::Waiting(_))
     }
 
-    /// How long there is nothing to read; at most `most`.
+    /// The time until there may be something to read, at most `most`.
     pub(crate) fn wait(&self, most: Duration) -> Duration {
         match self.state {
             State::Reading => Duration::ZERO,
@@ -68,7 +68,7 @@ impl Reel {
         }
     }
 
-    /// Reads what is there, until the deadline. Says what keeps it from reading on, if anything does.
+    /// Reads what is there, until the deadline. Returns the reason if it cannot read on.
     pub(crate) fn read(&mut self, side: &mut Side, deadline: Instant) -> Option<String> {
         if self.has_ended() || !self.wait(LOOK).is_zero() {
             return None;
@@ -100,12 +100,12 @@ impl Reel {
     }
 }
 
-/// Whether a file that cannot be read yet may be one day.
+/// Whether a file that cannot be read yet may become readable.
 fn may_come(error: &RecordingError) -> bool {
     matches!(error, RecordingError::Read { .. } | RecordingError::Foreign(_) | RecordingError::Truncated { .. })
 }
 
-#[expect(clippy::disallowed_methods, reason = "another program is waited for")]
+#[expect(clippy::disallowed_methods, reason = "waits for another program")]
 fn pause() {
     std::thread::sleep(LOOK);
 }

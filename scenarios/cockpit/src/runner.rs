@@ -1,4 +1,4 @@
-//! The thread of what is shown: lets it go on in time, does what the pilot asks, and tells what happens.
+//! The thread that drives what is shown: lets it go on in time, obeys the pilot, and tells browsers what happens.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -22,25 +22,25 @@ pub(crate) struct Request {
 /// Where the records come from.
 pub(crate) enum Source {
     Session(Box<Steered>),
-    /// One for each side.
+    /// One per side.
     Recordings(Vec<Reel>),
 }
 
-/// What is shown, on its thread.
+/// Drives what is shown, on its own thread.
 pub(crate) struct Runner {
     source: Source,
     sides: Vec<Side>,
-    /// What tells the page around several sides what they have in common.
+    /// The outlet to the page around several sides, for what they have in common.
     around: Option<Outlet>,
     requests: Receiver<Request>,
-    /// The moment of the past that is shown; none while the newest is.
+    /// The moment of the past that is shown; none while the newest moment is shown.
     past: Option<Duration>,
     /// The pace at which the past is played.
     clock: Clock,
-    /// Whether recordings have just been opened: what is still written is then followed.
+    /// Whether recordings have just been opened: those that are still being written are then followed.
     opens: bool,
     last_frame: Instant,
-    /// How far the runs had come in the last frame, and whether they were over; none if it is time for another.
+    /// How far the runs were in the last frame, and whether they were over; none if another frame is due.
     told: Option<(Duration, bool)>,
 }
 
@@ -65,7 +65,7 @@ impl Runner {
         runner
     }
 
-    /// Runs until nobody can ask for anything any more.
+    /// Runs until no more requests can come.
     pub(crate) fn run(mut self) {
         self.tell();
         loop {
@@ -88,7 +88,7 @@ impl Runner {
         }
     }
 
-    /// How long nothing has to be done.
+    /// The time until something has to be done.
     fn wait(&self) -> Duration {
         let source = match &self.source {
             Source::Session(steered) => steered.wait(PARTS),
@@ -100,7 +100,7 @@ impl Runner {
         if jumps { Duration::ZERO } else { source.min(frame) }
     }
 
-    /// Lets the source go on, for at most half the time of a frame.
+    /// Lets the source go on for at most half the time of a frame.
     fn go_on(&mut self) -> io::Result<()> {
         let deadline = now() + FRAME / 2;
         let failures: Vec<String> = match &mut self.source {
@@ -117,7 +117,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Plays the past, for at most half the time of a frame.
+    /// Plays the past for at most half the time of a frame.
     fn play(&mut self) -> io::Result<()> {
         let (end, deadline) = (self.end(), now() + FRAME / 2);
         let Some(time) = &mut self.past else { return Ok(()) };
@@ -129,7 +129,7 @@ impl Runner {
             is_there &= side.play(*time, deadline)?;
         }
         if !is_there {
-            // What takes longer to get at is played from there, and not in a hurry.
+            // A moment that takes longer to reach is played from there, without catching up.
             self.clock = self.clock.at(*time);
             return Ok(());
         }
@@ -159,11 +159,11 @@ impl Runner {
         Ok(())
     }
 
-    /// The past has been played to its end.
+    /// Called when the past has been played to its end.
     fn arrive(&mut self) {
         match &self.source {
             Source::Recordings(_) if self.is_over() => self.clock.hold(),
-            // The rest is about to be read.
+            // The rest has not been read yet.
             Source::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
             _ => self.follow(),
         }
@@ -175,7 +175,7 @@ impl Runner {
         self.sides.iter().map(|side| side.newest().time()).max().unwrap_or_default()
     }
 
-    /// Whether a recording is still written, and all that is there has been read.
+    /// Whether a recording is still being written, and everything there has been read.
     fn grows(&self) -> bool {
         let Source::Recordings(reels) = &self.source else { return false };
         reels.iter().any(Reel::grows) && reels.iter().all(|reel| reel.grows() || reel.has_ended())
@@ -186,7 +186,7 @@ impl Runner {
         matches!(&self.source, Source::Recordings(reels) if reels.iter().all(Reel::has_ended))
     }
 
-    /// Shows what was.
+    /// Shows the past.
     fn seek(&mut self, time: Duration) {
         self.clock = match &self.source {
             Source::Session(steered) if self.past.is_none() => steered.clock().held(time),
@@ -196,13 +196,13 @@ impl Runner {
         self.sides.iter_mut().for_each(|side| side.seek(time));
     }
 
-    /// Shows what is now.
+    /// Shows the present.
     fn follow(&mut self) {
         self.past = None;
         self.sides.iter_mut().for_each(Side::follow);
     }
 
-    /// Does what the pilot asks, and gives the answer.
+    /// Does what the pilot asks, and returns the answer.
     fn obey(&mut self, command: Command) -> io::Result<Value> {
         let (end, is_recorded) = (self.end(), matches!(self.source, Source::Recordings(_)));
         match command {
@@ -218,7 +218,7 @@ impl Runner {
                 let time = if starts_over { Duration::ZERO } else { time };
                 let ticks = self.sides.iter().map(|side| side.shown().ticks()).max();
                 if !command.is_of_pace() {
-                    return Ok(refused("what was recorded cannot be changed"));
+                    return Ok(refused("a recording cannot be changed"));
                 }
                 if self.past != Some(time) {
                     self.seek(time);
@@ -226,7 +226,7 @@ impl Runner {
                 self.clock.obey(&command, time, ticks.unwrap_or(0));
             }
             Command::Act { .. } if self.past.is_some() => {
-                return Ok(refused("what was cannot be changed; go back to now"));
+                return Ok(refused("the past cannot be changed; go back to now"));
             }
             command => {
                 let Source::Session(steered) = &mut self.source else { return Ok(Value::Null) };
@@ -236,7 +236,7 @@ impl Runner {
         Ok(Value::Null)
     }
 
-    /// Whether what is shown stays as it is.
+    /// Whether what is shown does not change.
     fn rests(&self) -> bool {
         match &self.source {
             _ if self.past.is_some() => self.clock.is_paused(),
@@ -249,10 +249,10 @@ impl Runner {
         self.told.is_none() || self.sides.iter().any(Side::has_news)
     }
 
-    /// Tells what is new.
+    /// Sends what is new.
     fn tell(&mut self) {
         let (end, over, rests) = (self.end(), self.is_over(), self.rests());
-        // How far a run has come is told now and then while its past is shown.
+        // While its past is shown, the page is told now and then how far a run is.
         if self.told != Some((end, over)) && self.last_frame.elapsed() >= PARTS {
             self.told = None;
         }
@@ -293,7 +293,7 @@ impl Runner {
     }
 }
 
-/// The answer to what is not done.
+/// The answer to a refused request.
 fn refused(reason: &str) -> Value {
     json!({ "refused": reason })
 }

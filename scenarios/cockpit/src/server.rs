@@ -1,4 +1,4 @@
-//! The server: the page, its files, and the socket on which the run is told.
+//! The server: the page, its files, and the socket that sends the run.
 
 use std::io;
 use std::net::Ipv4Addr;
@@ -38,13 +38,13 @@ use crate::side::Side;
 use crate::steered::Steered;
 use crate::token::Token;
 
-/// So many connections ask for something at once; others wait.
+/// The most connections at a time; others wait.
 const MOST_CONNECTIONS: usize = 100;
-/// Whoever has not asked for anything in this time makes room for others.
+/// A connection without a request for this long is closed.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// So many browsers see a run at once.
+/// The most browsers that see a run at a time.
 const MOST_VIEWERS: usize = 50;
-/// A request of the page is not longer, in bytes.
+/// The longest request of the page, in bytes.
 const LONGEST_REQUEST: usize = 16 * 1024;
 
 /// The files of the page.
@@ -67,13 +67,13 @@ const FILES: [(&str, &str, &str); 17] = [
     ("/messages.js", "text/javascript", include_str!("../page/messages.js")),
     ("/dom.js", "text/javascript", include_str!("../page/dom.js")),
 ];
-/// The page of runs.
+/// The page that shows runs.
 const RUNS: &str = include_str!("../page/index.html");
-/// The page that shows how many runs are done.
+/// The page that shows the progress of many runs.
 const BOARD: &str = include_str!("../page/board.html");
 
-/// What browsers may do with the page: run its own scripts, show it beside itself, nothing else; styles of drawings
-/// stand in them.
+/// What browsers may do with the page: run its own scripts, and show the page inside itself; nothing else. Drawings
+/// contain their own styles.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; frame-src 'self'; \
                       frame-ancestors 'self'";
@@ -81,7 +81,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
 /// Why a run cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The operating system gives no address, or no random numbers.
+    /// The operating system provides no address or no random numbers.
     #[error("cannot serve a page on port {port}: {source}")]
     Io {
         /// The port that was asked for; 0 for any.
@@ -89,7 +89,7 @@ pub enum Error {
         /// The operating system's error.
         source: io::Error,
     },
-    /// The session cannot be made.
+    /// The session cannot be started.
     #[error(transparent)]
     Scenario(#[from] scenarios::Error),
     /// A recording cannot be read.
@@ -97,7 +97,7 @@ pub enum Error {
     Recording(#[from] RecordingError),
 }
 
-/// A run that waits for browsers.
+/// A run, and the server that shows it to browsers.
 #[derive(Clone)]
 pub struct Cockpit {
     listener: Arc<std::net::TcpListener>,
@@ -111,22 +111,19 @@ struct Shared {
     pilot: Token,
     viewer: Token,
     page: &'static str,
-    /// What is told to it.
+    /// What is sent to the page.
     outlet: Outlet,
-    /// What is told of each run, if the page shows several side by side.
+    /// What is sent about each run, if the page shows several side by side.
     sides: Vec<Outlet>,
     requests: mpsc::Sender<runner::Request>,
-    /// Who holds the one permit is the pilot.
+    /// Whoever holds the only permit is the pilot.
     helm: Semaphore,
     viewers: AtomicUsize,
 }
 
 impl Cockpit {
-    /// Starts a session, and listens on the loopback address at this port, or at any for 0. The session is made on the
-    /// thread of the run.
-    ///
-    /// # Errors
-    /// If that port cannot be had, or the session cannot be made.
+    /// Starts a session, and listens on the loopback address at this port (0 for any free port). The session is made on
+    /// the thread of the run.  # Errors If the port is not available, or the session cannot be started.
     pub fn open<F>(session: F, port: u16) -> Result<Self, Error>
     where
         F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,
@@ -148,7 +145,7 @@ impl Cockpit {
     /// Opens recordings, finished or growing, and listens as [`open`](Self::open) does. Several are shown side by side.
     ///
     /// # Errors
-    /// If that port cannot be had, or a recording cannot be read.
+    /// If the port is not available, or a recording cannot be read.
     pub fn replay(recordings: &[PathBuf], port: u16) -> Result<Self, Error> {
         let outlet = Outlet::new();
         let beside = if recordings.len() > 1 { recordings } else { &[] };
@@ -175,7 +172,7 @@ impl Cockpit {
         Self::start(outlet, sides, begin, port)
     }
 
-    /// A page that shows nothing but what comes out of an outlet.
+    /// A page that only shows what an outlet sends.
     pub(crate) fn board(outlet: Outlet, port: u16) -> Result<Self, Error> {
         Self::listen(BOARD, outlet, Vec::new(), port).map(|(cockpit, _)| cockpit)
     }
@@ -223,7 +220,7 @@ impl Cockpit {
         Ok((Self { listener: Arc::new(listener), shared: Arc::new(shared) }, received))
     }
 
-    /// Whether anybody looks on.
+    /// Whether anybody is watching.
     pub(crate) fn has_viewers(&self) -> bool {
         self.shared.viewers.load(Ordering::Acquire) > 0
     }
@@ -234,13 +231,13 @@ impl Cockpit {
         format!("http://{}/?token={}", self.shared.hosts[0], self.shared.pilot.text())
     }
 
-    /// The address of the page for those who only look on.
+    /// The address of the page for viewers.
     #[must_use]
     pub fn address_for_viewers(&self) -> String {
         format!("http://{}/?token={}", self.shared.hosts[0], self.shared.viewer.text())
     }
 
-    /// Serves the page for ever.
+    /// Serves the page forever.
     ///
     /// # Errors
     /// What keeps the server from working.
@@ -256,13 +253,13 @@ impl Cockpit {
             loop {
                 let permit = Arc::clone(&free).acquire_owned().await.expect("nobody closes the semaphore");
                 let Ok((stream, _)) = listener.accept().await else {
-                    // There are no file handles left, or the other side has gone already.
+                    // There are no file handles left, or the other side has already gone.
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
                 };
                 let connection = server.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
                 tokio::spawn(async move {
-                    // A connection that breaks has nothing more to say.
+                    // A broken connection needs no answer.
                     let _ = connection.await;
                     drop(permit);
                 });
@@ -285,7 +282,7 @@ fn file(kind: &'static str, text: impl Into<Bytes>) -> Response {
     ([(CONTENT_TYPE, HeaderValue::from_static(kind))], text.into()).into_response()
 }
 
-/// Lets only requests pass that name the server's own address, and says what browsers may do with the answer.
+/// Rejects requests that do not name the server's own address, and tells browsers what they may do with the answer.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let headers = request.headers();
     let is_own = |host: &str| shared.hosts.iter().any(|own| own == host);
@@ -306,7 +303,7 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     response
 }
 
-/// The value of a header that stands there once.
+/// The value of a header that occurs exactly once.
 fn only<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
@@ -317,7 +314,7 @@ fn only<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
 struct Access {
     #[serde(default)]
     token: String,
-    /// Which of the runs that are shown side by side, for those who only look at it.
+    /// The run to watch, if several are shown side by side.
     side: Option<usize>,
 }
 
@@ -349,7 +346,7 @@ async fn socket(
     upgrade.on_upgrade(move |socket| async move {
         let viewers = shared.viewers.fetch_add(1, Ordering::AcqRel);
         if viewers < MOST_VIEWERS {
-            // A connection that breaks has nothing more to say.
+            // A broken connection needs no answer.
             let _ = attend(socket, &shared, &outlet, may_steer).await;
         }
         shared.viewers.fetch_sub(1, Ordering::AcqRel);
@@ -362,8 +359,8 @@ impl Shared {
     }
 }
 
-/// Tells a browser everything, and takes the pilot's requests. Who may steer becomes the pilot as soon as there is no
-/// other one.
+/// Sends everything to a browser, and takes the pilot's requests. A browser that may steer becomes the pilot once there
+/// is no other pilot.
 async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_steer: bool) -> Result<(), axum::Error> {
     let pilot = |is_pilot: bool| json!({ "pilot": is_pilot }).to_string();
     let mut helm = may_steer.then(|| shared.helm.try_acquire().ok()).flatten();
@@ -391,7 +388,7 @@ async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_ste
                 Some(Ok(Message::Text(text))) => {
                     let answer = match helm.is_some() {
                         true => ask(shared, &text).await,
-                        false => json!({ "refused": "somebody else controls this run" }),
+                        false => json!({ "refused": "somebody else is controlling this run" }),
                     };
                     send(&mut socket, &answer.to_string()).await?;
                 }

@@ -1,4 +1,4 @@
-//! A run on the page: what is known of it, which moment of it is shown, and those who are told.
+//! A run on the page: what is known about it, which moment is shown, and who is told.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -11,26 +11,26 @@ use crate::frame::{self, News};
 use crate::history::{History, Player};
 use crate::outlet::Outlet;
 
-/// Time between drawings of what takes longer: cards and time axis.
+/// Time between drawings of what takes longer: cards and the time axis.
 pub(crate) const PARTS: Duration = Duration::from_millis(1000);
 
 /// A run on the page.
 pub(crate) struct Side {
     history: History,
     outlet: Outlet,
-    /// What shows the past; none while the newest is shown.
+    /// Plays the past; none while the newest moment is shown.
     player: Option<Player>,
-    /// Whether the player goes to another moment: what is between is not told.
+    /// Whether the player is jumping to another moment: browsers do not see what is in between.
     jumps: bool,
     news: News,
-    /// Whether there is anything new since the last frame or drawing.
+    /// Whether anything is new since the last frame or drawing.
     is_new: bool,
     parts_are_old: bool,
     last_parts: Instant,
 }
 
 impl Side {
-    /// A run, of which `file` was recorded if it is not going on here.
+    /// A run. `file` is the recording that it comes from, if any.
     pub(crate) fn new(history: History, outlet: Outlet, file: Option<&str>) -> Self {
         outlet.greet(&frame::greeting(&history.newest().view, file));
         let mut side = Self {
@@ -47,10 +47,10 @@ impl Side {
         side
     }
 
-    /// Takes in the next record.
+    /// Adds the next record.
     ///
     /// # Errors
-    /// If it does not fit, or cannot be kept.
+    /// If it does not fit, or cannot be stored.
     pub(crate) fn push(&mut self, record: Record) -> io::Result<()> {
         let is_step = matches!(record, Record::Step(_));
         self.history.push(record)?;
@@ -79,7 +79,7 @@ impl Side {
         (self.is_new, self.parts_are_old) = (true, true);
     }
 
-    /// Shows the newest again.
+    /// Shows the newest moment again.
     pub(crate) fn follow(&mut self) {
         if self.player.take().is_some() {
             self.jumps = false;
@@ -87,13 +87,13 @@ impl Side {
         }
     }
 
-    /// Begins to go to a time; [`play`](Self::play) gets there.
+    /// Starts a jump to a time; [`play`](Self::play) completes it.
     pub(crate) fn seek(&mut self, time: Duration) {
         self.player = Some(Player::towards(time, self.player.take(), &self.history));
         self.jumps = true;
     }
 
-    /// When the next step of what is shown was made; none at the end.
+    /// The time of the next record of the past; none at the end, or while the newest moment is shown.
     ///
     /// # Errors
     /// If the tape cannot be read.
@@ -101,7 +101,7 @@ impl Side {
         self.player.as_mut().map_or(Ok(None), |player| player.next_time(&mut self.history))
     }
 
-    /// Plays what was until `time`, but not beyond the `deadline`; says whether it got there.
+    /// Plays the past up to `time`, but stops at the `deadline`. Returns whether it got there.
     ///
     /// # Errors
     /// If the tape cannot be read.
@@ -125,23 +125,23 @@ impl Side {
         Ok(true)
     }
 
-    /// Whether it is on its way to another moment.
+    /// Whether it is jumping to another moment.
     pub(crate) fn jumps(&self) -> bool {
         self.jumps
     }
 
-    /// There is something to tell besides records.
+    /// Makes sure that the next frame is sent, even without new records.
     pub(crate) fn stir(&mut self) {
         self.is_new = true;
     }
 
-    /// Whether there is something to tell.
+    /// Whether there is something to send.
     pub(crate) fn has_news(&self) -> bool {
         !self.jumps && (self.is_new || self.parts_are_old)
     }
 
-    /// Tells what is shown, and what is `common` to all sides. What takes longer is told at times, and at once if the
-    /// run `rests`.
+    /// Sends what is shown, and what is `common` to all sides. What takes longer to draw is sent now and then, but
+    /// immediately if the run `rests`.
     pub(crate) fn tell(&mut self, common: &Map<String, Value>, rests: bool) {
         if self.jumps {
             return;
@@ -150,7 +150,7 @@ impl Side {
         let mut is_due = rests || self.last_parts.elapsed() >= PARTS;
         if std::mem::take(&mut self.is_new) {
             let news = std::mem::take(&mut self.news);
-            // A violation is told the moment it happens.
+            // A violation is shown as soon as it happens.
             is_due |= news.decided;
             add(&mut frame, frame::state(self.shown(), news));
             frame.extend(common.clone());
@@ -177,7 +177,7 @@ impl Side {
     }
 }
 
-/// Adds what an object has.
+/// Adds the entries of an object.
 fn add(frame: &mut Map<String, Value>, more: Value) {
     if let Value::Object(more) = more {
         frame.extend(more);

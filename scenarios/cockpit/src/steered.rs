@@ -14,7 +14,7 @@ use crate::command::Command;
 use crate::side::Side;
 use crate::things;
 
-/// A session that goes on at some pace.
+/// A session that goes on at the pilot's pace.
 pub(crate) struct Steered {
     session: Session,
     clock: Clock,
@@ -24,7 +24,7 @@ pub(crate) struct Steered {
 }
 
 impl Steered {
-    /// A session at its start, which goes on at the pace of the clock.
+    /// A session at its start, which goes on in real time.
     pub(crate) fn new(session: Session) -> Self {
         let clock = Clock::running(session.view().time());
         Self { session, clock, acts: BTreeMap::new(), last_scene: now() }
@@ -34,12 +34,12 @@ impl Steered {
         &self.clock
     }
 
-    /// Whether nothing happens before somebody asks for it.
+    /// Whether nothing happens until somebody asks for it.
     pub(crate) fn rests(&self) -> bool {
         self.clock.is_paused() || self.session.view().end().is_some()
     }
 
-    /// How long there is nothing to do; at most `most`.
+    /// The time until there is something to do, at most `most`.
     pub(crate) fn wait(&self, most: Duration) -> Duration {
         if self.rests() { most } else { self.clock.wait(self.next(), most.min(FRAME)) }
     }
@@ -48,14 +48,12 @@ impl Steered {
         self.session.view().time() + STEP
     }
 
-    /// Performs the steps that are due before the deadline. The reasons if the run cannot go on.
-    ///
-    /// # Errors
-    /// If what happens cannot be kept.
+    /// Performs the steps that are due, until the deadline. Returns the reason if the run cannot go on.  # Errors If a
+    /// record cannot be stored.
     pub(crate) fn go_on(&mut self, side: &mut Side, deadline: Instant) -> io::Result<Option<String>> {
         let mut failure = None;
         while self.is_due() && now() < deadline {
-            // A scene for each frame is enough.
+            // One scene per frame is enough.
             let is_slow = self.clock.speed().is_some_and(|speed| speed <= 1.0);
             let detail = if is_slow || self.last_scene.elapsed() >= FRAME / 2 { Detail::Scenes } else { Detail::Full };
             if detail == Detail::Scenes {
@@ -81,10 +79,7 @@ impl Steered {
         self.session.take_records().into_iter().try_for_each(|record| side.push(record))
     }
 
-    /// Does what is asked for, and gives the answer.
-    ///
-    /// # Errors
-    /// If what happens cannot be kept.
+    /// Obeys the command, and returns the answer.  # Errors If a record cannot be stored.
     pub(crate) fn obey(&mut self, command: Command, side: &mut Side) -> io::Result<Value> {
         let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
         if self.clock.obey(&command, time, ticks) {
@@ -107,7 +102,7 @@ impl Steered {
         Ok(done.unwrap_or_else(|error| json!({ "refused": error.reasons() })))
     }
 
-    /// Does something; in place of what lasts under the same name.
+    /// Performs an act, which replaces the lasting act of the same name.
     fn act(&mut self, fault: toml::Table, name: String) -> Result<Value, scenarios::Error> {
         let lasts = |act: &usize| self.session.lasting().any(|(index, _)| index == *act);
         let act = match self.acts.get(&name).copied().filter(|_| !name.is_empty()).filter(lasts) {
@@ -118,7 +113,7 @@ impl Steered {
         Ok(json!({ "act": act }))
     }
 
-    /// The acts that last.
+    /// The lasting acts.
     pub(crate) fn describe(&self, frame: &mut Map<String, Value>) {
         frame.insert("lasting".to_owned(), things::lasting(&self.session, &self.acts));
     }

@@ -1,4 +1,4 @@
-//! What the page tells of things that are clicked on, as JSON.
+//! What the page says about things that are clicked, as JSON.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use reports::html::live;
 use scenarios::session::Session;
 use serde_json::{Map, Value, json};
 
-/// The places, start and station included; corners in metres.
+/// The places, including the start and the station; corners in metres.
 pub(crate) fn places(header: &Header) -> Value {
     let Some(premises) = &header.premises else { return json!([]) };
     let place = |name: &str, corners: Vec<[f64; 2]>| json!({ "name": name, "corners": corners });
@@ -20,7 +20,7 @@ pub(crate) fn places(header: &Header) -> Value {
     named.chain(sites).collect()
 }
 
-/// The machines: whose they are, their pictures, and what there is to say of their states.
+/// The machines: their processes, their pictures, and facts about their states.
 pub(crate) fn machines(header: &Header) -> Value {
     let machine = |machine: &Machine| {
         let states = machine
@@ -45,12 +45,12 @@ pub(crate) fn nodes(header: &Header) -> Value {
     header.tree.iter().map(node).collect()
 }
 
-/// What each node of the tree did last, in words.
+/// The last outcome of each node of the tree, in words.
 pub(crate) fn outcomes(view: &RunView) -> Value {
     view.outcomes().iter().map(|outcome| outcome.map_or("not ticked yet", |outcome| outcome.name())).collect()
 }
 
-/// The acts that last: the page's names for them, what they are, and the names of what they have put on the floor.
+/// The lasting acts: the page's names for them, what they are, and the names of the bodies that they put on the floor.
 pub(crate) fn lasting(session: &Session, acts: &BTreeMap<String, usize>) -> Value {
     let lasting = session.lasting().map(|(index, act)| {
         let name = acts.iter().find(|(_, known)| **known == index).map(|(name, _)| name);

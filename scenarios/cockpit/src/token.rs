@@ -15,7 +15,7 @@ impl Token {
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// Whether somebody knows it. The time that this takes says nothing about it.
+    /// Whether somebody knows it. The time that this takes reveals nothing about it.
     pub(crate) fn is(&self, said: &str) -> bool {
         let differences = self.0.bytes().zip(said.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
         self.0.len() == said.len() && differences == 0

@@ -1,4 +1,4 @@
-//! What other tools show of a run: topics with types of ROS 2.
+//! A run for other tools: topics with ROS 2 types.
 //!
 //! `docs/src/reference/recordings.md` lists them.
 
@@ -28,11 +28,11 @@ const MAP: &str = "map";
 /// The frame of the robot.
 const BASE: &str = "base_link";
 
-/// The topics of a run, and what has been written on them.
+/// The topics of a run, and what was last written on them.
 pub(crate) struct Topics {
     /// None without a robot or a map.
     world: Option<World>,
-    /// By the index of the channel in the topology; none for channels inside of a process.
+    /// By the index of the channel in the topology; none for a channel inside a process.
     channels: Vec<Option<(u16, MessageType)>>,
     ticks: Topic<Moment>,
     tree: Topic<ros::Statuses>,
@@ -43,7 +43,7 @@ pub(crate) struct Topics {
     told: Told,
 }
 
-/// What was last written, so that only changes are.
+/// What was last written, so that only changes are written.
 #[derive(Default)]
 struct Told {
     outcomes: Option<Vec<Option<bt::Outcome>>>,
@@ -86,7 +86,7 @@ impl OutlineTopics {
 }
 
 impl Topics {
-    /// The topics of a run, with what stays the same during it.
+    /// Creates the topics of a run, and writes what stays the same during it.
     pub(crate) fn begin<W: Write>(view: &RunView, output: &mut Output<W>) -> io::Result<Self> {
         let header = view.header();
         if let Some(premises) = &header.premises {
@@ -108,7 +108,7 @@ impl Topics {
         })
     }
 
-    /// Writes what the last step of a run added. What moves all the time is written if it `is_due`, too.
+    /// Writes what the last step of a run added, and if it `is_due`, also what moves all the time.
     pub(crate) fn follow<W: Write>(&mut self, view: &RunView, is_due: bool, output: &mut Output<W>) -> io::Result<()> {
         self.write_events(view, output)?;
         if view.has_new_states() {
@@ -260,7 +260,7 @@ impl World {
     }
 }
 
-/// How large a place without an area is drawn.
+/// The radius at which a place without an area is drawn.
 const POINT_RADIUS_M: f64 = 0.15;
 
 fn place(place: &Place) -> Outline {
@@ -274,12 +274,12 @@ fn laser_frame(laser: &LaserSpec) -> String {
     format!("laser_{}", token(&laser.name))
 }
 
-/// Letters, digits and underscores.
+/// The name with everything but letters and digits replaced by underscores.
 fn token(name: &str) -> String {
     name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' }).collect()
 }
 
-/// The topics of the channels that others than their process can see.
+/// The topics of the channels that are visible outside their process.
 fn channel_topics<W: Write>(
     topology: &Topology,
     output: &mut Output<W>,
@@ -329,11 +329,11 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
         Cell::Occupied => 0,
         Cell::Unknown => 205,
     };
-    // The first row of an image is its uppermost.
+    // The first row of an image is the top one.
     let rows = map.cells().chunks(map.width().max(1)).rev();
     let mut data = Vec::with_capacity(3 * map.cells().len());
     rows.flatten().for_each(|cell| data.extend([grey(cell); 3]));
-    // Viewers take an image with one number per pixel for distances.
+    // Viewers would interpret an image with one number per pixel as distances.
     let encoding = "rgb8".to_owned();
     let image = ros::Image { header, height, width, encoding, is_bigendian: 0, step: 3 * width, data };
     let topic = output.latched("/map/image")?;
@@ -361,7 +361,7 @@ fn laser_scan(laser: &LaserSpec, scan: &LaserScan) -> ros::LaserScan {
 }
 
 fn battery_state(time: Duration, battery: crate::Battery) -> ros::BatteryState {
-    /// What `power_supply_status` calls charging and discharging.
+    /// The values of `power_supply_status` for discharging and charging.
     const CHARGING: [u8; 2] = [2, 1];
     ros::BatteryState {
         header: Header::new(time, BASE),
@@ -378,7 +378,7 @@ fn battery_state(time: Duration, battery: crate::Battery) -> ros::BatteryState {
     }
 }
 
-/// What `level` of a diagnostic status means.
+/// The values of a diagnostic status's `level`.
 mod diagnostic {
     pub(super) const OK: u8 = 0;
     pub(super) const WARN: u8 = 1;
@@ -386,14 +386,14 @@ mod diagnostic {
     pub(super) const STALE: u8 = 3;
 }
 
-/// What `level` of a log means.
+/// The values of a log's `level`.
 mod level {
     pub(super) const INFO: u8 = 20;
     pub(super) const WARN: u8 = 30;
     pub(super) const ERROR: u8 = 40;
 }
 
-/// A property, its outcome if the run ended now, and why.
+/// A property, its outcome if the run ends now, and the reason.
 fn monitor(monitor: MonitorView<'_>) -> ros::Status {
     let outcome = monitor.outcome();
     let level = match outcome {
@@ -423,7 +423,7 @@ fn monitor(monitor: MonitorView<'_>) -> ros::Status {
     }
 }
 
-/// What happened: how grave it is, whom it concerns, and in words.
+/// What happened: its severity, whom it concerns, and a description.
 fn in_words(happening: &Happening, view: &RunView) -> (u8, String, String) {
     let header = view.header();
     let fault = |index: usize| header.faults[index].words.clone();

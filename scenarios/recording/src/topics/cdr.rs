@@ -5,28 +5,28 @@
 /// What precedes every message: the encoding, and two bytes of options.
 pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// A message on its way to bytes.
+/// A message while it is encoded.
 #[derive(Debug)]
 pub(crate) struct Cdr {
     bytes: Vec<u8>,
-    /// Where it begins, after its header.
+    /// Where the message begins, after its header.
     start: usize,
 }
 
 impl Cdr {
-    /// A message that is added to bytes.
+    /// Begins a message after the given bytes.
     pub(crate) fn after(mut bytes: Vec<u8>) -> Self {
         bytes.extend(HEADER);
         Self { start: bytes.len(), bytes }
     }
 
-    /// A number's bytes, after padding.
+    /// Writes a number's bytes, after padding.
     pub(crate) fn number<const SIZE: usize>(&mut self, bytes: [u8; SIZE]) {
         self.align::<SIZE>();
         self.bytes.extend(bytes);
     }
 
-    /// The bytes of several numbers: after the first, each is where it belongs.
+    /// Writes several numbers of one size: only the first needs padding.
     pub(crate) fn numbers<const SIZE: usize>(&mut self, numbers: impl ExactSizeIterator<Item = [u8; SIZE]>) {
         if numbers.len() == 0 {
             return;
@@ -43,12 +43,12 @@ impl Cdr {
         self.bytes.resize(self.start + length, 0);
     }
 
-    /// The length of a sequence.
+    /// Writes the length of a sequence.
     pub(crate) fn length(&mut self, length: usize) {
         self.number(u32::try_from(length).unwrap_or(u32::MAX).to_le_bytes());
     }
 
-    /// Text, with its length and a zero at the end.
+    /// Writes text, with its length and a zero at the end.
     pub(crate) fn text(&mut self, text: &str) {
         self.length(text.len() + 1);
         self.bytes.extend(text.as_bytes());

@@ -1,8 +1,8 @@
-//! The container of a recording: a file in MCAP, with one chunk for each time that it is flushed.
+//! The container of a recording: an MCAP file, with one chunk per flush.
 //!
-//! Source: <https://mcap.dev/spec>. The writer of the crate `mcap` takes each number of each message through two
-//! checksums and three layers, which would cost more than everything else about a recording. Here a chunk is put
-//! together in memory, and its checksum is taken once.
+//! Source: <https://mcap.dev/spec>. The `mcap` crate's writer passes each number of each message through two checksums
+//! and three layers, which would cost more than everything else about a recording. Here a chunk is assembled in memory,
+//! and its checksum is computed once.
 
 use std::io::{self, Write};
 
@@ -10,21 +10,21 @@ use mcap::records::op;
 
 use super::cdr::Cdr;
 
-/// A file in MCAP that is being written.
+/// An MCAP file that is being written.
 pub(crate) struct Container<W: Write> {
     output: W,
     /// The bytes of the file so far.
     written: u64,
-    /// The records of the chunk that comes next.
+    /// The records of the next chunk.
     records: Vec<u8>,
-    /// Its messages: channel, time, and place among the records.
+    /// Its messages: channel, time, and offset in the records.
     messages: Vec<(u16, u64, u64)>,
-    /// What is written at once.
+    /// What is written in one call.
     block: Vec<u8>,
     schemas: Vec<(String, String)>,
-    /// How many messages each channel has.
+    /// The number of messages per channel.
     counts: Vec<u64>,
-    /// The times of the first message and of the last.
+    /// The times of the first and the last message.
     span: Option<(u64, u64)>,
     chunks: u32,
     summary: Summary,
@@ -82,7 +82,7 @@ impl<W: Write> Container<W> {
     ) -> io::Result<u16> {
         let is_it = |known: &(String, String)| (known.0.as_str(), known.1.as_str()) == (name, definition);
         let number = |index: usize| u16::try_from(index).map_err(io::Error::other);
-        // The number 0 stands for no schema.
+        // The id 0 means "no schema".
         let schema = match self.schemas.iter().position(is_it) {
             Some(index) => number(index + 1)?,
             None => {
@@ -124,7 +124,7 @@ impl<W: Write> Container<W> {
         });
     }
 
-    /// Writes the messages so far as a chunk: whatever happens next, they can be read.
+    /// Writes the messages so far as a chunk, so that they can be read whatever happens next.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         if self.records.is_empty() {
             return Ok(());
@@ -142,7 +142,7 @@ impl<W: Write> Container<W> {
             block.extend_from_slice(&self.records);
         });
         let length = self.block.len() as u64;
-        // Of the messages of a channel, their order stays.
+        // The sort is stable: the messages of a channel stay in order.
         self.messages.sort_by_key(|(channel, ..)| *channel);
         let mut indexes = Vec::new();
         for of_channel in self.messages.chunk_by(|a, b| a.0 == b.0) {
@@ -229,10 +229,10 @@ impl<W: Write> Container<W> {
     }
 }
 
-/// The name of no compression.
+/// The name that means "no compression".
 const UNCOMPRESSED: &str = "";
 
-/// Adds a record of some kind.
+/// Adds a record.
 fn record(bytes: &mut Vec<u8>, kind: u8, content: impl FnOnce(&mut Vec<u8>)) {
     let at = bytes.len();
     bytes.push(kind);
@@ -242,7 +242,7 @@ fn record(bytes: &mut Vec<u8>, kind: u8, content: impl FnOnce(&mut Vec<u8>)) {
     bytes[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
 }
 
-/// Adds something with its length.
+/// Adds something, preceded by its length.
 fn sized(bytes: &mut Vec<u8>, content: impl FnOnce(&mut Vec<u8>)) {
     let at = bytes.len();
     bytes.extend([0; 4]);
@@ -262,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_crate_mcap_finds_each_message_with_and_without_the_index() {
+    fn the_mcap_crate_finds_each_message_with_and_without_the_index() {
         let mut file = Container::begin(Vec::new(), "ros2", "test").unwrap();
         file.metadata("rosbag2", "ROS_DISTRO", "humble").unwrap();
         let [b, a] = ["/b", "/a"].map(|topic| file.channel(topic, ("t/msg/T", "uint8 x\n"), ("key", "value")).unwrap());

@@ -1,4 +1,4 @@
-//! The messages of a channel as messages of a ROS type made for it.
+//! The messages of a channel as messages of a ROS type that is made for it.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use channels::{Domain, Event, FieldKind, Message, Symbol, Value};
 use super::cdr::Cdr;
 use super::ros::{Field, Moment, add_definition};
 
-/// The type of a channel's messages: when one was received, and the fields of all shapes.
+/// The type of a channel's messages: the time of receipt, and the fields of all shapes.
 ///
 /// A field that some messages do not have is a sequence of at most one element.
 pub(super) struct MessageType {
@@ -36,7 +36,7 @@ enum Primitive {
 }
 
 impl Primitive {
-    /// What holds values of a kind, and whether there may be none.
+    /// The ROS type for values of a kind, and whether there may be no value.
     fn of(kind: &FieldKind) -> (Self, bool) {
         match kind {
             FieldKind::Bool => (Self::Bool, false),
@@ -57,7 +57,7 @@ impl Primitive {
     }
 }
 
-/// The name of the field that says when a message was received.
+/// The name of the field with the time of receipt.
 const MOMENT: &str = "event";
 
 impl MessageType {
@@ -88,7 +88,7 @@ impl MessageType {
         Self { places: places.collect(), domain: domain.clone(), fields }
     }
 
-    /// The definition as the encoding `ros2msg` has it.
+    /// The definition in the `ros2msg` encoding.
     pub(super) fn definition(&self) -> String {
         let fields = self.fields.iter().map(|field| {
             let bound = if field.is_optional { "[<=1]" } else { "" };
@@ -101,7 +101,7 @@ impl MessageType {
         text
     }
 
-    /// Writes a message that was received.
+    /// Writes a received message.
     pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut Cdr) {
         Moment { step: event.step, tick: event.tick }.write(cdr);
         let shape = self.domain.shapes().iter().zip(&self.places).find(|(shape, _)| shape.contains(message));
@@ -130,7 +130,7 @@ fn write_value(value: &Value, cdr: &mut Cdr) {
     }
 }
 
-/// A name for a field, as ROS allows it, that is not taken yet: small letters, digits and single underscores.
+/// A name for a field that ROS allows and that is not taken yet: lowercase letters, digits and single underscores.
 fn ros_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let small = name.to_ascii_lowercase();
     let words = small.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_made_fit_for_ros() {
+    fn names_are_made_valid_in_ros() {
         let mut taken = BTreeSet::new();
         let names = ["m[2]", "1st", "Ü", "a__b_", "a b"].map(|name| ros_name(name, &mut taken));
         assert_eq!(names, ["m_2", "field_1st", "field", "a_b", "a_b2"]);

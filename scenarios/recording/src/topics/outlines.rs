@@ -1,4 +1,4 @@
-//! Outlines of things on the map: as markers, and as points for viewers that draw no markers.
+//! Outlines of things on the map: as markers, and as points for viewers that cannot draw markers.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -15,7 +15,7 @@ const CORNERS: usize = 24;
 const SPACING_M: f64 = 0.05;
 /// The width of a line.
 const WIDTH_M: f64 = 0.03;
-/// The height of names.
+/// The height of the names.
 const LETTERS_M: f64 = 0.25;
 
 /// The outline of something that has a name.
@@ -25,7 +25,7 @@ pub(super) struct Outline {
     corners: Vec<Point>,
 }
 
-/// The name of markers in ROS.
+/// Constants of `visualization_msgs/Marker`.
 mod marker {
     pub(super) const LINE_STRIP: i32 = 4;
     pub(super) const TEXT: i32 = 9;
@@ -66,7 +66,7 @@ impl Outline {
     }
 }
 
-/// Markers of outlines and their names, which replace the previous ones.
+/// Markers of outlines and their names, which replace the previous markers.
 pub(super) fn markers(time: Duration, frame: &str, outlines: &[Outline]) -> Markers {
     let header = Header::new(time, frame);
     let clear = Marker { header: header.clone(), action: marker::DELETE_ALL, ..Marker::default() };

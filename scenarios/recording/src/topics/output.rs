@@ -1,4 +1,4 @@
-//! A recording with topics of ROS 2.
+//! A recording with ROS 2 topics.
 
 use std::io::{self, Write};
 use std::marker::PhantomData;
@@ -8,7 +8,7 @@ use super::cdr::Cdr;
 use super::container::Container;
 use super::ros::{Field, definition};
 
-/// A file in MCAP that is being written.
+/// An MCAP file that is being written.
 pub(crate) struct Output<W: Write>(Container<W>);
 
 /// A topic of a file.
@@ -20,7 +20,7 @@ pub(crate) struct Topic<T> {
 impl<W: Write> Output<W> {
     pub(crate) fn begin(output: W) -> io::Result<Self> {
         let mut container = Container::begin(output, "ros2", concat!("steward/", env!("CARGO_PKG_VERSION")))?;
-        // By this, later distributions know that profiles are written as in Humble.
+        // This tells later distributions that profiles are written as in Humble.
         container.metadata("rosbag2", "ROS_DISTRO", "humble")?;
         Ok(Self(container))
     }
@@ -30,7 +30,7 @@ impl<W: Write> Output<W> {
         self.typed(topic, Durability::Volatile)
     }
 
-    /// Adds a topic whose last message holds until the next: who subscribes later gets it, too.
+    /// Adds a topic whose last message holds until the next: late subscribers get it, too.
     pub(crate) fn latched<T: Field>(&mut self, topic: &str) -> io::Result<Topic<T>> {
         self.typed(topic, Durability::TransientLocal)
     }
@@ -72,7 +72,7 @@ impl<W: Write> Output<W> {
     }
 }
 
-/// What becomes of messages that were sent before somebody subscribes, by its number in ROS 2.
+/// Whether late subscribers get earlier messages. The values are those of ROS 2.
 #[derive(Clone, Copy, Debug)]
 enum Durability {
     TransientLocal = 1,
@@ -80,7 +80,7 @@ enum Durability {
 }
 
 impl Durability {
-    /// The profile of the publisher, for players of bags: reliable, and the rest as usual.
+    /// The publisher's QoS profile, for bag players: reliable, with the usual defaults.
     fn profiles(self) -> String {
         const FOREVER: &str = "{sec: 9223372036, nsec: 854775807}";
         let depth = if let Self::TransientLocal = self { 1 } else { 10 };

@@ -1,10 +1,9 @@
-//! The types of ROS 2 messages that topics have: each is a struct here, from which both its definition and its encoding
-//! come.
+//! The ROS 2 message types of the topics. Each is a struct, from which both its definition and its encoding are made.
 //!
 //! The fields are those of ROS 2 Humble and later: the packages `builtin_interfaces` and `rcl_interfaces`
 //! (`ros2/rcl_interfaces`, Apache-2.0), `std_msgs`, `geometry_msgs`, `sensor_msgs`, `nav_msgs`, `diagnostic_msgs` and
 //! `visualization_msgs` (`ros2/common_interfaces`, Apache-2.0), and `tf2_msgs` (`ros2/geometry2`, BSD). Constants and
-//! comments are left out: they do not change a message.
+//! comments are left out: they do not affect the encoding.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -18,12 +17,12 @@ pub(crate) trait Field {
     /// The type's name in definitions: `float64`, `std_msgs/Header`.
     fn name() -> String;
 
-    /// Adds the definition of this type and those that it contains, each once: name and fields.
+    /// Adds the definitions of this type and of those that it contains, each once: name and fields.
     fn define(_definitions: &mut Vec<(String, String)>) {}
 
     fn write(&self, cdr: &mut Cdr);
 
-    /// Writes several, one after the other.
+    /// Writes several values, one after the other.
     fn write_all(items: &[Self], cdr: &mut Cdr)
     where
         Self: Sized,
@@ -32,7 +31,7 @@ pub(crate) trait Field {
     }
 }
 
-/// The definition of a message as the encoding `ros2msg` has it: its fields, then those of the types in it.
+/// The definition of a message in the `ros2msg` encoding: its fields, then those of the types in it.
 pub(crate) fn definition<T: Field>() -> String {
     let mut definitions = Vec::new();
     T::define(&mut definitions);
@@ -104,7 +103,7 @@ impl<T: Field> Field for Vec<T> {
     }
 }
 
-/// Eight bits without a meaning: what ROS calls `byte`.
+/// ROS's `byte`: eight bits without a meaning.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Byte(pub(crate) u8);
 
@@ -312,7 +311,7 @@ impl PoseStamped {
 }
 
 impl TransformStamped {
-    /// Where a frame is in another.
+    /// The pose of one frame in another.
     pub(crate) fn new(time: Duration, frame: &str, child: &str, pose: &MapPose) -> Self {
         let translation = Vector { x: pose.translation.x, y: pose.translation.y, z: 0.0 };
         let transform = Transform { translation, rotation: pose.into() };
@@ -321,9 +320,9 @@ impl TransformStamped {
 }
 
 impl PointCloud {
-    /// Points of a plane.
+    /// Points in a plane.
     pub(crate) fn new(time: Duration, frame: &str, points: impl IntoIterator<Item = maps::Point>) -> Self {
-        /// What `datatype` calls 32-bit floating point.
+        /// The value of `datatype` for 32-bit floating point.
         const FLOAT32: u8 = 7;
         const POINT_BYTES: u32 = 12;
         let coordinate =
@@ -354,7 +353,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_definition_has_each_contained_type_once() {
+    fn a_definition_has_each_nested_type_once() {
         let rule = "=".repeat(80);
         let expected = format!(
             "std_msgs/Header header\ngeometry_msgs/Pose pose\n{rule}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\n\
