@@ -1,4 +1,4 @@
-//! Asks a map and its places. In the crate's folder: `cargo run --example ask_map -- house.yaml house.places.toml`.
+//! Queries a map and its places. In the crate's folder: `cargo run --example ask_map -- house.yaml house.places.toml`.
 
 use std::error::Error;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use diagnostics::from_disk;
 use maps::{Cell, PlacesFile, load_map};
 
-/// The radius of the robot that has to fit there.
+/// The radius of the robot that must fit.
 const RADIUS_M: f64 = 0.30;
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [map, places] = arguments.as_slice() else { return Err("usage: ask_map MAP.yaml PLACES.toml".into()) };

@@ -2,12 +2,12 @@
 
 use crate::{Point, Pose};
 
-/// The knowledge about a cell.
+/// What is known about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Cell {
     /// Seen to be empty.
     Free,
-    /// A wall or another fixed obstacle.
+    /// A wall or other fixed obstacle.
     Occupied,
     /// Never seen: transparent to lasers, not solid in simulation, never planned through.
     #[default]
@@ -141,8 +141,8 @@ impl OccupancyGrid {
         self.from_grid(&Point::new(index.column as f64 + 0.5, index.row as f64 + 0.5))
     }
 
-    /// Whether a disc around a point of the `map` frame lies within the grid and touches only free cells: whether a
-    /// robot of this radius fits there. Touching includes the edge.
+    /// Whether a disc around a point of the `map` frame lies within the grid and touches only free cells, that is,
+    /// whether a robot of this radius fits there. Touching includes the edge.
     #[must_use]
     pub fn has_room(&self, center: &Point, radius_m: f64) -> bool {
         let center = self.to_grid(center);

@@ -16,8 +16,8 @@
 //! ```
 //!
 //! The robot starts in the living room and is sent to the kitchen. It passes the niche with the charging station at a
-//! distance between 1 m and 2 m, so passing by is not docking. The rooms differ in shape, size and furniture, so a
-//! laser scan identifies where it was taken.
+//! distance of 1 m to 2 m, so it does not dock in passing. The rooms differ in shape, size and furniture, so a laser
+//! scan identifies where it was taken.
 //!
 //! `cargo run -p steward-maps --example draw_maps` draws the map's files; a test checks that they are up to date.
 
@@ -55,7 +55,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 #[must_use]
 pub fn places() -> Places {
     let places = PlacesFile::load(Path::new("house.places.toml"), &read);
-    places.expect("the places of the house are tested to be right").into_places()
+    places.expect("a test parses the places of the house").into_places()
 }
 
 /// Draws the map. The result equals the map loaded from [`FILES`].

@@ -13,20 +13,16 @@ pub use save::{ImageFormat, MapFiles, map_files, save_map};
 use crate::raster::{Raster, RasterError};
 use crate::{OccupancyGrid, Pose, pose};
 
-/// Larger coordinates, in metres, are taken for mistakes.
+/// Coordinates beyond this, in metres, are refused as mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
 /// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
 ///
 /// ```yaml
-/// image: house.pgm            # PGM or PNG, relative to this file
-/// resolution: 0.05            # metres a cell
-/// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the picture's lower left corner
-/// negate: 0                   # 1: black is free
-/// occupied_thresh: 0.65
-/// free_thresh: 0.196
-/// mode: trinary               # or scale, raw; may be left out
+/// image: house.pgm # PGM or PNG, relative to this file resolution: 0.05 # metres per cell origin: [-16.0, -6.0, 0.0] #
+/// x m, y m, yaw rad of the picture's lower left corner negate: 0 # 1: black is free occupied_thresh: 0.65 free_thresh:
+/// 0.196 mode: trinary # or scale, raw; may be left out
 /// ```
 ///
 /// `mode` decides what a pixel means. Its *shade* is the mean of its colours, from 0 (black) to 1 (white), its
@@ -128,7 +124,7 @@ fn read_meaning(root: Table<'_>) -> Option<Meaning> {
     Some(Meaning { mode, negate: negate?, occupied_threshold: occupied?, free_threshold: free? })
 }
 
-/// A truth value as ROS's YAML reader accepts it: also 0 and 1, and the words of YAML 1.1.
+/// A boolean as ROS's YAML reader accepts it, including 0, 1 and the words of YAML 1.1.
 fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
     let word = match item.as_text() {
         Some("yes" | "on") => Some(true),

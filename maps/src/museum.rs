@@ -10,8 +10,8 @@
 //!  └────────────────┴──────────────┘      0 m
 //! ```
 //!
-//! The only way into the treasury is a door. Sculptures and treasury are dead ends: the robot has to get past its
-//! visitors there.
+//! The only way into the treasury is a door. The sculpture room and the treasury are dead ends, where the robot has to
+//! get past its visitors.
 //!
 //! `cargo run -p steward-maps --example draw_maps` draws the map's files; a test checks that they are up to date.
 

@@ -50,7 +50,7 @@ impl PlacesFile {
         Ok(Self::parse(&path.display().to_string(), &read_text(path, read)?)?)
     }
 
-    /// Parses a places file. `name` is what diagnostics call it.
+    /// Parses a places file. Diagnostics refer to it by `name`.
     ///
     /// # Errors
     /// Everything that is wrong with it.

@@ -4,14 +4,14 @@ use diagnostics::{Problem, Span, Spanned};
 
 use crate::Point;
 
-/// More corners are refused: each edge is compared with every other.
+/// More corners are refused, because each edge is compared with every other.
 const MAX_CORNERS: usize = 1000;
 
 /// Smaller areas, in square metres, count as empty.
 const MIN_AREA_M2: f64 = 1e-4;
 
-/// The problems of a polygon: too few corners, coinciding corners, edges that cross or touch, no area. `whole` is where
-/// all of it is written.
+/// The problems of a polygon: too few corners, coinciding corners, edges that cross or touch, no area. `whole` is the
+/// span of the whole polygon.
 pub(crate) fn problems(corners: &[Spanned<Point>], whole: &Span) -> Vec<Problem> {
     if !(3..=MAX_CORNERS).contains(&corners.len()) {
         let problem = whole.problem(format!("an area must have from 3 to {MAX_CORNERS} corners"));

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use maps::{Cell, CellIndex, ImageFormat, OccupancyGrid, Place, Point, house, load_map, map_files};
 
-/// The robot is a disc of 0.30 m; with 0.1 m to spare it must fit everywhere.
+/// The robot is a disc of radius 0.30 m, which must fit everywhere with 0.1 m to spare.
 const CLEARANCE_M: f64 = 0.40;
 
 /// A planner that prefers distance from walls keeps this far away from them.
@@ -72,13 +72,13 @@ fn the_station_is_on_the_way_but_not_in_the_way() {
     let (map, places) = (house::draw(), house::places());
     let goal = |name: &str| places.get(name).unwrap().goal_position();
     let (start, station, destination) = (goal("start"), goal("RechargingStation"), goal("Destination"));
-    // The route passes the station like this whether a planner cuts corners or keeps away from walls.
+    // This must hold whether a planner cuts corners or keeps away from walls.
     for shyness in [0, 1, 4] {
         let route = Distances::from(&map, &start, shyness).route_to(&map, &destination);
         let length_m: f64 = route.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
         let nearest_m = route.iter().map(|point| (point - station).norm()).fold(f64::INFINITY, f64::min);
-        assert!((25.0..30.0).contains(&length_m), "with shyness {shyness} the way is {length_m} m long");
-        assert!((1.2..2.0).contains(&nearest_m), "with shyness {shyness} the way passes {nearest_m} m off");
+        assert!((25.0..30.0).contains(&length_m), "with shyness {shyness}, the route is {length_m} m long");
+        assert!((1.2..2.0).contains(&nearest_m), "with shyness {shyness}, the route passes at {nearest_m} m");
     }
 }
 

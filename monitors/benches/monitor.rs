@@ -146,7 +146,7 @@ fn level(level: f64) -> (&'static str, Message) {
 
 /// A monitor and a million events for it.
 fn prepare(pattern: &str, bound: u64) -> (ScopeMonitor, Vec<Event>) {
-    let (_, formula, script) = PATTERNS.iter().find(|(name, ..)| *name == pattern).expect("a pattern of the list");
+    let (_, formula, script) = PATTERNS.iter().find(|(name, ..)| *name == pattern).expect("a pattern in the list");
     let topology = topology();
     let text = format!(
         "property p := {}",
@@ -157,7 +157,7 @@ fn prepare(pattern: &str, bound: u64) -> (ScopeMonitor, Vec<Event>) {
     let monitor = scope_monitor(file.properties[0].monitor.as_ref()).expect("made from text").clone();
     assert!(monitor.method().anticipates(), "{pattern} {bound}: {:?}", monitor.method());
     let channel = |source: &str| {
-        topology.channels().find(|channel| topology.ends(*channel).0 == source).expect("a channel of the list")
+        topology.channels().find(|channel| topology.ends(*channel).0 == source).expect("a channel in the list")
     };
     let mut events = Vec::with_capacity(EVENTS);
     for tick in 0..EVENTS as u64 / 2 {
@@ -220,12 +220,12 @@ fn phi2_messages(bencher: Bencher<'_, '_>, bound: u64) {
     on_messages(bencher, "phi2", bound);
 }
 
-/// The time to make a monitor from text: mostly the automaton.
+/// The time to make a monitor from text, most of which goes into the automaton.
 #[divan::bench(sample_count = 10, args = [10, 100, 1000])]
 fn synthesis_of_response_between(bencher: Bencher<'_, '_>, bound: u64) {
     let topology = topology();
     let (_, formula, _) =
-        PATTERNS.iter().find(|(name, ..)| *name == "response between").expect("a pattern of the list");
+        PATTERNS.iter().find(|(name, ..)| *name == "response between").expect("a pattern in the list");
     let text = format!("property p := {}", formula.replace('N', &bound.to_string()));
     bencher.bench_local(|| monitors::load("bench.scope", &text, &topology, Duration::from_secs(1)));
 }

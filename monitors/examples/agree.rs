@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use support::{Dice, Tally, check, random_formula, random_sequence, topology};
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
     let pairs = arguments.next().and_then(Result::ok).unwrap_or(10_000);

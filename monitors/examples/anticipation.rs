@@ -2,7 +2,8 @@
 //!
 //! For each random formula and each prefix of a random sequence, a verdict is checked on hundreds of random endless
 //! words. If there is no verdict, the automaton names an endless word for either outcome, and the oracle confirms both.
-//! So no verdict is wrong or too early, and late ones are counted. An optional second argument is the first seed.
+//! This shows that no verdict is wrong or too early; late ones are counted. An optional second argument is the first
+//! seed.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 
 use support::{Dice, Tally, check, random_formula, random_sequence, topology};
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
     let formulas = arguments.next().and_then(Result::ok).unwrap_or(10_000);
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
     let Tally { graphs, automata, progressions, .. } = tally;
     println!("{graphs} by program graphs, {automata} by automata, {progressions} by progression");
     println!("{} verdicts, each on {} random endless words", tally.settled, tally.words);
-    println!("{} outcomes were open for endless words alone", tally.endless);
-    println!("late at {} prefixes by an automaton, at {} by progression in its place", tally.delayed, tally.late);
+    println!("{} outcomes were open because of endless words alone", tally.endless);
+    println!("late at {} prefixes with an automaton, at {} with progression instead", tally.delayed, tally.late);
     ExitCode::SUCCESS
 }

@@ -1,9 +1,9 @@
 //! Feeds the parser broken property files: `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`.
 //!
-//! Inputs are the shipped files and others, cut, mixed, repeated and interspersed with signs and bytes. The parser must
-//! terminate on each, its problems must lie inside the text, and accepted text must print and read back as the same
-//! tree. An optional second argument is the first seed. This needs no nightly compiler; it exits with 1 at the first
-//! failure.
+//! Inputs are the shipped files and others, cut, mixed, repeated and interspersed with tokens and bytes. The parser
+//! must terminate on each, its problems must lie inside the text, and accepted text must print and read back as the
+//! same tree. An optional second argument is the first seed. This needs no nightly compiler; it exits with 1 at the
+//! first failure.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use std::time::Instant;
 use monitors::SHIPPED;
 use monitors::syntax::parse_file;
 
-/// The material of the files.
+/// The tokens to insert.
 const WORDS: [&str; 56] = [
     "const",
     "property",
@@ -83,7 +83,7 @@ impl Dice {
     }
 }
 
-/// A place in a text at which a character begins.
+/// A position in a text at which a character begins.
 fn place(dice: &mut Dice, text: &str) -> usize {
     let mut at = dice.roll(text.len() + 1);
     while !text.is_char_boundary(at) {
@@ -127,7 +127,7 @@ fn check(text: &str) -> Result<bool, String> {
     let parsed = parse_file(text);
     for problem in &parsed.problems {
         if problem.offset() > text.len() {
-            return Err(format!("a problem outside of the text: {problem}"));
+            return Err(format!("a problem outside the text: {problem}"));
         }
     }
     if parsed.problems.iter().any(diagnostics::Problem::is_error) {
@@ -143,7 +143,7 @@ fn check(text: &str) -> Result<bool, String> {
 #[expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
-    reason = "a program that is run by hand and says how long it took"
+    reason = "a program that is run manually and prints its run time"
 )]
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());

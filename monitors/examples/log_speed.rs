@@ -1,5 +1,5 @@
-//! The time to read a log and to verify it: `cargo run --release -p steward-monitors --example log_speed -- 10000000
-//! /tmp/log.jsonl`.
+//! Measures the time to read a log and to verify it: `cargo run --release -p steward-monitors --example log_speed --
+//! 10000000 /tmp/log.jsonl`.
 //!
 //! Writes a log of an artificial run with this many events to the file if it does not exist, reads it without monitors
 //! and then with φ1, φ2 and its variant, and prints the times and (on Linux) the peak memory.
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use channels::{Monitor, Topology};
 use monitors::{Channels, EventLog, Property, SHIPPED, load, topology_of_log, verify};
 
-/// A run in which the robot drives, its level goes up and down, and nothing is violated.
+/// A run in which the robot drives, its battery level rises and falls, and nothing is violated.
 fn write_log(path: &Path, events: u64) -> io::Result<()> {
     let mut log = BufWriter::with_capacity(1 << 20, File::create(path)?);
     writeln!(log, r#"{{"scenario":"made up","seed":1}}"#)?;

@@ -1,9 +1,9 @@
-//! Writes formulas that look back as reelay's patterns, each with a run and where it first fails, so that reelay can
-//! confirm them: `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`, then, with
-//! the package `reelay` of PyPI installed, `python3 monitors/examples/reelay_cases.py cases.jsonl`.
+//! Writes formulas that look back as reelay patterns, each with a run and the step where it first fails, so that reelay
+//! can confirm them: `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`, then,
+//! with the package `reelay` from PyPI installed, `python3 monitors/examples/reelay_cases.py cases.jsonl`.
 //!
 //! reelay samples at 0, 1, 2, …: a run has one message after each tick, on one channel, and every operand has an event
-//! of that channel, so that it is checked at messages and nowhere else.
+//! of that channel, so it is checked only at messages.
 
 #[path = "../tests/support/mod.rs"]
 #[expect(dead_code, reason = "shared with the tests")]
@@ -20,7 +20,7 @@ use support::{Dice, event};
 
 const NAMES: [&str; 3] = ["p", "q", "r"];
 
-/// A formula on one channel, and the same as a pattern.
+/// A formula on one channel, and the same formula as a pattern.
 struct Pair(Formula, String);
 
 fn any(channel: ChannelId) -> Formula {
@@ -69,9 +69,9 @@ fn pair(dice: &mut Dice, channel: ChannelId, depth: u32) -> Pair {
     }
 }
 
-/// A bound, and the same as an interval.
+/// A bound, and the same bound as an interval.
 fn within(dice: &mut Dice) -> (Bound, String) {
-    // reelay takes an end of 0 for none.
+    // To reelay, an end of 0 means no end.
     let ticks = 1 + dice.roll(4);
     let bound = |relation| Bound { relation, ticks };
     match dice.roll(5) {
@@ -83,7 +83,7 @@ fn within(dice: &mut Dice) -> (Bound, String) {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() {
     let cases = std::env::args().nth(1).and_then(|count| count.parse().ok()).unwrap_or(1_000_u64);
     let mut topology = Topology::default();

@@ -14,7 +14,7 @@ let runs = 0, violations = 0, wrong = 0;
 for (const line of readFileSync(process.argv[2], 'utf8').trim().split('\n')) {
   const trace = JSON.parse(line);
   for (const run of trace.runs) {
-    // The engine keeps the data model with the prepared document: each run needs its own.
+    // The engine keeps the data model with the prepared document, so each run needs its own document.
     const prepared = await load(trace.scxml);
     const machine = new scxml.core.Statechart(prepared);
     const failing = () => machine.getConfiguration().some((state) => ['failure', 'Err', 'violated'].includes(state));

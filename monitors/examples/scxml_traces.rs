@@ -1,6 +1,6 @@
 //! Writes exported SCXML monitors with random runs and the expected verdicts, so that an ECMAScript SCXML engine can
 //! confirm them: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the
-//! package `@scion-scxml/scxml` of npm beside it, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
+//! package `@scion-scxml/scxml` from npm installed, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
 
 #[path = "../tests/support/mod.rs"]
 #[expect(dead_code, reason = "shared with the tests")]
@@ -11,7 +11,7 @@ use monitors::{Format, Method, ScopeMonitor};
 
 use support::{Dice, random_formula, random_sequence, topology};
 
-/// A text as JSON.
+/// A string as JSON.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for char in text.chars() {
@@ -41,7 +41,7 @@ fn delivered(event: &Event, topology: &Topology) -> String {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() {
     let machines = std::env::args().nth(1).and_then(|count| count.parse().ok()).unwrap_or(100_u64);
     let topology = topology();
@@ -50,7 +50,7 @@ fn main() {
         let mut dice = Dice(seed);
         let formula = random_formula(&mut dice, &topology, 3);
         let Ok(monitor) = ScopeMonitor::new("p", formula, &topology) else { continue };
-        // Every other machine is an automaton, and none is large.
+        // Every second machine is an automaton, and all are small.
         let is_automaton = matches!(monitor.method(), Method::Automaton { .. });
         if matches!(monitor.method(), Method::Automaton { states } if states > 60) || is_automaton != (written % 2 == 1)
         {

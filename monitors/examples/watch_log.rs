@@ -1,7 +1,7 @@
 //! Checks properties on your own event log: which held, which were violated, and by which messages.
 //!
 //! `cargo run --example watch_log -- examples/lift.jsonl examples/lift.scope`, in the crate's folder. The log is that
-//! of a lift, without a robot. `EventLog` describes the lines.
+//! of a lift; there is no robot. `EventLog` describes its lines.
 
 use std::fs::{File, read_to_string};
 use std::io::BufReader;
@@ -11,20 +11,20 @@ use channels::Monitor;
 use miette::{IntoDiagnostic, Result, miette};
 use monitors::{Channels, EventLog, Outcome, load, topology_of_log, verify};
 
-/// Time between the log's ticks, in which the durations of properties are counted.
+/// The time between the log's ticks, to which the durations in properties are converted.
 const TICK: Duration = Duration::from_secs(1);
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [log, properties] = arguments.as_slice() else { return Err(miette!("usage: watch_log LOG.jsonl FILE.scope")) };
     let open = || Ok::<_, miette::Report>(BufReader::new(File::open(log).into_diagnostic()?));
 
-    // The processes and channels. For a system that you know, declare them in a `Topology` with the messages of each
-    // channel: then conditions are checked against these, too.
+    // The processes and channels. If you know the system, declare them in a `Topology` with the messages of each
+    // channel: conditions are then checked against those messages, too.
     let topology = topology_of_log(open()?).into_diagnostic()?;
 
-    // The properties, each with its monitor. All mistakes in the file are reported at once, each with its place.
+    // The properties, each with its monitor. All mistakes in the file are reported at once, each with its location.
     let text = read_to_string(properties).into_diagnostic()?;
     let mut file = load(properties, &text, &topology, TICK)?;
 

@@ -56,7 +56,7 @@ impl Vocabulary {
         names
     }
 
-    /// The memory in a state in which a part is checked.
+    /// What the events of a part remember when it is checked.
     pub(crate) fn remembered(&self, part: &Part) -> Vec<Remembered> {
         let events = part.iter().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(self.get(*event)),
@@ -88,7 +88,7 @@ impl Vocabulary {
         part.iter().flat_map(|literal| self.free(literal)).filter(|name| !is_own(name)).collect()
     }
 
-    /// Whether what a literal says about the past needs more than bits: values are compared or remembered in it.
+    /// Whether bits are not enough for what a literal says about the past, because it compares or remembers values.
     pub(crate) fn looks_back_at_values(&self, literal: &Literal) -> bool {
         match literal {
             Literal::Event { event, .. } | Literal::Count { event, .. } => {
@@ -100,7 +100,7 @@ impl Vocabulary {
         }
     }
 
-    /// Checks that every name is remembered where it is used, and that the past needs no endless memory.
+    /// Checks that every name is remembered where it is used, and that the past needs no unbounded memory.
     fn check(&self, form: &Form, known: &[Arc<str>], in_past: bool) -> Result<(), FormulaError> {
         for part in form {
             let own = self.remembered(part);
@@ -134,10 +134,10 @@ impl Vocabulary {
         if self.is_timed { u64::try_from(event.time.as_nanos()).unwrap_or(u64::MAX) } else { event.tick }
     }
 
-    /// The number of an event of the formula.
+    /// The number of one of the formula's events.
     fn id(&self, event: &EventAtom) -> EventId {
         let position = self.events.iter().position(|known| known == event);
-        EventId(position.expect("a vocabulary has all events of its formula") as u32)
+        EventId(position.expect("a vocabulary contains all events of its formula") as u32)
     }
 
     pub(crate) fn get(&self, event: EventId) -> &EventAtom {
@@ -176,7 +176,7 @@ pub(crate) struct Window {
 }
 
 impl Bound {
-    /// The windows in which an event makes it true, in order: none, one, or two for `!=`.
+    /// The windows in which an event satisfies the bound, in order: none, one, or two for `!=`.
     pub(crate) fn windows(self) -> impl DoubleEndedIterator<Item = Window> {
         let Self { relation, ticks } = self;
         let before = ticks.checked_sub(1).map(|last| Window { first: 0, last });
@@ -192,7 +192,7 @@ impl Bound {
         windows.into_iter().flatten()
     }
 
-    /// The last tick from now at which an event makes it true; `u64::MAX` if there is no end.
+    /// The last tick, counted from now, at which an event satisfies the bound; `u64::MAX` if there is no end.
     pub(crate) fn end(self) -> Option<u64> {
         self.windows().next_back().map(|window| window.last)
     }
@@ -203,7 +203,7 @@ impl Bound {
 pub(crate) enum Literal {
     /// The event's last message satisfies it (or does not).
     Event { event: EventId, holds: bool },
-    /// The event passes in time (or does not).
+    /// The event occurs within the bound (or does not).
     Time { event: EventId, bound: Bound, holds: bool },
     /// At the next state with a message on one of its own channels, the clauses hold. `strong` requires that there is
     /// such a state.
@@ -212,11 +212,11 @@ pub(crate) enum Literal {
     Until { hold: Form, goal: Form },
     /// All clauses of `hold` hold whenever they are checked, until a product of `escape` has held.
     Release { escape: Form, hold: Form },
-    /// A product of `goal` held at some state as long ago as the bound says, and all clauses of `hold` held whenever
-    /// they were checked after it (or not).
+    /// A product of `goal` held at some earlier state within the bound, and all clauses of `hold` held whenever they
+    /// were checked after it (or not).
     Since { hold: Form, goal: Form, bound: Bound, holds: bool },
-    /// At the last state before this one with a message on one of their own channels, as long ago as the bound says,
-    /// the clauses held (or not).
+    /// The last earlier state with a message on one of the clauses' own channels lies within the bound, and the clauses
+    /// held there (or not).
     Previous { clauses: Form, bound: Bound, holds: bool },
     /// At least `count` messages that satisfy the event have passed in the last `ticks` (or not).
     Count { event: EventId, count: u64, ticks: u64, holds: bool },
@@ -234,7 +234,7 @@ impl Literal {
         }
     }
 
-    /// A literal about the past, as if it were not negated, and whether it holds.
+    /// A literal about the past without its negation, and whether it must hold; `None` for other literals.
     pub(crate) fn past(&self) -> Option<(Self, bool)> {
         let mut positive = self.clone();
         match &mut positive {
@@ -321,7 +321,7 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         }
         Formula::Count { is_at_most: false, count: 0, .. } => Ok(constant(holds, shape)),
         Formula::Count { event, is_at_most, count, ticks } => {
-            // At most n is not at least n + 1.
+            // "At most n" is "not at least n + 1".
             let count = count.saturating_add(u64::from(*is_at_most));
             let event = words.id(event);
             Ok(single(Literal::Count { event, count, ticks: *ticks, holds: holds != *is_at_most }))
@@ -329,7 +329,7 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
     }
 }
 
-/// True is no clause, or the empty product; false is the empty clause, or no product.
+/// True has no clauses, or an empty product; false has an empty clause, or no products.
 fn constant(truth: bool, shape: Shape) -> Form {
     if truth == (shape == Shape::Clauses) { Form::new() } else { Form::from([Part::new()]) }
 }
@@ -377,9 +377,9 @@ fn add(parts: &mut Vec<Part>, part: Part) {
 /// When something is checked.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Clock {
-    /// At messages on these channels,
+    /// At messages on these channels.
     pub(crate) channels: BTreeSet<ChannelId>,
-    /// and at ticks, if so.
+    /// Also at ticks.
     pub(crate) ticks: bool,
 }
 
@@ -414,8 +414,9 @@ pub(crate) fn clock(part: &Part, words: &Vocabulary) -> Clock {
     Clock::of(std::iter::once(part), words)
 }
 
-/// Whether a violation of the formula shows as soon as nothing can avert it: it is `always` of clauses of the present
-/// and the past, of which only one has deadlines, or is alone. Silence, or all that it waits for, then keeps it.
+/// Whether a violation of the formula is noticed as soon as nothing can avert it. It is if the formula is `always` of
+/// clauses about the present and the past, either a single one or several without deadlines: then silence, or
+/// everything that the clause waits for, still satisfies it.
 pub(crate) fn is_prompt(form: &Form) -> bool {
     let mut rules = Vec::new();
     for clause in form {

@@ -7,7 +7,7 @@ use channels::{ChannelId, Message, Relation, Value};
 
 use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
-/// The values of names. A name without a value is not in it.
+/// The values of names. Names without a value are left out.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Values(Option<Arc<[Entry]>>);
 
@@ -30,7 +30,7 @@ impl Values {
         Self((!entries.is_empty()).then(|| entries.into()))
     }
 
-    /// These values, with those that are remembered now, in which they may be missing.
+    /// These values, updated with those that are remembered now; a field may lack a value.
     pub(crate) fn with<'m>(&self, remembered: &[Remembered], last: impl Fn(ChannelId) -> Option<&'m Message>) -> Self {
         if remembered.is_empty() {
             return self.clone();
@@ -89,7 +89,7 @@ impl PartialOrd for Values {
 }
 
 impl Term {
-    /// The term's value; `None` if a field or a remembered value is missing, or a number that it needs.
+    /// The term's value; `None` if a field or a remembered value is missing, or if an operand is not a number.
     fn value(&self, message: &Message, values: &Values) -> Option<Value> {
         match self {
             Self::Field(field) => message.field(*field).cloned(),
@@ -113,7 +113,7 @@ impl Term {
         }
     }
 
-    /// The term with values in the place of names.
+    /// The term with values in place of names.
     fn told(&self, values: &Values) -> Self {
         match self {
             Self::Remembered(name) => values.get(name).map_or_else(|| self.clone(), |value| Self::Value(value.clone())),
@@ -131,8 +131,8 @@ impl Term {
 }
 
 impl Arithmetic {
-    /// The result for two numbers. Integers stay integers, except in a division; a value that is not finite is not a
-    /// number.
+    /// The result of the operation on two numbers. Integers stay integers, except in a division; a value that is not
+    /// finite is not a number.
     pub(crate) fn of(self, a: &Value, b: &Value) -> Option<Value> {
         if let (Value::Int(a), Value::Int(b)) = (a, b) {
             let whole = match self {
@@ -157,7 +157,7 @@ impl Arithmetic {
 }
 
 impl MessageCondition {
-    /// The comparison of two terms; a field on the left and a value on the right, where that is all.
+    /// The comparison of two terms: [`Self::Compare`] for a field on the left and a value on the right.
     pub(crate) fn relating(left: Term, relation: Relation, right: Term) -> Self {
         match (left, right) {
             (Term::Field(field), Term::Value(value)) => Self::Compare { field, relation, value },
@@ -193,7 +193,7 @@ impl MessageCondition {
         }
     }
 
-    /// The conditions that it is made of.
+    /// Its immediate parts.
     fn operands(&self) -> Vec<&Self> {
         match self {
             Self::True | Self::False | Self::Compare { .. } | Self::Relate { .. } | Self::Remember { .. } => Vec::new(),
@@ -225,7 +225,7 @@ impl MessageCondition {
         self.operands().into_iter().for_each(|operand| operand.remembers(visit));
     }
 
-    /// The condition with values in the place of names.
+    /// The condition with values in place of names.
     fn told(&self, values: &Values) -> Self {
         let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();
         match self {
@@ -240,14 +240,14 @@ impl MessageCondition {
 }
 
 impl EventAtom {
-    /// The event with values in the place of names.
+    /// The event with values in place of names.
     pub(crate) fn told(&self, values: &Values) -> Self {
         Self { channel: self.channel, condition: self.condition.told(values) }
     }
 }
 
 impl Formula {
-    /// The formula with values in the place of names.
+    /// The formula with values in place of names.
     pub(crate) fn told(&self, values: &Values) -> Self {
         let of = |part: &Self| Box::new(part.told(values));
         let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();

@@ -55,7 +55,7 @@ pub(crate) fn denied(clause: &Part) -> Vec<&Literal> {
     split(clause, true).0
 }
 
-/// The event that would answer the clause.
+/// The events and past formulas that would answer the clause.
 pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) -> Vec<String> {
     let answers = split(clause, true).1.into_iter().filter_map(|wanted| match wanted {
         Literal::Event { event: id, holds: true } | Literal::Time { event: id, holds: true, .. } => {
@@ -66,8 +66,8 @@ pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) ->
     answers.collect()
 }
 
-/// The literals of a clause that are denied, and the others. `historically` and `at most` deny something too, but are
-/// better expressed as they are, unless there is nothing else from which they could demand something.
+/// The literals of a clause that are denied, and the others. `historically` and `at most` deny something too, but read
+/// better as they are, unless the clause has no other antecedent.
 fn split(clause: &Part, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
     let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = clause.iter().partition(|literal| match literal {
         Literal::Event { holds: said, .. } | Literal::Previous { holds: said, .. } => *said != holds,
@@ -97,7 +97,7 @@ fn products(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
     }
 }
 
-/// All literals of a part, or the negations of all.
+/// All literals of a part, or the negations of all of them.
 fn all(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
     and(part.iter().map(|part| literal(part, holds, words)).collect())
 }
@@ -287,7 +287,7 @@ mod tests {
         topology
     }
 
-    /// A formula for each seed; it looks only back, if so.
+    /// A formula for each seed; with `back`, it looks only back.
     fn formula(seed: &mut u64, topology: &Topology, depth: u32, back: bool) -> Formula {
         let mut roll = |sides: u64| {
             *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -4,8 +4,8 @@
 //! - [`Past`] gives the values of the operators that look back in each state; [`Memory`] is what it needs for that.
 //! - [`Obligations`] are what the rest of a run must do; [`Operators`] carry them from one state to the next.
 //! - [`Anticipation`] determines what endless words can still do with obligations.
-//! - [`Progression`] keeps the obligations themselves. An [`Automaton`] has computed all their possible states before
-//!   the run. [`Compact`] needs no obligations, for the paper's safety and response formulas.
+//! - [`Progression`] keeps the obligations themselves. An [`Automaton`] computes all their possible states before the
+//!   run. [`Compact`] needs no obligations, for the paper's safety and response formulas.
 
 mod alphabet;
 mod anticipation;

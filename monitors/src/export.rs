@@ -27,7 +27,7 @@ pub enum Format {
 impl ScopeMonitor {
     /// The monitor's program graph in the given format; `None` for a monitor by progression, which has no graph.
     ///
-    /// An automaton as a graph takes a tick with number 0 for the first of the run, and any other for one that follows
+    /// An automaton as a graph treats a tick with number 0 as the first of the run, and any other as one that follows
     /// another tick. It is correct on runs whose ticks are numbered from 0 without gaps.
     #[must_use]
     pub fn export(&self, format: Format) -> Option<String> {

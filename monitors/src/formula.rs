@@ -48,18 +48,18 @@ pub enum Formula {
     /// The second operand holds or held at some j ≤ i with τi − τj within the bound, and the first whenever it was
     /// checked after that.
     Since(Bound, Box<Formula>, Box<Formula>),
-    /// So many messages that satisfy the event have passed at states j ≤ i with τi − τj < ticks.
+    /// At least, or at most, `count` messages that satisfy the event have passed at states j ≤ i with τi − τj < ticks.
     Count {
         /// The event.
         event: EventAtom,
-        /// Whether the number is the greatest one allowed, or the least.
+        /// Whether `count` is the maximum, not the minimum.
         is_at_most: bool,
         /// The number.
         count: u64,
         /// The length of the window.
         ticks: u64,
     },
-    /// Of a whole formula: τ is the time of a state in nanoseconds, and its bounds are nanoseconds, not ticks.
+    /// A whole formula in which τ is the time of a state and bounds are durations, both in nanoseconds.
     Timed(Box<Formula>),
 }
 
@@ -73,10 +73,10 @@ pub enum FormulaError {
     /// An operator that looks ahead is inside one that looks back.
     #[error("an operator that looks back contains one that looks ahead")]
     LooksAhead,
-    /// A value is compared with in a case in which it was not remembered.
+    /// A formula compares with a value in a case in which the value was not remembered.
     #[error("`{0}` is not remembered in every case in which something is compared with it")]
     NotRemembered(Arc<str>),
-    /// Two values of one name are remembered at once.
+    /// Two values with one name are remembered at once.
     #[error("two values named `{0}` are remembered at the same time")]
     RememberedTwice(Arc<str>),
     /// A formula that looks back at values would have to remember all messages.
@@ -86,7 +86,8 @@ pub enum FormulaError {
 
 /// A bound of an operator, as the formula has it: `⋈ ticks`.
 ///
-/// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked all the same.
+/// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked like any
+/// other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Bound {
     /// ⋈
@@ -240,7 +241,7 @@ impl Formula {
         self.is_bounded(true)
     }
 
-    /// Whether nothing unbounded is demanded by the formula, or by its negation.
+    /// Whether the formula demands nothing unbounded; if not `holds`, whether its negation does not.
     fn is_bounded(&self, holds: bool) -> bool {
         match self {
             Self::True | Self::False | Self::Event(_) => true,
@@ -271,7 +272,7 @@ impl Formula {
             || self.operands().iter().any(|part| part.looks_ahead())
     }
 
-    /// The formulas that it is made of, in the order in which it is written.
+    /// Its immediate subformulas, in the order in which they are written.
     #[must_use]
     pub fn operands(&self) -> Vec<&Self> {
         match self {

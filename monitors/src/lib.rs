@@ -15,8 +15,8 @@
 //!
 //! # The language
 //!
-//! This is the grammar of the paper's figure and of what looks back; the comment at the top of `syntax/parse.rs` has it
-//! in full:
+//! This is the grammar of the paper's figure, extended by operators that look back; the comment at the top of
+//! `syntax/parse.rs` gives it in full:
 //!
 //! ```text
 #![doc = include_str!("grammar.txt")]
@@ -26,15 +26,15 @@
 //! `not`, `next`, `always`, `eventually`, `once`, `historically` and `previous` bind tightest, then `until` and
 //! `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be written
 //! as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's domain
-//! gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name,
-//! wherever it is. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
-//! parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at
-//! the property's end, with a warning, because the paper prints φ2 this way.
+//! gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name, at any
+//! position. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis
+//! that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at the
+//! property's end, with a warning, because the paper prints φ2 this way.
 //!
 //! # The semantics
 //!
-//! The paper defines SCOPE as TPTL on timed state sequences. It leaves open some questions that matter in a system of
-//! channels, where two channels never carry a message in the same step. This section settles them.
+//! The paper defines SCOPE as TPTL on timed state sequences. This leaves open some questions that matter in a system of
+//! channels, where two channels never carry a message in the same step; this section settles them.
 //!
 //! *States.* There is one state for each message received between processes, and one for each tick *generated*, whether
 //! or not a process takes it. τi is the number of the last tick generated at state i; the tick's own state already has
@@ -82,8 +82,9 @@
 //! | `at least n e in θ` | at no fewer |
 //!
 //! Without `[⋈ θ]`, any distance will do. j = i counts, except for `previous`, which is false where nothing was checked
-//! before. The atoms inside these operators are nobody's own atoms. Nothing that looks ahead can stand inside them. The
-//! window `in θ` is half open: `in 10 s` with a tick a second is the last ten ticks, this one included.
+//! before. The atoms inside these operators are not own atoms of any part. They cannot contain operators that look
+//! ahead. The window `in θ` is half-open: with one tick per second, `in 10 s` covers the last ten ticks, including this
+//! one.
 //!
 //! A property holds on a sequence if it holds at 0. An event outside every temporal operator is refused: it would be
 //! checked in a state before any message.
@@ -91,14 +92,14 @@
 //! *Timed properties.* In a `timed property`, τi is the time of state i instead, and θ a duration, exact to the
 //! nanosecond. Ticks and messages are the states as before; time passes between any of them. A deadline that passes in
 //! silence is noticed at the first event after it, at the next tick at the latest; the witness names the moment itself.
-//! Nothing else changes, but there are no automata: time has no letters.
+//! Nothing else changes, except that there are no automata, since time has no letters.
 //!
 //! *Remembered values.* `m[k] as x` in an event holds if the message has the field, and x is then the value of that
 //! field in the last message on the event's channel. A part gives its own events' names their values in the state in
-//! which it is checked (the freeze quantifier of TPTL, on data); all of the part can compare with them, and all
-//! operators inside it, which pass them on. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)`
-//! awaits, for each A, a B of the same value. A name must have a value wherever it is used, one only, and cannot be
-//! that of a constant.
+//! which it is checked (the freeze quantifier of TPTL, on data); the whole part can compare with them, including all
+//! operators inside it, at any depth. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)` waits, for
+//! each A, for a B with the same value. A name must have exactly one value wherever it is used, and must not be that of
+//! a constant.
 //!
 //! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a
 //! missing field, a value that is not a number, a division by zero or an infinite result has no value,
@@ -146,18 +147,18 @@
 //! the last time for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last
 //! four messages for `at most 3`. So it has finitely many states, and they are part of an automaton's: its verdicts are
 //! as early with them as without. If the automaton would be too large, the clauses become rules ([`Method::Rules`]): a
-//! violation comes as early, but that nothing can violate the formula any more (`once` has held, say) is noticed only
-//! at the end.
+//! violation is noticed as early, but if the formula can no longer be violated (because `once` has held, say), this is
+//! noticed only at the end.
 //!
 //! Time and remembered values have no letters. Rules with times are as exact as rules with ticks. A formula that
 //! remembers values is monitored by progression, with the values in its obligations: one for each value that is waited
-//! for. An operator that looks back at values keeps the messages within its bound, and must have one (`previous` needs
-//! none). Both are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as possible.
-//! Conditions on several fields or with arithmetic are judged exactly, but not foreseen: which of them exclude each
-//! other is unknown.
+//! for. An operator that looks back at values keeps the messages within its bound, so it must have a bound (except
+//! `previous`). Both are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as
+//! possible. Conditions on several fields or with arithmetic are judged exactly, but not foreseen: which of them
+//! exclude each other is unknown.
 //!
-//! A monitor's normal form, for proofs, has the ages and values that matter. A timed formula and one that looks back at
-//! values have none, and say so.
+//! A monitor's normal form, for proofs, contains the ages and values that matter. A timed formula has no normal form,
+//! nor has one that looks back at values; both say so.
 //!
 //! An automaton is not minimised: its states are the possible sets of obligations, and the limit applies to their
 //! number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin
@@ -184,8 +185,8 @@
 //!   random endless words. Every printed formula reads back as the same formula. Further tests check the definition by
 //!   examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
-//! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs each with operators that look back,
-//!   and with remembered values and arithmetic.
+//! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs with operators that look back, and
+//!   another 10⁵ with remembered values and arithmetic.
 //! - `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`: formulas that look back,
 //!   with runs and verdicts, for reelay (`examples/reelay_cases.py` runs them).
 //! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred
@@ -200,7 +201,7 @@
 //!   MUTANTS.md lists the surviving mutants and why they survive.
 //! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
 
-/// The grammar of the SCOPE language: that of the paper's Figure 3, and what looks back.
+/// The grammar of the SCOPE language: that of the paper's Figure 3, extended by operators that look back.
 pub const GRAMMAR: &str = include_str!("grammar.txt");
 
 mod clause;

@@ -126,7 +126,7 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
     definition.formula.events(&mut |event| impossible.push(!monitor.can_hold(event)));
     for (span, _) in spans.into_iter().zip(impossible).filter(|(_, impossible)| *impossible) {
         let help = "the conditions contradict each other or the channel's messages";
-        warn("no message can be this event".to_owned(), span, "never true", help);
+        warn("no message can satisfy this event".to_owned(), span, "never true", help);
     }
     match (monitor.verdict(), monitor.is_violated_by_a_tick()) {
         (Verdict::True, _) => {
@@ -150,7 +150,7 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
     }
 }
 
-/// The places of the events of a constraint, in the order in which [`Formula::events`] visits them.
+/// The spans of the events of a constraint, in the order in which [`Formula::events`] visits them.
 fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     match &constraint.kind {
         ConstraintKind::Event(event)

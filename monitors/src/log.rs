@@ -48,11 +48,11 @@ pub enum LogError {
     Backwards {
         /// The number of the line, counted from 1.
         line: u64,
-        /// The line's step is less than that of a previous line, or
+        /// The line's step. It, the tick or the time is less than that of a previous line.
         step: u64,
-        /// its tick is, or
+        /// The line's tick.
         tick: u64,
-        /// its time is.
+        /// The line's time.
         time: Duration,
     },
 }

@@ -208,12 +208,12 @@ impl ScopeMonitor {
         self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
     }
 
-    /// Whether messages are letters to it: it measures no time, remembers no values and does not calculate.
+    /// Whether messages are letters to it: the formula measures no time, remembers no values and does not calculate.
     pub(crate) fn has_letters(&self) -> bool {
         self.synthesis.has_graph() && !self.synthesis.vocabulary.has_data()
     }
 
-    /// Whether some message within its channel's domain is this event.
+    /// Whether some message within its channel's domain satisfies this event.
     pub(crate) fn can_hold(&self, event: &crate::formula::EventAtom) -> bool {
         self.synthesis
             .alphabet
@@ -251,7 +251,7 @@ impl ScopeMonitor {
         self.synthesis.alphabet.letters().map(move |(_, channel, message)| received(channel, message))
     }
 
-    /// Processes letters that were read before: the fast way.
+    /// Processes letters that were read in advance, which is fast.
     ///
     /// The verdict afterwards is the same as with [`Monitor::observe`] for messages within the domains of their
     /// channels. Witnesses are not recorded.
@@ -402,7 +402,7 @@ impl Monitor for ScopeMonitor {
         self.picture.as_ref().map(|picture| (&*picture.graph, picture.location(&self.run, self.verdict)))
     }
 
-    /// The messages that it remembers to explain its verdict are forgotten.
+    /// Also forgets the messages that would explain the verdict.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         if self.synthesis.past.keeps_messages() {
             return Err(NoNormalForm::Unsupported {

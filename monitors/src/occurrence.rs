@@ -1,4 +1,4 @@
-//! Events outside of any property: what a fault or a picture waits for.
+//! Events outside any property, for which a fault or a picture waits.
 
 use std::time::Duration;
 
@@ -25,7 +25,7 @@ use crate::problem::ScopeError;
 /// ```
 ///
 /// # Errors
-/// Everything that is wrong with the text, which is shown as a file with this name.
+/// Everything that is wrong with the text; diagnostics show it as a file with this name.
 pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<EventAtom>, ScopeError> {
     let before = "property event := eventually (";
     let read = formulas(name, &format!("{before}{text})"), topology, Duration::from_secs(1));
@@ -88,7 +88,7 @@ mod tests {
         }
         let error = occurrences("when", "(BatteryReader, BatteryLevl, true)", &topology()).expect_err("a slip");
         assert!(format!("{error:?}").contains("BatteryLevel"));
-        assert_eq!(error.problems()[0].offset(), "(BatteryReader, ".len(), "the place is one of the text");
+        assert_eq!(error.problems()[0].offset(), "(BatteryReader, ".len(), "the place lies in the text");
         let unfinished = occurrences("when", "(BatteryReader, ", &topology()).expect_err("no end");
         assert!(unfinished.problems().iter().all(|problem| problem.offset() <= "(BatteryReader, ".len()));
     }

@@ -9,7 +9,7 @@ use crate::formula::{self, Bound, Formula, FormulaError};
 
 /// Whether a formula holds on a finished sequence, by the definition in the [crate documentation](crate).
 ///
-/// The time is quadratic in the length of the sequence, and more with nested operators: the aim is to be correct.
+/// This takes quadratic time in the length of the sequence, and more with nested operators: the aim is correctness.
 ///
 /// # Errors
 /// [`FormulaError`] if the formula's clause form has more than two thousand parts.
@@ -19,7 +19,7 @@ pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaError
 
 /// Whether a formula holds on the endless sequence that begins with `stem` and then repeats `cycle` forever.
 ///
-/// Each tick of the cycle raises τ by one, that of a timed formula by a second. A cycle without ticks and without
+/// Each tick of the cycle raises τ by one, or by one second if the formula is timed. A cycle without ticks and without
 /// messages visible to the formula is silence: nothing follows the stem.
 ///
 /// # Errors
@@ -68,7 +68,7 @@ struct State<'a> {
 /// The part that repeats at the end of a sequence; `None` if the sequence is finite.
 #[derive(Clone, Copy)]
 struct Lap {
-    /// Its first state; after its last one it begins again.
+    /// Its first state, which also follows its last one.
     start: usize,
     /// The number of ticks by which τ grows in one turn.
     ticks: u64,
@@ -166,7 +166,7 @@ impl Oracle<'_> {
         0..(i + 1).min(self.states.len())
     }
 
-    /// Whether state j was as many ticks before state i as the bound demands.
+    /// Whether the time from state j to state i is within the bound.
     fn ago(&self, bound: Bound, i: usize, j: usize) -> bool {
         let ticks = self.states.get(i).map_or(0, |now| now.tick - self.states[j].tick);
         bound.windows().any(|window| (window.first..=window.last).contains(&ticks))
@@ -208,7 +208,7 @@ impl Oracle<'_> {
         }
     }
 
-    /// Whether, in one of the cycles after state i, state j is as many ticks away as the bound demands.
+    /// Whether the time from state i to state j is within the bound in one of the cycles after i.
     fn in_time(&self, bound: Bound, i: usize, j: usize) -> bool {
         let Some(here) = self.states.get(i) else { return false };
         let Lap { start, ticks } = self.lap;
@@ -224,7 +224,7 @@ impl Oracle<'_> {
     }
 }
 
-/// A number of turns of a cycle after which what a literal says about the past is the same in each turn.
+/// A number of turns after which a literal about the past holds at the same states of the cycle in each turn.
 fn settling(literal: &Literal, unit: u64) -> u64 {
     let inside = literal.forms().into_iter().flatten().flatten().map(|literal| settling(literal, unit)).max();
     let own = match literal {

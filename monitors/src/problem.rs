@@ -1,4 +1,4 @@
-//! Problems of a property file, each with its place.
+//! Problems of a property file, each with its location.
 
 use diagnostics::{Problem, Source};
 use miette::Diagnostic;

@@ -108,7 +108,7 @@ impl Synthesis {
         }
     }
 
-    /// Whether its rules can be drawn: as letters, without time.
+    /// Whether its rules can be drawn, which takes letters and rules out time.
     pub(crate) fn has_graph(&self) -> bool {
         !self.vocabulary.is_timed && self.alphabet.is_exact()
     }
@@ -188,7 +188,7 @@ impl RunningMonitor {
         }
     }
 
-    /// Counts τ from now on, and forgets what explains a verdict.
+    /// Resets τ to 0, and forgets what explains a verdict.
     pub(crate) fn normalize(&mut self) {
         match self {
             Self::Compact(run) => run.normalize(),

@@ -56,7 +56,7 @@ fn monitors_that_look_back_agree_with_the_oracle() {
 }
 
 #[test]
-#[ignore = "takes minutes: 10⁵ pairs, run by hand"]
+#[ignore = "takes minutes: 10⁵ pairs, run manually"]
 fn monitors_that_look_back_agree_with_the_oracle_a_hundred_thousand_times() {
     looking_back(1_000_000, 100_000);
 }
@@ -92,8 +92,8 @@ fn remembering(dice: &mut Dice, topology: &channels::Topology, depth: u32) -> Fo
     }
 }
 
-/// Random formulas that remember values. Those that would have to keep messages for ever are refused,
-/// and those in which a name means two values.
+/// Random formulas that remember values. Formulas that would have to keep messages forever are refused, as are those in
+/// which a name stands for two values.
 fn remembering_values(first: u64, pairs: u64) {
     let topology = topology();
     let mut tally = Tally { words: 5, ..Tally::default() };
@@ -121,7 +121,7 @@ fn monitors_that_remember_values_agree_with_the_oracle() {
 }
 
 #[test]
-#[ignore = "takes minutes: 10⁵ pairs, run by hand"]
+#[ignore = "takes minutes: 10⁵ pairs, run manually"]
 fn monitors_that_remember_values_agree_with_the_oracle_a_hundred_thousand_times() {
     remembering_values(1_000_000, 100_000);
 }
@@ -147,7 +147,7 @@ fn timed_monitors_agree_with_the_oracle() {
     assert!(tally.settled * 4 > cases(2_000), "{tally:?}");
 }
 
-/// A monitor that is brought into normal form after each event says the same at the same event.
+/// A monitor that is brought into normal form after each event gives the same verdict at every event.
 #[test]
 fn a_monitor_and_its_normal_form_are_indistinguishable() {
     let topology = topology();
@@ -203,7 +203,7 @@ fn with_gaps(dice: &mut Dice, sequence: &[Event]) -> Vec<Event> {
     events.collect()
 }
 
-/// No run passes time without ticks, but a log may have lost some: its events are judged nevertheless.
+/// In a run, time never passes without ticks, but a log may have lost some. Its events are judged nevertheless.
 #[test]
 fn logs_with_missing_ticks_are_judged_too() {
     let topology = topology();
@@ -297,7 +297,8 @@ fn answers_with_separate_deadlines_are_distinguished() {
     assert!(tally.settled > 30, "{tally:?}");
 }
 
-/// A clause with very many last messages would need a large table: an automaton over the possible messages needs less.
+/// A clause that remembers very many last messages would need a large table; an automaton over the possible messages is
+/// smaller.
 #[test]
 fn a_graph_with_too_many_states_is_left_to_an_automaton() {
     let topology = topology();

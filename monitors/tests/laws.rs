@@ -131,8 +131,8 @@ fn temporal_operators_have_duals() {
 }
 
 /// A clause that another subsumes is dropped: `always ((a or b) and a)` is `always a`. So the law holds if no clause of
-/// one operand subsumes a clause of the other, for instance if they are over different channels. One half of it always
-/// holds.
+/// one operand subsumes a clause of the other, for instance if they are over different channels. One direction of it
+/// always holds.
 #[test]
 fn always_distributes_over_and_with_its_dual() {
     let topology = topology();

@@ -16,7 +16,7 @@ fn shipped(name: &str, topology: &std::sync::Arc<Topology>, theta: u64) -> Prope
     monitors::load(name, &text, topology, Duration::from_secs(1)).expect("it loads").properties.remove(0)
 }
 
-/// A run of the robot, roughly: ticks that BT takes at once, or sometimes not at all, and messages.
+/// Roughly a run of the robot: messages, and ticks that BT takes at once or, sometimes, not at all.
 fn run(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     let channel = |from, to| topology.find_channel(from, to).expect("a channel of the robot");
     let mut events: Vec<Event> = Vec::new();
@@ -45,7 +45,7 @@ fn run(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     events
 }
 
-/// The tick at which something happened: a tick is generated, and taken a step later.
+/// The tick of the event with this index. A tick is generated, and taken a step later.
 fn tick_of(events: &[Event], index: Option<usize>) -> Option<u64> {
     index.map(|index| events[index].tick)
 }
@@ -167,7 +167,7 @@ fn the_monitors_of_phi2_differ_only_in_named_classes() {
         let by_hand = violation(phi2(&topology, deadline).expect("wired").monitor.as_mut(), &events);
         let mut synthesised = shipped("phi2", &topology, theta as u64);
         let from_text = violation(synthesised.monitor.as_mut(), &events);
-        // The model of the figure is the figure, and with all repairs it is the formula.
+        // Without repairs, the model matches the figure; with all of them, it matches the formula.
         let figure = Figure { theta, ..Figure::default() };
         assert_eq!(figure.violation(&events, &topology), by_hand, "seed {seed}");
         let steps = [(Difference::None, figure), (Difference::OneTickLate, Figure { exact_timer: true, ..figure })];
@@ -203,7 +203,7 @@ fn the_monitors_of_phi2_differ_only_in_named_classes() {
             .map(|(class, figure)| (class, figure.violation(&events, &topology)))
             .find(|(_, at)| tick_of(&events, *at) == tick_of(&events, from_text));
         let (class, _) =
-            class.unwrap_or_else(|| panic!("seed {seed}: no class; by hand {by_hand:?}, from text {from_text:?}"));
+            class.unwrap_or_else(|| panic!("seed {seed}: no class; hand-built {by_hand:?}, from text {from_text:?}"));
         *counts.entry(class).or_default() += 1;
         let same = tick_of(&events, by_hand) == tick_of(&events, from_text);
         assert_eq!(class == Difference::None, same, "seed {seed}");
@@ -252,7 +252,7 @@ fn the_locations_are_those_of_the_papers_figure() {
     assert_eq!(graph.locations(), ["I", "C1", "S", "C2", "A", "T", "Err"]);
 }
 
-/// Time that passes between two letters without its own tick does not change earlier verdicts.
+/// Time that passes between two letters without a tick of its own does not change earlier verdicts.
 #[test]
 fn verdicts_outlast_time_that_passes_without_ticks() {
     let topology = topology();

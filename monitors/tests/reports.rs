@@ -121,7 +121,7 @@ fn an_answer_in_time_ends_the_obligation() {
     for _ in 0..30 {
         assert_eq!(watch.tick(), Verdict::Inconclusive);
     }
-    // A message on a channel of the antecedent checks again: the last messages still count.
+    // A message on a channel of the antecedent triggers another check: the last messages still count.
     watch.level(11.0);
     assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
 }

@@ -107,7 +107,7 @@ fn a_clause_of_two_channels_is_checked_at_messages_on_either() {
     let both = or(is("a"), is("b")).always();
     says(&both, &["a+", "a+ b-", "b+ a-", "t t"], &["a-", "b+ a- b-", "a+ b- a-"]);
     let implied = is("a").implies(is("b")).always();
-    // Before its first message an event is false: `a+` finds b false; `a-` and `b-` find nothing to complain of.
+    // Before its first message an event is false: `a+` finds b false; `a-` and `b-` violate nothing.
     says(&implied, &["a-", "b- a-", "b+ a+"], &["a+", "b+ a+ b-", "a+ b+"]);
 }
 
@@ -179,7 +179,7 @@ fn messages_are_counted_in_a_window_that_ends_now() {
     says(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
     let enough = is("b").implies(count(false, 2)).always();
     says(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
-    // At ticks, too: there may be no messages.
+    // At ticks, too, since there may be no messages.
     says(&count(false, 1).always(), &["a+ tick tick"], &["tick", "a+ tick tick tick"]);
 }
 
@@ -215,7 +215,7 @@ fn time_until_is_about_any_message_that_passes() {
     says(&at_first(Relation::NotEqual, 1).negated(), &["t t a+", "t", ""], &["t a+", "t t t a+"]);
     says(&at_first(Relation::GreaterOrEqual, 2), &["t t t a+", "t a+ t t t a+"], &["t t a+", "t"]);
     says(&at_first(Relation::Greater, 1), &["t t t a+"], &["t t a+", "a+"]);
-    // The last message is not a passing one.
+    // The last message counts only when it passes.
     says(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
     says(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
 }

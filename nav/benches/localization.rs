@@ -16,7 +16,7 @@ use nav::{Atlas, InitialPose, Localization, LocalizationParameters, SensorModel}
 use robot::{LaserScan, Streams, VelocityCommand};
 use unicycle::{Noise, Unicycle};
 
-/// Counts allocations as well: an update has none.
+/// Counts allocations as well: an update makes none.
 #[global_allocator]
 static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
@@ -29,13 +29,13 @@ fn set_up(initial: &InitialPose, parameters: LocalizationParameters) -> (Localiz
     let mut robot = Unicycle::new(floor::office(), pose(13.9, 9.3, 0.3), Noise { laser_m: 0.01, ..Noise::default() });
     let rng = Streams::new(1).stream("localization");
     let mut localization =
-        Localization::new(&robot.world, &robot.model, parameters, initial, rng).expect("the parameters make sense");
+        Localization::new(&robot.world, &robot.model, parameters, initial, rng).expect("the parameters are valid");
     localization.odometry(&robot.odometry());
     let scans = robot.scans();
     (localization, robot, scans)
 }
 
-/// Drives forth and back for 0.1 s each; each ends in an update with 120 beams.
+/// Drives back and forth for 0.1 s each; each drive ends in an update with 120 beams.
 fn drive_and_update(localization: &mut Localization, robot: &mut Unicycle, scans: &mut [LaserScan]) {
     for linear_mps in [0.45, -0.45] {
         for _ in 0..5 {
@@ -72,7 +72,7 @@ fn first_update_anywhere(bencher: Bencher) {
     });
 }
 
-/// A scan while the robot stands.
+/// A scan while the robot stands still.
 #[divan::bench]
 fn scan_at_rest(bencher: Bencher) {
     let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
@@ -85,7 +85,7 @@ fn scan_at_rest(bencher: Bencher) {
 fn sensor_update(bencher: Bencher, particles: u32) {
     let mut robot = Unicycle::new(floor::office(), pose(13.9, 9.3, 0.3), Noise { laser_m: 0.01, ..Noise::default() });
     let map = Arc::new(robot.world.clone());
-    let atlas = Atlas::new(map, &robot.model, LocalizationParameters::default()).expect("the parameters make sense");
+    let atlas = Atlas::new(map, &robot.model, LocalizationParameters::default()).expect("the parameters are valid");
     let mut sensor = SensorModel::new(&Arc::new(atlas));
     let mut scan = robot.scans().swap_remove(0);
     scan.ranges_m.iter_mut().filter(|range_m| !range_m.is_finite()).for_each(|range_m| *range_m = 9.0);
@@ -104,7 +104,7 @@ fn sensor_update(bencher: Bencher, particles: u32) {
 fn start_on_an_atlas(bencher: Bencher) {
     let model = robot::RobotModel::default();
     let atlas = Atlas::new(Arc::new(floor::office()), &model, LocalizationParameters::default());
-    let atlas = Arc::new(atlas.expect("the parameters make sense"));
+    let atlas = Arc::new(atlas.expect("the parameters are valid"));
     let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
     bencher.bench_local(|| Localization::on(&atlas, &initial, Streams::new(1).stream("localization")));
 }

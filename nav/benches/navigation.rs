@@ -19,7 +19,8 @@ fn main() {
     divan::main();
 }
 
-/// A floor of 1984 × 1984 cells (99.2 m square): 256 rooms of 6 m, each with doors of 1 m to all sides, not aligned.
+/// A floor of 1984 × 1984 cells (99.2 m square): 256 rooms of 6 m, each with 1 m wide doors on all sides, which are not
+/// aligned.
 fn campus() -> OccupancyGrid {
     let mut map = floor::hall(99.2, 99.2);
     for wall in 1..16 {
@@ -49,7 +50,7 @@ fn office_on_a_large_map() -> OccupancyGrid {
 }
 
 fn costmap(map: &OccupancyGrid) -> Costmap {
-    Costmap::new(map, CostmapParameters::default()).expect("the parameters make sense")
+    Costmap::new(map, CostmapParameters::default()).expect("the parameters are valid")
 }
 
 /// Inflating 1984 × 1984 cells.
@@ -91,7 +92,7 @@ fn estimate(robot: &Unicycle) -> PoseEstimate {
 fn set_up(world: OccupancyGrid, at: Pose) -> (Navigator, Unicycle) {
     let robot = Unicycle::new(world, at, Noise::default());
     let parameters = NavigationParameters::of(&robot.model);
-    let navigator = Navigator::new(&floor::office(), &robot.model, parameters).expect("the parameters make sense");
+    let navigator = Navigator::new(&floor::office(), &robot.model, parameters).expect("the parameters are valid");
     (navigator, robot)
 }
 

@@ -9,7 +9,7 @@ use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, heading, pose, wrap_angl
 use nav::{InitialPose, Localization, LocalizationParameters};
 use robot::{LaserScan, LaserSpec, Odometry, RobotModel, Streams};
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> Result<(), nav::Error> {
     let map = map();
     let laser = LaserSpec {
@@ -86,7 +86,7 @@ struct Robot {
 }
 
 impl Robot {
-    /// Drives in a wide circle. Its odometry counts 2 % too much distance and 8 % too much turning.
+    /// Drives in a wide circle. Its odometry overestimates distances by 2 % and turns by 8 %.
     fn drive(&mut self, seconds: f64) {
         let (way_m, turn_rad) = (0.4 * seconds, 0.3 * seconds);
         self.pose *= pose(way_m, 0.0, turn_rad);

@@ -18,7 +18,7 @@ use clearance::{FARTHEST_CELLS, OBSTACLE, UNKNOWN};
 
 pub use parameters::CostmapParameters;
 
-/// Cost of a cell in which the robot's centre cannot be without collision, as in Nav2.
+/// Cost of a cell where the robot collides if its center is there, as in Nav2.
 pub const INSCRIBED_COST: u8 = 253;
 
 /// Cost of an obstacle, as in Nav2.
@@ -106,8 +106,8 @@ impl Costmap {
         &self.parameters
     }
 
-    /// The cost at a point of the `map` frame: 0 in the open, growing towards obstacles, [`INSCRIBED_COST`],
-    /// [`LETHAL_COST`], or [`UNKNOWN_COST`], also outside the map.
+    /// The cost at a point of the `map` frame: 0 in the open, growing towards obstacles, then [`INSCRIBED_COST`] and
+    /// [`LETHAL_COST`]; [`UNKNOWN_COST`] in unknown space and outside the map.
     #[must_use]
     pub fn cost(&self, point: &Point) -> u8 {
         self.frame.offset_at(point).map_or(UNKNOWN_COST, |offset| self.cost_at(offset))

@@ -1,9 +1,9 @@
 //! Path following: regulated pure pursuit, with a separate phase for coming to rest at the goal.
 //!
-//! Far from the goal, the robot steers for a point ahead on the path, on an arc that the lasers see to be free. It
-//! drives more slowly in curves, near obstacles and near the end. Near the goal, it drives straight towards it, stops
-//! there and turns to the required heading. If it misses the goal, it aims again from where it stands. So it never
-//! orbits.
+//! Far from the goal, the robot steers for a point ahead on the path, on an arc that is free according to the lasers.
+//! It drives more slowly in curves, near obstacles and near the end. Near the goal, it drives straight towards it,
+//! stops there and turns to the required heading. If it misses the goal, it aims again from where it stands. So it
+//! never circles the goal.
 //!
 //! Source of the pursuit: S. Macenski, S. Singh, F. Martín, J. Ginés, "Regulated Pure Pursuit for Robot Path Tracking",
 //! Autonomous Robots 47, 2023.
@@ -94,7 +94,7 @@ pub(crate) struct Situation<'a> {
 /// The result of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
-    /// The wanted velocity, whether or not the robot can reach it by the next step.
+    /// The desired velocity, whether or not the robot can reach it by the next step.
     pub(crate) wanted: VelocityCommand,
     /// How far the robot is from its path, in metres.
     pub(crate) off_path_m: f64,

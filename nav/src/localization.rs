@@ -89,7 +89,7 @@ pub struct Hypothesis {
     pub weight: f64,
 }
 
-/// The knowledge about the pose before the first scan.
+/// What is known about the pose before the first scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InitialPose {
     /// Near a pose in the `map` frame.
@@ -288,8 +288,8 @@ impl Localization {
     ///
     /// Scans of lasers that the model does not have are ignored; so are beams that are not finite, outside the laser's
     /// range, or beyond the laser's number of beams. The pose of a scan is interpolated from the odometry of the last
-    /// two seconds, or extrapolated by up to a quarter of a second. Scans with an older or later time are ignored,
-    /// because their pose is unknown.
+    /// two seconds, or extrapolated by up to a quarter of a second. Older and later scans are ignored, because their
+    /// pose is unknown.
     pub fn scan(&mut self, scan: &LaserScan) -> bool {
         let (Some(now), Some(anchor)) = (self.odometry.pose_at(scan.time), self.anchor) else { return false };
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };
@@ -360,8 +360,8 @@ impl Localization {
     /// The evidence against the estimate, from 0 (none) to 1: how much less likely recent scans have been than usual. 1
     /// while a robot that may be anywhere has not been found, and while hardly anything of the map is visible.
     ///
-    /// If the robot has been kidnapped, or if its map is out of date, this shows before it is found elsewhere; also if
-    /// a crowd surrounds it.
+    /// It rises if the robot has been kidnapped, before it is found elsewhere, and also if the map is out of date or a
+    /// crowd surrounds the robot.
     #[must_use]
     pub fn doubt(&self) -> f64 {
         if self.search.is_some() || self.suspicion.is_some() { 1.0 } else { self.filter.doubt() }
@@ -384,7 +384,7 @@ impl Localization {
             || self.suspicion.is_some();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
-            // Other beams each time, so that all of them contribute.
+            // Different beams each time, so that all of them contribute.
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.weighed);
             if casts {
                 laser.append_rays(now, self.updates as usize % stride, stride, &mut self.rays);
@@ -467,7 +467,7 @@ impl Localization {
         }
         let (map, rays) = (self.atlas.map(), self.rays.as_slice());
         let is_contradicted = |at: &Gaussian, silent| Look::from(map, at, rays, silent).contradicts();
-        // If lasers fail, the belief has the benefit of the doubt.
+        // If lasers fail, the belief gets the benefit of the doubt.
         let may_win =
             |at: &Gaussian| is_contradicted(&self.belief, Silent::TellNothing) && !is_contradicted(at, Silent::AreFree);
         match self.filter.challenge(&self.belief, &moved, &self.weighed, &may_win) {

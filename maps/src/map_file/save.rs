@@ -65,7 +65,7 @@ pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Resul
         Staging::begin(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
     staging.write(&*image_name, &files.image)?;
     staging.write(yaml_name, &files.yaml)?;
-    // Where there is a YAML, there is its picture.
+    // The YAML is published last, so it never lacks its picture.
     Ok(staging.publish(&[yaml_name])?)
 }
 
@@ -88,7 +88,7 @@ fn yaml(grid: &OccupancyGrid, image_name: &str) -> String {
     )
 }
 
-/// A name as a YAML scalar: bare if that is unambiguously a text, otherwise in double quotes.
+/// A name as a YAML scalar: bare if that is unambiguously a string, otherwise in double quotes.
 fn quoted(name: &str) -> String {
     let plain = |character: char| character.is_ascii_alphanumeric() || "_-.".contains(character);
     if name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.contains('.') && name.chars().all(plain) {

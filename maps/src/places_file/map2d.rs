@@ -1,4 +1,4 @@
-//! Locations files of YARP's Map2D (`locations.ini`), in which each place is a line:
+//! Locations files of YARP's Map2D (`locations.ini`), in which each place is one line:
 //!
 //! ```text
 //! Version:
@@ -80,7 +80,7 @@ fn lines(source: &Source) -> Vec<Vec<Word>> {
     let mut lines = Vec::new();
     for line in source.text().split_inclusive('\n') {
         let words = line.split_ascii_whitespace().map(|word| {
-            // A word is a part of its line: the difference of their addresses is its offset.
+            // A word is a slice of its line, so the difference between their addresses is its offset.
             let start = at + (word.as_ptr().addr() - line.as_ptr().addr());
             Spanned { value: word.to_owned(), span: source.span(start..start + word.len()) }
         });
@@ -91,7 +91,7 @@ fn lines(source: &Source) -> Vec<Vec<Word>> {
     lines
 }
 
-/// From the first to the last of these words.
+/// The span from the first to the last of these words.
 fn whole(words: &[Word]) -> Span {
     let (first, last) = (&words[0].span, &words[words.len() - 1].span);
     first.source().span(first.range().start..last.range().end)
@@ -115,7 +115,7 @@ impl Reader {
         }
     }
 
-    /// A line that begins with the names of a place and of its map.
+    /// A line that begins with the name of a place and that of its map.
     fn place(&mut self, line: &[Word], read: impl FnOnce(&mut Self, &[Word], &Span) -> Option<Place>) {
         let [name, map, rest @ ..] = line else {
             let problem = whole(line).problem("a place needs a name, a map and numbers");
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn locations_become_points_with_degrees_and_areas_polygons() {
+    fn locations_become_points_and_areas_become_polygons() {
         for text in [HOUSE.to_owned(), HOUSE.replace('\n', "\r\n"), HOUSE.replace("Areas", "\n\nAreas")] {
             let (places, spans) = parse("locations.ini", &text).expect(&text);
             let dock = places.get("dock").expect("a place");

@@ -13,7 +13,7 @@ pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
 /// robot docks.
 pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
 
-/// The area with these corners, which together are written at `span`.
+/// The area with these corners; `span` covers all of them.
 pub(super) fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, Vec<Problem>> {
     let problems = polygon::problems(&corners, span);
     if !problems.is_empty() {

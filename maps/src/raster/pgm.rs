@@ -16,7 +16,7 @@ pub(super) fn decode_plain(bytes: &[u8]) -> Result<Raster, RasterError> {
     let mut reader = Reader::new(bytes);
     let Header { width, height, white } = reader.header()?;
     let wanted = width * height;
-    // A pixel takes at least a digit and a blank, so a short file cannot claim much memory.
+    // A pixel takes at least a digit and a blank, so a short file cannot demand much memory.
     let mut samples = Vec::with_capacity(wanted.min(bytes.len() / 2 + 1));
     while samples.len() < wanted {
         let (column, row) = (samples.len() % width, samples.len() / width);
@@ -47,7 +47,7 @@ pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width, height, channels: 1, white, samples: samples.collect::<Result<_, _>>()? })
 }
 
-/// A raw greymap of one byte a pixel, white at 255.
+/// A raw greymap with one byte per pixel, white at 255.
 ///
 /// # Panics
 /// If there are not `width` × `height` pixels.

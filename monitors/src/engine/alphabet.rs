@@ -176,7 +176,7 @@ impl Reader {
     }
 }
 
-/// At most this many sample messages are tried. Letters that only other messages have are learnt when they occur.
+/// At most this many sample messages are tried. Letters that only other messages have are learned when they occur.
 const MAX_SAMPLES: usize = 100_000;
 
 /// Messages of a domain such that every message of the domain satisfies the same conditions as one of them.
@@ -262,7 +262,7 @@ fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
     }
 }
 
-/// The numbers, and one value between each two neighbours, below and above them.
+/// The numbers, a value between each two neighbors, one below all of them and one above.
 fn reals(numbers: &[f64]) -> Vec<f64> {
     let (Some(least), Some(greatest)) = (numbers.first(), numbers.last()) else { return vec![0.0] };
     let beyond = |number: f64, way: f64| number + way * (number.abs() + 1.0);

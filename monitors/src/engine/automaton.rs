@@ -17,7 +17,7 @@ use crate::engine::table::Table;
 /// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
 
-/// No message within the domain of its channel leads anywhere from here.
+/// The target of symbols that stand for no message within the domain of its channel.
 const NOWHERE: StateNumber = StateNumber::MAX;
 
 /// The largest number of states of an automaton.
@@ -40,8 +40,8 @@ impl From<TooManyWays> for TooManyStates {
 ///
 /// A state is settled as soon as all endless words lead to the same outcome: anticipation is exact. In a word, τ grows
 /// by one at each tick and nowhere else; only the first tick may leave it unchanged. (A state that is reachable by
-/// messages alone may recur after ticks. There, one more tick is assumed that may leave τ unchanged, which no run has.
-/// A verdict that depends on this comes late.)
+/// messages alone may recur after ticks. The automaton then assumes another tick that may leave τ unchanged, which no
+/// run has; a verdict that depends on it comes late.)
 #[derive(Clone, Debug)]
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
@@ -88,7 +88,7 @@ impl Automaton {
     /// The states from which some endless word satisfies (or violates) the formula.
     ///
     /// Silence is such a word: if the formula holds now, or at a state that can be reached, the question is settled.
-    /// Little usually remains.
+    /// This usually leaves few states to examine.
     fn possible(&self, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Result<Vec<bool>, TooManyWays> {
         let mut possible: Vec<bool> = self.holds.iter().map(|holds| *holds == outcome).collect();
         self.spread(&mut possible);
@@ -271,7 +271,7 @@ impl Explorer<'_> {
     }
 }
 
-/// By how much τ grows.
+/// The number of ticks by which τ grows.
 fn ticks(symbols: &[Symbol]) -> u64 {
     symbols.iter().filter(|symbol| matches!(**symbol, Symbol::ADVANCE | Symbol::NEXT_TICK)).count() as u64
 }
@@ -285,7 +285,8 @@ pub(crate) struct AutomatonRun {
     now: u64,
     /// Whether there was a tick.
     has_ticked: bool,
-    /// Used after a message outside its channel's domain: the automaton has no transition, progression takes over.
+    /// Used after a message outside its channel's domain: the automaton has no transition for it, so progression takes
+    /// over.
     detour: Option<Progression>,
     /// The clause whose deadline passed before it was met.
     missed: Option<Clause>,
@@ -411,7 +412,7 @@ impl AutomatonRun {
         self.detour = Some(detour);
     }
 
-    /// Counts τ from now on, and forgets what explains a verdict.
+    /// Resets τ to 0, and forgets what explains a verdict.
     pub(crate) fn normalize(&mut self) {
         (self.now, self.has_ticked, self.missed) = (0, true, None);
         self.detour.iter_mut().for_each(Progression::normalize);

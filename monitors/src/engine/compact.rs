@@ -28,7 +28,8 @@ pub(crate) struct Rule {
     clock: Strikes,
     /// The events whose last messages must be remembered.
     remembered: u64,
-    /// The events and operators that look back: at least one of the former must hold, and none of the latter may.
+    /// Events and operators that look back, as bits: the clause holds if one in `hold` holds or one in `hold_not` does
+    /// not.
     hold: u64,
     hold_not: u64,
     /// The deadline.
@@ -188,8 +189,8 @@ impl Rule {
                     let mut windows = bound.windows();
                     let is_possible = alphabet.possible() & (1 << event) != 0;
                     match (windows.next().filter(|_| is_possible), windows.next()) {
-                        // An event that no message satisfies, or with an empty window, never passes: the clause is true
-                        // if it demands that.
+                        // An event that no message satisfies, or whose window is empty, never passes: a clause that
+                        // demands it has one literal less.
                         (None, _) if *holds => {}
                         (Some(Window { first: 0, last }), None) => {
                             rule.timing = rule.timing.with(1 << event, last.checked_add(1)?, *holds)?;
@@ -256,7 +257,7 @@ fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
 pub(crate) struct CompactRun {
     compact: Arc<Compact>,
     state: u16,
-    /// Without a table, what it needs instead of the state.
+    /// Replaces the state if there is no table.
     memory: Memory,
     now: u64,
     /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is pending), or the
@@ -319,7 +320,7 @@ impl CompactRun {
         }
     }
 
-    /// Counts τ from now on.
+    /// Resets τ to 0, and forgets what no rule needs.
     pub(crate) fn normalize(&mut self) {
         for ticks in self.ticks.iter_mut().filter(|ticks| **ticks != u64::MAX) {
             *ticks = ticks.saturating_sub(self.now);

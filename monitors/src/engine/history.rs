@@ -13,9 +13,9 @@ use crate::formula::Bound;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Known {
     pub(super) words: Vocabulary,
-    /// Those that are bits: each holds or does not.
+    /// Those that a bit represents: each holds or does not.
     pub(super) literals: Vec<Literal>,
-    /// The bit of the first of them: that after the last event.
+    /// The bit of the first of them, which follows that of the last event.
     pub(super) first: u32,
     /// Those that compare values, for which messages are kept.
     pub(super) open: Vec<Literal>,
@@ -63,7 +63,7 @@ impl Moment {
 }
 
 impl Data {
-    /// Processes a state, and forgets those that nobody will ask for.
+    /// Processes a state, and forgets those that no operator will ask for.
     pub(super) fn read(&mut self, last: u64, message: Option<(ChannelId, &Message)>, known: &Known) {
         let mut messages = self.moments.last().map(|moment| moment.messages.clone()).unwrap_or_default();
         if let Some((channel, message)) = message {
@@ -138,7 +138,7 @@ impl Data {
             Literal::Since { hold, goal, bound, holds } => {
                 let kept = |k: usize| self.asked(hold, k, known).all(|part| self.clause(part, values, k, known));
                 let begun = |j: usize| self.asked(goal, j, known).any(|part| self.product(part, values, j, known));
-                // The first state, from now back, that decides.
+                // Going back from now, the first state that decides.
                 let decides = |j: usize| match (begun(j) && ago(j, bound), kept(j)) {
                     (false, true) => None,
                     (since, _) => Some(since),
@@ -185,7 +185,7 @@ impl Data {
     }
 }
 
-/// How many ticks an operator looks back at most.
+/// The maximum number of ticks that an operator looks back.
 fn horizon(literal: &Literal) -> Option<u64> {
     let own = match literal {
         Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.end().filter(|end| *end < u64::MAX),

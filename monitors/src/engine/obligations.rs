@@ -68,7 +68,7 @@ pub(crate) type Clause = Vec<Obligation>;
 
 /// Clauses, all of which must be met; none implies another.
 ///
-/// Without a clause, nothing is pending, whatever happens. With the empty clause, it is too late, whatever happens.
+/// If there is no clause, nothing is pending, whatever happens; if a clause is empty, it is too late, whatever happens.
 /// Without windows, the form is unique for its meaning, so one formula can lead to only finitely many of them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Obligations {
@@ -206,7 +206,7 @@ impl Obligations {
     }
 }
 
-/// The clause that one of the two clauses is met, without redundant parts.
+/// The disjunction of two clauses, without redundant parts.
 fn union(a: &Clause, b: &Clause) -> Clause {
     let mut all: Clause = Vec::with_capacity(a.len() + b.len());
     for obligation in a.iter().chain(b) {

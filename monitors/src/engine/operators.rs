@@ -32,7 +32,7 @@ struct Asked {
     part: CompiledPart,
 }
 
-/// A part, and its memory where it is checked.
+/// A part, and what it remembers when it is checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct CompiledPart {
     literals: Vec<Compiled>,
@@ -41,7 +41,7 @@ struct CompiledPart {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Compiled {
-    /// An event or an operator that looks back that compares values: its number among those.
+    /// An event, or an operator that looks back, that compares values: its index in `open`.
     Open {
         number: u32,
         holds: bool,
@@ -84,7 +84,7 @@ pub(crate) struct Operators {
 }
 
 impl Operators {
-    /// `past` has the operators of the form that look back, and perhaps more.
+    /// `past` contains at least the operators of the form that look back.
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Self {
         let remembered = past.remembered();
         let (known, operators, open) = (Vec::new(), Vec::new(), Vec::new());
@@ -117,7 +117,7 @@ impl Operators {
         State { letter, last: memory.last, now, data: memory.data() }
     }
 
-    /// The memory when τ grows.
+    /// Updates the memory when τ grows.
     pub(crate) fn age(&self, memory: &mut Memory, by: u64) {
         self.past.advance(memory, by);
     }
@@ -150,7 +150,7 @@ impl Operators {
         })
     }
 
-    /// Whether the state's message is the event.
+    /// Whether the state's message satisfies the event.
     fn passes(&self, event: EventId, state: State<'_>, values: &Values) -> bool {
         match state.data {
             Some(data) => data.passes(event, values, &self.past.known),
@@ -197,7 +197,7 @@ impl Operators {
         }
     }
 
-    /// The obligation that the root continues, if it consists of operators that do.
+    /// The obligation that the root's operators continue; its other literals count as broken.
     pub(crate) fn going(&self) -> Obligations {
         let goes = |literal: &Compiled| match literal {
             Compiled::Operator(operator) => Obligations::one(Obligation::Goes(*operator, Values::default())),
@@ -376,7 +376,7 @@ impl Compiler<'_> {
             }
             _ => unreachable!("atoms are not operators that look ahead"),
         };
-        // The parts of an operator may be operators themselves and precede it.
+        // Nested operators precede the operator that contains them.
         self.known.push(literal.clone());
         self.operators.push(operator);
         (self.operators.len() - 1) as u32

@@ -1,8 +1,8 @@
 //! The past: the operators that look back, as a state that each letter moves.
 //!
-//! An operator keeps how long ago its operand held, and only as precisely as its bound can distinguish. So what remains
-//! of a past is one of finitely many, and says the truth of each operator in every state: for the rest of the engine,
-//! it is an event among others.
+//! An operator keeps how long ago its operand held, and only as precisely as its bound can distinguish. So there are
+//! only finitely many memories of a past, and each tells which operators hold. To the rest of the engine, such an
+//! operator is just another event.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -49,7 +49,8 @@ impl Strikes {
         if letter.is_tick() { self.ticks } else { self.channels & letter.channel != 0 }
     }
 
-    /// The events of a part that is checked then whose last messages must be remembered: several channels trigger it.
+    /// The events of a part checked at these times whose last messages must be remembered, because several channels
+    /// trigger it.
     pub(crate) fn remembered(self, part: &Part, words: &Vocabulary, alphabet: &Alphabet) -> u64 {
         let events = part.iter().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(*event),

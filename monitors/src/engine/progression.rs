@@ -77,7 +77,7 @@ impl Progression {
         self.owed.as_ref()
     }
 
-    /// Counts τ from now on, and forgets what explains a verdict.
+    /// Resets τ to 0, and forgets what explains a verdict.
     pub(crate) fn normalize(&mut self) {
         self.owed = self.owed.take().map(|owed| owed.shifted(self.now));
         self.operators.forget(&mut self.memory);

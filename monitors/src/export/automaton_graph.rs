@@ -15,8 +15,8 @@ use crate::export::picture::{Picture, any, channel_name, translate};
 
 /// The graph of an automaton with at most `limit` open states.
 ///
-/// A tick with number 0 is taken for the first of the run, any other for one after another tick. The graph is correct
-/// on runs whose ticks are numbered from 0 without gaps.
+/// A tick with number 0 is treated as the first of the run, any other as one that follows another tick. The graph is
+/// correct on runs whose ticks are numbered from 0 without gaps.
 pub(super) fn picture(
     name: &str,
     automaton: &Automaton,

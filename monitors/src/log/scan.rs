@@ -71,7 +71,7 @@ impl<'a> Scanner<'a> {
         }))
     }
 
-    /// A string as it is written, including escapes; names have none.
+    /// A string as written, escapes included; the names in a log have none.
     pub(super) fn string(&mut self) -> Result<&'a [u8], Unreadable> {
         self.skip_blank();
         if self.bytes.get(self.at) != Some(&b'"') {

@@ -82,7 +82,7 @@ impl Record {
         self.witness.as_deref()
     }
 
-    /// Notes a message, or a tick; τ has grown.
+    /// Notes a message or a tick, after τ has grown.
     pub(crate) fn see(
         &mut self,
         event: &Event,
@@ -143,8 +143,8 @@ impl Record {
         }
     }
 
-    /// Notes the messages from which the obligations of remembered values began; those that are gone are kept until the
-    /// next state, in which they may explain a verdict.
+    /// Notes the messages from which the obligations of remembered values began; those of obligations that have ended
+    /// are kept until the next state, where they may explain a verdict.
     fn note_beginnings(&mut self, told: &Told, run: &RunningMonitor) {
         let RunningMonitor::Progression(run) = run else { return };
         if !told.synthesis.vocabulary.has_data() || run.verdict() != Verdict::Inconclusive {
@@ -333,7 +333,7 @@ impl Record {
     }
 }
 
-/// A clause without the beginnings of its windows, which pass.
+/// A clause without the beginnings of its windows, which change as time passes.
 fn begun(clause: &Clause) -> Clause {
     let begun = |obligation: &Obligation| match obligation {
         Obligation::Passes { last, .. } => obligation.within(0, *last),

@@ -1,4 +1,4 @@
-//! Antecedents that never held: a property that demands nothing is satisfied by anything.
+//! Antecedents that never held: a property that demands nothing is satisfied vacuously.
 
 use channels::{Event, EventKind, Topology};
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ pub(crate) struct Watch {
 enum Antecedent {
     /// All of these events and operators that look back.
     Events(u64),
-    /// A message that is this event: the left of an `implies` inside an event.
+    /// A message that satisfies this event: the left of an `implies` inside an event.
     Message(formula::EventAtom),
 }
 

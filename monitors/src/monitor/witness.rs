@@ -68,13 +68,13 @@ pub struct Witness {
     pub messages: Vec<Sighting>,
     /// When the obligation began, if there was one.
     pub since: Option<EventTime>,
-    /// The last tick at which the answer would have been in time, if one was pending; of a timed property, the tick in
-    /// which that time was.
+    /// The last tick at which the answer would have been in time, if one was pending; for a timed property, the tick
+    /// that contains that time.
     pub deadline_tick: Option<u64>,
     /// The missing events, one of which should have held or passed.
     pub missing: Option<String>,
-    /// The state in which the verdict was reached. If a timed property was violated by silence, its time is the moment
-    /// after the last one for an answer, and the rest belongs to the first event after it.
+    /// The state in which the verdict was reached. If a timed property was violated by silence, its time is just after
+    /// the deadline, and the rest belongs to the first event after that.
     pub settled: EventTime,
 }
 
@@ -114,7 +114,7 @@ pub struct OpenObligation {
     pub what: String,
     /// When it began.
     pub since: Option<EventTime>,
-    /// The last tick at which it can be met, if there is one; `what` says the time, if the property is timed.
+    /// The last tick at which it can be met, if there is one; for a timed property, `what` gives the time.
     pub until_tick: Option<u64>,
 }
 

@@ -107,7 +107,7 @@ impl<'a> Resolver<'a> {
         self.is_field_or_remembered(&Operand::Constant(name.clone()), channel)
     }
 
-    /// The one place of a field, and conditions that tell the messages that have it there.
+    /// The only position of a field, and conditions that select the messages that have it there.
     fn place(&mut self, field: &Field, channel: ChannelId) -> Option<(Place<'a>, Vec<MessageCondition>)> {
         let mut places = self.places(field, channel)?;
         let guards = match &places[..] {
@@ -147,7 +147,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Reports a comparison of values that never compare.
+    /// Reports a comparison of values that can never be compared.
     fn check_kinds(&mut self, whole: ByteRange, relation: Relation, left: Kinds<'a>, right: Kinds<'a>) {
         let is_ordered = !matches!(relation, Relation::Equal | Relation::NotEqual);
         let number = Value::Real(0.0);
@@ -157,7 +157,7 @@ impl<'a> Resolver<'a> {
                 .is_some_and(|kinds| !kinds.is_empty() && !kinds.iter().any(|kind| kind.is_comparable_to(&number)))
         };
         let problem = if is_ordered && (never(&left) || never(&right)) {
-            Problem::new("these values cannot be ordered").at(whole, "only numbers can be less or greater")
+            Problem::new("these values cannot be ordered").at(whole, "only numbers can be compared by size")
         } else {
             let (Some(left), Some(right)) = (left, right) else { return };
             let compare = |a: &&FieldKind| right.iter().any(|b| a.is_comparable_to(&sample(b)));
@@ -193,7 +193,7 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    /// The places of a field: where its number says, or in each shape that has its name.
+    /// The positions of a field: the one given by its number, or that of its name in each shape.
     fn places(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<Place<'a>>> {
         let topology = self.topology;
         let shapes = topology.get(channel).domain.shapes();
@@ -270,7 +270,7 @@ impl<'a> Resolver<'a> {
         let is_number = value.as_number().is_some();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem =
-                Problem::new(format!("`{value}` cannot be ordered")).at(whole, "only numbers can be less or greater");
+                Problem::new(format!("`{value}` cannot be ordered")).at(whole, "only numbers can be compared by size");
             self.problems.push(problem.with_help("compare it with `=` or `!=`"));
             return;
         }
@@ -302,7 +302,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// A place of a field in messages.
+/// A position of a field in messages.
 struct Place<'a> {
     /// Counted from 1.
     number: usize,
@@ -317,7 +317,7 @@ impl<'a> Place<'a> {
         self.with.iter().filter_map(|shape| Some((self.number, kind(shape, self.number)?)))
     }
 
-    /// The shapes in which something else is in this place that may be compared with the value.
+    /// The shapes in which another field at this position can be compared with the value.
     fn confused_with(&self, value: &Value) -> impl Iterator<Item = &'a Shape> {
         let compares = |shape: &&&Shape| kind(shape, self.number).is_some_and(|kind| kind.is_comparable_to(value));
         self.without.iter().filter(compares).copied()
@@ -386,7 +386,7 @@ fn type_name(value: &Value) -> &'static str {
     }
 }
 
-/// The kinds of values that a term can have; `None` if nothing is known of it.
+/// The kinds of values that a term can have; `None` if nothing is known about it.
 type Kinds<'a> = Option<Vec<&'a FieldKind>>;
 
 /// A value of a kind.

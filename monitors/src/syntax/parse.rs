@@ -183,7 +183,7 @@ impl Parser {
         items
     }
 
-    /// `propery phi1 := …`: reports the misspelling and continues as if it were spelt correctly.
+    /// `propery phi1 := …`: reports the misspelling and continues as if it were spelled correctly.
     fn misspelt_item(&mut self) -> Option<Keyword> {
         let TokenKind::Name(name) = self.peek() else { return None };
         let is_definition = matches!(self.peek_second(), TokenKind::Name(_));
@@ -290,7 +290,7 @@ impl Parser {
     fn number(&mut self, number: &str) -> Reading<Literal> {
         let span = self.span();
         self.advance();
-        // Two names in a row begin a misspelt item: the first is not a unit.
+        // Two names in a row begin a misspelled item: the first is not a unit.
         let is_unit = !matches!(self.peek_second(), TokenKind::Name(_) | TokenKind::Define);
         if let TokenKind::Name(unit) = self.peek()
             && is_unit

@@ -65,7 +65,7 @@ impl Parser {
         Ok(Constraint { kind, span })
     }
 
-    /// `[⋈ bound]`, if it is here.
+    /// `[⋈ bound]`, if present.
     fn ago(&mut self) -> Reading<Option<Interval>> {
         if !self.take(&TokenKind::OpenIndex) {
             return Ok(None);
@@ -133,8 +133,8 @@ impl Parser {
         Ok(Constraint { kind, span: start })
     }
 
-    /// Whether the parenthesis here opens an event: a name follows that is not an operator, a misspelt one, or one of
-    /// another logic.
+    /// Whether the parenthesis here opens an event: a name follows that is not an operator, a misspelled operator, or
+    /// one of another logic.
     fn at_event(&self) -> bool {
         match self.peek_second() {
             TokenKind::Text(_) => true,
@@ -147,7 +147,7 @@ impl Parser {
         }
     }
 
-    /// A name in the place of a constraint: perhaps a misspelt operator.
+    /// A name in the place of a constraint: perhaps a misspelled operator.
     fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
         let Some(word) = nearest(name, PREFIXES) else { return Err(self.expected("a constraint", &first_words())) };
         self.expected("a constraint", &format!("did you mean `{word}`?"));

@@ -158,7 +158,7 @@ impl Display for Condition {
     }
 }
 
-/// A term in a place where only factors can stand, if so.
+/// A term; with `true`, where only a factor can stand.
 struct Factor<'a>(&'a Term, bool);
 
 impl Display for Factor<'_> {

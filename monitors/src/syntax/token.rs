@@ -93,8 +93,8 @@ impl Keyword {
         Self::As,
     ];
 
-    /// Whether it is a keyword only in its place, and anywhere else a name like any other: the words that the paper's
-    /// language does not have.
+    /// Whether it is a keyword only where the grammar expects it, and an ordinary name elsewhere. This is true of the
+    /// words that the paper's language does not have.
     fn is_soft(self) -> bool {
         !matches!(
             self,

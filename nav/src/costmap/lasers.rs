@@ -12,7 +12,7 @@ use super::{Costmap, clearance};
 use crate::beams::Beams;
 use crate::grid_frame::GridFrame;
 
-/// How far behind the end of a beam its obstacle is searched, in cells: ends lie on surfaces, cells behind them.
+/// How far behind the end of a beam its obstacle is searched for, in cells: ends lie on surfaces, cells behind them.
 const BEHIND_CELLS: f64 = 0.25;
 
 impl Costmap {
@@ -28,7 +28,7 @@ impl Costmap {
         let (nearest_m, farthest_m) = (beams.spec.range_min_m, self.parameters.obstacle_max_range);
         for end in beams.ends(scan, eye, nearest_m, farthest_m, BEHIND_CELLS * resolution_m) {
             let Some(offset) = self.frame.offset_in_grid(&(end / resolution_m)) else { continue };
-            // Obstacles in unknown space change no plan: no path leads there.
+            // Obstacles in unknown space do not change plans, since no path leads there.
             if self.fixed[offset] >= explained {
                 self.mark_cell(offset);
             }

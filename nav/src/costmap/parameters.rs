@@ -19,8 +19,8 @@ pub struct CostmapParameters {
     pub obstacle_max_range: f64,
     /// Lasers clear marks up to this range, in metres. Default 3.5 (Nav2: 3.0).
     pub raytrace_max_range: f64,
-    /// A hit this near to an obstacle of the map counts as that obstacle, in metres. Default 0.12: the typical error of
-    /// pose and range. Nav2 has no such parameter.
+    /// A hit this close to an obstacle of the map counts as that obstacle, in metres. Default 0.12: the typical error
+    /// of pose and range. Nav2 has no such parameter.
     pub map_tolerance: f64,
 }
 

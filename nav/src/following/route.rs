@@ -2,8 +2,8 @@
 
 use maps::Point;
 
-/// How far ahead of the last projection the next one is searched, in metres: enough for a robot that was pushed, too
-/// little to jump to a later part of the path nearby.
+/// How far ahead of the last projection the next one is searched for, in metres: enough for a robot that was pushed,
+/// too little to jump to a later part of the path that happens to be near.
 const SEARCH_M: f64 = 1.0;
 
 /// A path of at least two points with the robot's position on it.

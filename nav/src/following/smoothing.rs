@@ -10,10 +10,10 @@ const NOT_FOLLOWED_RADPS: f64 = 0.4;
 /// robot from starting.
 const AVERAGED_S: f64 = 0.2;
 
-/// Turns wanted velocities into commands, like Nav2's velocity smoother.
+/// Turns desired velocities into commands, like Nav2's velocity smoother.
 ///
 /// The robot accelerates no faster than it can, from its last command or the actual motion of its wheels, whichever is
-/// slower, and stays on the wanted arc meanwhile. Slowing down is never delayed: the base brakes as hard as it can.
+/// slower, and stays on the desired arc meanwhile. Slowing down is never delayed: the base brakes as hard as it can.
 #[derive(Clone, Debug)]
 pub(crate) struct VelocitySmoother {
     max_linear_mps: f64,
@@ -50,7 +50,7 @@ impl VelocitySmoother {
         self.command.linear_mps.max(self.done.linear_mps)
     }
 
-    /// Advances by `dt_s` seconds towards the wanted velocity.
+    /// Advances by `dt_s` seconds towards the desired velocity.
     pub(crate) fn step(&mut self, wanted: VelocityCommand, odometry: &Odometry, dt_s: f64) -> VelocityCommand {
         self.average(odometry, dt_s);
         let VelocityCommand { linear_mps, angular_radps } = self.command;
@@ -87,7 +87,7 @@ fn followed(command: f64, excess: f64, tolerated: f64) -> f64 {
     if excess.abs() > tolerated { command + excess } else { command }
 }
 
-/// The speed nearest to the wanted one that is at most one step faster than the slower of the two.
+/// The speed nearest to the desired one that is at most one step faster than the slower of the other two.
 fn towards(wanted: f64, command: f64, actual: f64, step: f64) -> f64 {
     let along = wanted.signum();
     let slower = (command * along).min(actual * along).max(0.0);
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_accelerating_robot_stays_on_the_wanted_arc() {
+    fn an_accelerating_robot_stays_on_the_desired_arc() {
         let mut smoother = VelocitySmoother::new(&RobotModel::default());
         for _ in 0..200 {
             let VelocityCommand { linear_mps, angular_radps } = smoother.command();

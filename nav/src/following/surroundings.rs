@@ -14,8 +14,8 @@ use crate::beams::Beams;
 /// Hits farther from the laser than this are ignored, in metres, unless the robot needs longer to brake.
 const FARTHEST_M: f64 = 1.3;
 
-/// Objects too near to be measured are assumed at this distance, as a share of the shortest range: a laser is mounted
-/// behind the body's edge, and an obstacle that vanishes just before contact must not seem to leave room.
+/// Objects too near to be measured are assumed to be at this distance, as a share of the shortest range: a laser is
+/// mounted behind the body's edge, and an obstacle that vanishes just before contact must not seem to leave room.
 const TOO_NEAR_SHARE: f64 = 0.5;
 
 /// Distance between the positions along an arc that are checked, in metres.
@@ -64,7 +64,7 @@ pub(crate) struct FreeWay {
 }
 
 impl Surroundings {
-    /// `horizon_m` is the greatest distance that [`free_way`](Self::free_way) is asked for, in metres.
+    /// `horizon_m` is the greatest distance for which [`free_way`](Self::free_way) will be asked, in metres.
     pub(crate) fn new(model: &RobotModel, horizon_m: f64) -> Self {
         let sees = |laser: &LaserSpec, direction_rad: f64| {
             AROUND_RAD.map(|around_rad| {

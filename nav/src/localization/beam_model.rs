@@ -183,10 +183,10 @@ mod tests {
     }
 
     #[test]
-    fn a_beam_is_most_likely_at_the_wall_and_rather_short_than_long() {
+    fn a_beam_is_most_likely_at_the_wall_and_more_likely_short_than_long() {
         let at_wall = nats(0.0, 2.0);
         assert!((0..60).all(|step| nats(0.0, 0.1 * step as f32) <= at_wall));
-        assert!(nats(0.0, 1.0) > nats(0.0, 3.0), "something may stand before a wall, but a wall is no window");
+        assert!(nats(0.0, 1.0) > nats(0.0, 3.0), "something may stand in front of a wall, but a wall is not a window");
         assert!(nats(0.0, 1.0) < at_wall - 2.0);
         assert!(nats(0.0, f32::INFINITY) < -2.0, "a wall is rarely overlooked");
     }

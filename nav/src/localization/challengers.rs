@@ -41,7 +41,7 @@ pub(crate) struct Challengers {
 #[derive(Clone, Copy, Debug)]
 struct Challenger {
     at: Gaussian,
-    /// How much more likely it has made the scans on probation than usual, and than the incumbent has.
+    /// How much more likely the scans on probation were from it than usual, and than from the incumbent.
     against_usual_nats: f64,
     against_incumbent_nats: f64,
     scans: u32,

@@ -72,7 +72,7 @@ pub(crate) enum Verdict {
 impl Contradiction {
     /// Whether it is time for another look.
     pub(crate) fn is_due(&self, now: Duration) -> bool {
-        // After a clock was set back, a look is due, too.
+        // A look is also due after the clock was set back.
         self.last_look.is_none_or(|last| now.checked_sub(last).is_none_or(|passed| passed >= PERIOD))
     }
 
@@ -149,7 +149,7 @@ impl Look {
         let range_m = f64::from(if is_silent { ray.range_max_m * SILENT_SHARE as f32 } else { ray.range_m });
         let behind_m = |wall_m: f64| THROUGH_M.max(THROUGH_SHARE * wall_m);
         let (from, direction) = seen_from(at, ray);
-        // As far as necessary to see whether the beam ends at the next wall or before it.
+        // Looks only as far as needed to see whether the beam ends at the next wall or before it.
         let reach_m = if is_silent { range_m } else { range_m + behind_m(range_m) };
         match expected(map, from, direction, reach_m) {
             Expected::Wall(wall_m) if range_m > wall_m + behind_m(wall_m) => {
@@ -238,7 +238,7 @@ mod tests {
         Look::from(&hall(), at, rays, silent).verdict()
     }
 
-    /// The rays from a place, of which `are_hidden` of ten are cut short.
+    /// The rays from a place; `are_hidden` of every ten are cut short.
     fn seen(from: &Particle, are_hidden: usize) -> Vec<Ray> {
         let map = hall();
         let ray = |beam: usize| {

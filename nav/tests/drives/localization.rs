@@ -64,7 +64,7 @@ fn localization(robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localizat
 fn with_model(laser_model_type: LaserModel, robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
     let rng = Streams::new(seed).stream("localization");
     let parameters = LocalizationParameters { laser_model_type, ..LocalizationParameters::default() };
-    Localization::new(&office(), &robot.model, parameters, initial, rng).expect("the parameters make sense")
+    Localization::new(&office(), &robot.model, parameters, initial, rng).expect("the parameters are valid")
 }
 
 /// Processes all of the robot's sensor data.

@@ -36,9 +36,9 @@ impl Drive {
         let rng = Streams::new(1).stream("localization");
         let parameters = LocalizationParameters::default();
         let localization = Localization::new(map, &robot.model, parameters, &InitialPose::at(at), rng)
-            .expect("the parameters make sense");
+            .expect("the parameters are valid");
         let navigator = Navigator::new(map, &robot.model, NavigationParameters::of(&robot.model))
-            .expect("the parameters make sense");
+            .expect("the parameters are valid");
         Self { robot, localization, navigator, statuses: Vec::new(), closest_m: f64::INFINITY }
     }
 

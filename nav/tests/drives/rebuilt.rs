@@ -54,7 +54,7 @@ fn a_robot_is_not_lost_during_a_search_caused_by_removed_walls() {
         let rng = Streams::new(seed).stream("localization");
         let parameters = LocalizationParameters::default();
         let mut localization = Localization::new(&office(), &robot.model, parameters, &InitialPose::at(start), rng)
-            .expect("the parameters make sense");
+            .expect("the parameters are valid");
         let (worst_m, is_sought) = drive(&mut robot, &mut localization);
         println!("seed {seed}: {worst_m:.2} m off at most");
         assert!(is_sought, "seed {seed}: what is tested is a search");
