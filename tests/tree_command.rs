@@ -119,7 +119,7 @@ fn check_names_the_leaves_that_only_nav2_s_model_declares_and_warns_about_differ
     let printed = String::from_utf8(output.stdout).unwrap();
     assert!(printed.contains("3 nodes, 2 of them leaves (1 declared by Nav2's model)"), "{printed}");
     let warned = String::from_utf8(output.stderr).unwrap();
-    assert!(warned.contains("Nav2's RoundRobin wraps around up to Kilted, and does not since Lyrical"), "{warned}");
+    assert!(warned.contains("Nav2's RoundRobin wraps around up to Kilted, but not since Lyrical"), "{warned}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The speed of a tick and of loading.
+//! The speed of ticking and of loading.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::time::Duration;
 use bt::{Execution, Leaf, Leaves, RECHARGE, Status, Tree};
 use divan::{AllocProfiler, Bencher, black_box};
 
-/// Counts allocations as well: a tick has none.
+/// Counts allocations as well: a tick makes none.
 #[global_allocator]
 static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
@@ -18,7 +18,7 @@ fn main() {
     divan::main();
 }
 
-/// Leaves that always give the same answer, by their number.
+/// Leaves that always give the same answer, indexed by node number.
 struct Trivial(Vec<Status>);
 
 impl Leaves for Trivial {
@@ -36,7 +36,7 @@ fn trivial(tree: &Tree, answer: impl Fn(&str) -> Status) -> Trivial {
 /// The paper's tree on its way to the destination: four leaves are ticked, nothing is halted.
 #[divan::bench]
 fn recharge_driving(bencher: Bencher) {
-    let tree = Arc::new(Tree::from_xml("recharge.xml", RECHARGE).expect("the shipped tree is right"));
+    let tree = Arc::new(Tree::from_xml("recharge.xml", RECHARGE).expect("the shipped tree is valid"));
     let mut leaves = trivial(&tree, |id| match id {
         "BatteryLevel" | "BatteryNotCharging" => Status::Success,
         "GoToDestination" | "GotoRechargingStation" | "WaitForUser" => Status::Running,
@@ -46,10 +46,10 @@ fn recharge_driving(bencher: Bencher) {
     bencher.bench_local(|| execution.tick(NOW, black_box(&mut leaves)));
 }
 
-/// The paper's tree with a battery that is low at every other tick: an action is halted at each tick.
+/// The paper's tree with a battery that is low at every second tick: an action is halted at each tick.
 #[divan::bench]
 fn recharge_changing_its_mind(bencher: Bencher) {
-    let tree = Arc::new(Tree::from_xml("recharge.xml", RECHARGE).expect("the shipped tree is right"));
+    let tree = Arc::new(Tree::from_xml("recharge.xml", RECHARGE).expect("the shipped tree is valid"));
     let level = tree.leaves().next().expect("the first leaf is BatteryLevel").id().index();
     let mut leaves = trivial(&tree, |id| match id {
         "BatteryLevel" | "BatteryNotCharging" => Status::Success,
@@ -71,7 +71,7 @@ fn wide(count: usize) -> String {
     format!("<ReactiveSequence>{leaves}</ReactiveSequence>")
 }
 
-/// 100 sequences inside one another, of 10 leaves each.
+/// 100 nested sequences of 10 leaves each.
 fn deep() -> String {
     (0..100).fold(String::new(), |inner, n| {
         let leaves: String = (0..10).map(|leaf| format!("<Condition ID=\"c{n}_{leaf}\"/>")).collect();
@@ -95,7 +95,7 @@ fn thousand_leaves(bencher: Bencher, shape: &str) {
         _ => balanced(),
     };
     let text = format!("<root><BehaviorTree>{body}</BehaviorTree></root>");
-    let tree = Arc::new(Tree::from_xml("thousand.xml", &text).expect("the tree is right"));
+    let tree = Arc::new(Tree::from_xml("thousand.xml", &text).expect("the tree is valid"));
     assert_eq!(tree.leaves().count(), 1000);
     let mut leaves = trivial(&tree, |_| Status::Success);
     let mut execution = Execution::new(tree);
@@ -105,5 +105,5 @@ fn thousand_leaves(bencher: Bencher, shape: &str) {
 /// The paper's tree from its XML.
 #[divan::bench]
 fn load_recharge() -> Tree {
-    Tree::from_xml("recharge.xml", black_box(RECHARGE)).expect("the shipped tree is right")
+    Tree::from_xml("recharge.xml", black_box(RECHARGE)).expect("the shipped tree is valid")
 }

@@ -66,7 +66,7 @@ impl Leaves for Robot {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example that prints to the terminal")]
 fn main() -> Result<(), bt::TreeError> {
     let tree = Arc::new(Tree::from_xml("pass_door.xml", TREE)?);
     let mut execution = Execution::new(Arc::clone(&tree));

@@ -14,13 +14,13 @@ pub use value::{Value, ValueError};
 
 use crate::shared::Shared;
 
-/// An entry: its value, its type, and how often it has been written.
+/// An entry: its value, its type, and the number of times that it has been written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Entry {
-    /// None before it is first written.
+    /// `None` until it is first written.
     value: Option<Value>,
     of: Type,
-    /// It was declared by a port, or written. A script may not assign to an entry that does not exist.
+    /// Whether a port declares it or it has been written. A script may not assign to an entry that does not exist.
     exists: bool,
     writes: u64,
 }
@@ -52,18 +52,17 @@ impl Default for Entry {
 pub struct Blackboard {
     scopes: Shared<Scopes>,
     entries: Vec<Entry>,
-    /// Entries with keys that were created while the tree ran; they come after those that the file names.
+    /// The keys of entries created while the tree runs; these entries follow those that the file names.
     extra: Vec<(ScopeId, Arc<str>)>,
-    /// Nodes' memory of what they have read, by number: the remaining items of a loop whose queue is not on the
-    /// blackboard, and the last goal, path or position that one of Nav2's nodes has seen.
+    /// What nodes remember of the values that they have read, by number: the remaining items of a loop whose queue is
+    /// not on the blackboard, and the last goal, path or position that one of Nav2's nodes has seen.
     memos: Vec<Option<VecDeque<Value>>>,
-    /// For each node that watches an entry, by number: the entry, and how often it had been written when the node last
-    /// looked.
+    /// For each node that watches an entry, by number: the entry, and its number of writes when the node last looked.
     watched: Vec<(Slot, u64)>,
 }
 
 impl Blackboard {
-    /// The blackboard with which a tree starts: these entries, room for this many memos, and these entries watched.
+    /// The initial blackboard of a tree: these entries, room for this many memos, and a watch on each of these slots.
     pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, memos: usize, watched: &[Slot]) -> Self {
         let watched = watched.iter().map(|slot| (*slot, 0)).collect();
         Self { scopes: scopes.into(), entries, extra: Vec::new(), memos: vec![None; memos], watched }
@@ -101,13 +100,13 @@ impl Blackboard {
         })
     }
 
-    /// The entry of a key that may be new.
+    /// The entry for a key, created if necessary.
     pub(crate) fn slot(&mut self, scope: ScopeId, key: &str) -> Slot {
         self.find(scope, key).unwrap_or_else(|| {
             let (scope, key) = self.scopes.resolve(scope, key);
             self.extra.push((scope, key.into()));
             self.entries.push(Entry::default());
-            Slot(u32::try_from(self.entries.len() - 1).expect("there is memory for fewer entries than that"))
+            Slot(u32::try_from(self.entries.len() - 1).expect("2^32 entries do not fit in memory"))
         })
     }
 
@@ -136,8 +135,8 @@ impl Blackboard {
         std::mem::replace(seen, writes) != writes
     }
 
-    /// Brings the numbers of writes into normal form: they only tell whether an entry has been written since a node
-    /// looked. If the tree can unset entries, which then count from 0 again, those of watched entries stay.
+    /// Brings the numbers of writes into normal form: they only show whether an entry has been written since a node
+    /// last looked. If the tree can unset entries, whose numbers then restart at 0, watched entries keep their numbers.
     pub(crate) fn normalize(&mut self, can_unset: bool) {
         let number = |watched: bool, writes: u64| match (watched, can_unset) {
             (true, true) => writes,
@@ -237,7 +236,7 @@ impl Declared {
     }
 }
 
-/// A constant in its most specific type: an integer, a real number, or a text, which can be read as anything.
+/// A constant in its most specific type: an integer, a real number, or a text, which can be read as any type.
 fn typed(text: &str) -> (Value, Type) {
     if let Ok(number) = text.parse::<i64>()
         && !text.starts_with('+')
@@ -252,7 +251,7 @@ fn typed(text: &str) -> (Value, Type) {
     }
 }
 
-/// The key to which a port's value points, unless it is a constant: `{key}`, or `{=}` for the port's own name.
+/// The key to which a port's value refers, unless the value is a constant: `{key}`, or `{=}` for the port's own name.
 pub(crate) fn pointed_key<'a>(port: &'a str, value: &'a str) -> Option<&'a str> {
     if value == "{=}" || value == "=" {
         return Some(port);

@@ -12,7 +12,7 @@ pub enum Request {
 }
 
 impl Request {
-    /// The reply to assume if none comes: the leaf has failed, or it has halted.
+    /// The reply to assume if none arrives: the leaf has failed, or it has halted.
     pub(crate) fn unanswered(self) -> Reply {
         match self {
             Self::Tick => Reply::Status(Status::Failure),

@@ -3,7 +3,7 @@
 use diagnostics::{Problem, Source};
 use miette::{Diagnostic, Severity, SourceCode};
 
-/// All errors and warnings of a tree file, in the order of their places. Problems of included files are listed with
+/// All errors and warnings of a tree file, in the order of their positions. Problems of included files are listed with
 /// those files.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{} {}", text.name(), verdict(self.is_error()))]
@@ -25,7 +25,7 @@ impl TreeError {
         self
     }
 
-    /// The problems of the file itself, in order of their places.
+    /// The problems of the file itself, in the order of their positions.
     #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems

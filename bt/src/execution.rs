@@ -32,7 +32,7 @@ use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, R
 /// assert_eq!(execution.tree().node(call.leaf).label(), "SayHello");
 /// assert_eq!(execution.resume(now, Reply::Status(Status::Running)), Some(Step::Done(Status::Running)));
 ///
-/// // The greeting is still going on: halting the tree tells the action.
+/// // The greeting is still in progress, so halting the tree halts the action.
 /// let Some(Step::Call(call)) = execution.start_halt(now) else { unreachable!() };
 /// assert_eq!((execution.tree().node(call.leaf).label(), call.request), ("SayHello", Request::Halt));
 /// assert_eq!(execution.resume(now, Reply::Halted), Some(Step::Halted));
@@ -64,7 +64,7 @@ impl Execution {
         self.state.last_status()
     }
 
-    /// The call for whose answer the execution waits; `None` between ticks.
+    /// The call whose answer the execution is waiting for; `None` between ticks.
     #[must_use]
     pub fn pending(&self) -> Option<Call> {
         self.state.pending()
@@ -82,7 +82,7 @@ impl Execution {
         self.state.faults()
     }
 
-    /// All that has happened to nodes in the last tick. Nodes within their tick count as running.
+    /// Everything that has happened to nodes in the last tick. Nodes within their tick count as running.
     pub(crate) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
         self.state.outcomes(&self.tree.program.ops)
     }
@@ -98,10 +98,10 @@ impl Execution {
         &mut self.state.board
     }
 
-    /// The leaf of a pending call, with its ports. `now` is the time that the leaf sees.
+    /// The leaf of a pending call, with its ports. The leaf sees the time `now`.
     ///
     /// # Panics
-    /// If it is not a leaf of this tree.
+    /// If `id` is not a leaf of this tree.
     pub fn leaf(&mut self, id: NodeId, now: Duration) -> Leaf<'_> {
         assert!(self.tree.node(id).kind().is_leaf(), "only leaves are called");
         Leaf { id, tree: &self.tree, board: &mut self.state.board, now }
@@ -115,7 +115,7 @@ impl Execution {
         })
     }
 
-    /// Begins to halt the whole tree, including the root: every running action is told to stop, in document order, and
+    /// Starts halting the whole tree, including the root: every running action is told to stop, in document order, and
     /// all nodes become idle. As in BehaviorTree.CPP, every node is then halted once more, running or not, which is
     /// visible in `_onHalted` scripts. While a call is pending, does nothing and returns `None`.
     pub fn start_halt(&mut self, now: Duration) -> Option<Step> {

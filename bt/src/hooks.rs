@@ -1,4 +1,4 @@
-//! The scripts of a node that run around its ticks.
+//! The scripts that run before and after a node's ticks.
 
 use crate::Status;
 use crate::blackboard::Blackboard;

@@ -19,11 +19,11 @@ use crate::Status;
 ///   unless stated otherwise.
 /// - A node that has *the tree ticked again* answers running. When the tick is finished and the root is running, the
 ///   tree is ticked once more as part of the same tick (BehaviorTree.CPP's wake-up signal, with `tickOnce`). So
-///   reactive nodes above can check their conditions again. After 10 000 repetitions in one tick this is refused, and
-///   the tick ends.
+///   reactive nodes above can check their conditions again. After 10,000 repetitions within one tick, another is
+///   refused, and the tick ends.
 /// - *Milliseconds* count the run's time. A tree acts only when it is ticked, so an elapsed time takes effect at the
 ///   next tick. (BehaviorTree.CPP has a timer thread, which halts the child of a [`Timeout`] at once and wakes a tree
-///   that sleeps between ticks. Ticked at a fixed rate, both answer the same at every tick.)
+///   that sleeps between ticks. Ticked at a fixed rate, both give the same answer at every tick.)
 ///
 /// [`SequenceWithMemory`]: Kind::SequenceWithMemory
 /// [`PauseResumeController`]: Kind::PauseResumeController
@@ -38,7 +38,7 @@ pub enum Kind {
     /// that is skipped is reset at once.
     ///
     /// This is the paper's sequence. BehaviorTree.CPP has an option to throw an exception when a second child runs; it
-    /// is off by default in 4.10, and not implemented here. As there, only one child may be an
+    /// is off by default in 4.10, and not implemented here. As in BehaviorTree.CPP, only one child may be an
     /// [`AsyncSequence`](Kind::AsyncSequence): two would halt each other forever.
     ReactiveSequence,
     /// Like [`Sequence`](Kind::Sequence), but children that have succeeded are not ticked again, even after a later
@@ -74,7 +74,7 @@ pub enum Kind {
     WhileDoElse,
     /// Compares `variable` with `case_1`, `case_2`, … (as texts, or as numbers) and ticks the child of the first equal
     /// case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
-    /// number is that of the cases.
+    /// number in its name is the number of cases.
     Switch(u8),
     /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is
     /// ticked until it is done, and the node fails. With `catch_on_halt`, the last is also ticked once when the node is
@@ -85,29 +85,31 @@ pub enum Kind {
     /// first running child that is not before that one. Fails when a child fails, and succeeds when the last has
     /// succeeded or was skipped; then all are reset.
     PipelineSequence,
-    /// Nav2's sequence that waits for nobody: ticks all its children at every tick. Fails as soon as one fails,
-    /// succeeds when all succeed in the same tick, and otherwise answers running. A child may not be skipped.
+    /// Nav2's nonblocking sequence: ticks all its children at every tick. Fails as soon as one fails, succeeds when all
+    /// succeed in the same tick, and otherwise answers running. A child may not be skipped.
     NonblockingSequence,
-    /// Nav2's sequence whose position is the entry `current_child_idx`, counted from 0, so that it survives a halt. The
-    /// entry must have a value before the first tick. It moves on when a child succeeds or is skipped, and goes back to
-    /// 0 when a child fails or the last one is done.
+    /// Nav2's sequence that keeps its position in the entry `current_child_idx`, counted from 0, so that the position
+    /// survives a halt. The entry must have a value before the first tick. It moves on when a child succeeds or is
+    /// skipped, and goes back to 0 when a child fails or the last one is done.
     PersistentSequence,
     /// Nav2's retries with a recovery: ticks its first child. If that fails, ticks the second, and if that succeeds,
     /// the first again, at most `number_of_retries` times. Fails when the second fails or is skipped, or when no
-    /// retries are left; is skipped with the first. As in Nav2, a skipped recovery does not reset the number of retries
-    /// so far.
+    /// retries are left; is skipped if the first is. As in Nav2, a skipped recovery does not reset the number of
+    /// retries so far.
     RecoveryNode,
-    /// Nav2's round: ticks one child after another until one succeeds, and begins with the next one at its next tick.
-    /// Fails when as many children as it has have failed or been skipped since the last success.
+    /// Nav2's round robin: ticks one child after another until one succeeds, and begins with the next one at its next
+    /// tick. Fails when the number of children that have failed or been skipped since the last success reaches the
+    /// number of children.
     ///
     /// With `wrap_around`, the first child follows the last one. Without it, the node ends after the last child, and
     /// the next tick begins with the first: as in Nav2, it then fails *whatever the last child has answered*, even
     /// success. Nav2 has this port since Lyrical; older releases always wrap around. So it is true by default in files
-    /// of version 3 (Humble), and there is a warning if a file of version 4 does not say.
+    /// of version 3 (Humble), and a file of version 4 that does not set it gets a warning.
     RoundRobin,
-    /// Nav2's switch between work and pause. Its children are what it does: normally, while it is paused (optional),
-    /// once when it is paused (optional), and once when it resumes (optional). It answers as its first child does
-    /// (success if that is skipped), and fails if any child fails; otherwise it answers running.
+    /// Nav2's switch between work and pause. Its first child is its normal work. Up to three optional ones follow: one
+    /// ticked while it is paused, one ticked once when it is paused, and one ticked once when it resumes. It gives the
+    /// answer of its first child (success if that is skipped), and fails if any child fails; otherwise it answers
+    /// running.
     ///
     /// `pause_service_name` and `resume_service_name` are services in Nav2. Here each is an entry of the main tree with
     /// that name, without a leading `/`: every write to it is a request. While the node is paused, it accepts only
@@ -137,60 +139,59 @@ pub enum Kind {
     RunOnce,
     /// Takes the first item from a `queue`, writes it to `value` and ticks its child; answers running unless the child
     /// fails, so each tick takes one item. Answers `if_empty` (default `SUCCESS`) when nothing is left. A queue is a
-    /// string `1;2;3`, of which a copy is used, or a list on the blackboard, which gets shorter.
+    /// string such as `1;2;3`, which stays unchanged, or a list on the blackboard, which gets shorter.
     Loop(Item),
     /// Ticks its child if the script `if` holds, and then until the child is done; otherwise answers `else` (default
     /// `FAILURE`).
     Precondition,
-    /// Is skipped unless the blackboard's `entry` has been written since it was last checked; then, and while its child
-    /// is running, ticks its child.
+    /// Is skipped unless the blackboard's `entry` has been written since it was last checked; then ticks its child, and
+    /// continues to do so while the child is running.
     SkipUnlessUpdated,
-    /// Answers running unless the blackboard's `entry` has been written since it was last checked; then, and while its
-    /// child is running, ticks its child.
+    /// Answers running unless the blackboard's `entry` has been written since it was last checked; then ticks its
+    /// child, and continues to do so while the child is running.
     WaitValueUpdate,
-    /// Nav2's limit on how often its child begins: ticks its child at the first tick, and again when 1/`hz` seconds
-    /// have passed since the child's last success (or else since the first tick); otherwise answers running. Ticks a
-    /// running child at every tick.
+    /// Nav2's rate limit: ticks its child at the first tick, and again when 1/`hz` seconds have passed since the
+    /// child's last success (or else since the first tick); otherwise answers running. Ticks a running child at every
+    /// tick.
     ///
-    /// It starts over after it has been reset. Below a [`PipelineSequence`](Kind::PipelineSequence), which does not
-    /// reset a child before it is done itself, the period counts from success to success.
+    /// It starts over after it has been reset. Below a [`PipelineSequence`](Kind::PipelineSequence), which resets no
+    /// child until it is done itself, the period counts from success to success.
     RateController,
-    /// Nav2's limit by distance: ticks its child at the first tick, and again when the robot is at least `distance`
-    /// metres from where it was when the child last succeeded (or else at the first tick); otherwise answers running.
-    /// Ticks a running child at every tick. Fails while the pose is unknown; as in Nav2, a running child is not halted
-    /// then.
+    /// Nav2's distance limit: ticks its child at the first tick, and again when the robot is at least `distance` meters
+    /// from where it was when the child last succeeded (or else at the first tick); otherwise answers running. Ticks a
+    /// running child at every tick. Fails while the pose is unknown; as in Nav2, a running child is not halted then.
     ///
-    /// The pose is the entry `robot_pose` of the main tree: `x;y` in metres, or Nav2's nine fields
+    /// The pose is the entry `robot_pose` of the main tree: `x;y` in meters, or Nav2's nine fields
     /// `stamp;frame;x;y;z;qx;qy;qz;qw`.
     DistanceController,
-    /// Nav2's limit by speed: like [`RateController`](Kind::RateController), but the period depends on the speed. It is
-    /// 1/`max_rate` seconds at first, and again when a goal has changed. At the end of each period, the next one
-    /// follows from the speed at that time: from `min_rate` at `min_speed` to `max_rate` at `max_speed`, and linear
-    /// between. It counts from there, whatever the child answers.
+    /// Nav2's limit that depends on speed: like [`RateController`](Kind::RateController), but the period depends on the
+    /// speed. It is 1/`max_rate` seconds at first, and again when a goal has changed. At the end of each period, the
+    /// rate for the next one follows from the current speed: `min_rate` at `min_speed`, `max_rate` at `max_speed`, and
+    /// linear in between. The new period starts at once, whatever the child answers.
     ///
     /// The speed is the entry `robot_speed` of the main tree, in m/s; without a value it is 0.
     SpeedController,
-    /// Nav2's way to take a goal that was changed while the robot drives: before each tick of its child, writes the
-    /// update, if there is one, or else `input_goal` to `output_goal`; and the same for `input_goals` and
-    /// `output_goals`.
+    /// Nav2's update of the goal while the robot drives: before each tick of its child, writes the update to
+    /// `output_goal`, or `input_goal` if there is none, and does the same with `input_goals` and `output_goals`.
     ///
     /// Updates are topics in Nav2. Here they are the entries `goal_update` and `goals_update` of the main tree. In
-    /// Nav2's format (nine fields for a goal; `stamp;frame;` and nine fields for each pose for goals), an update
-    /// without a stamp or with one older than the input's is ignored. In any other format, the update counts.
+    /// Nav2's format (nine fields for a goal; `stamp;frame;` and nine fields for each pose for goals), an update is
+    /// ignored if it has no stamp or an older one than the input. In any other format, the update counts.
     GoalUpdater,
-    /// Ticks its child at the first tick, and again when `goal` or `goals` has changed; otherwise answers running.
-    /// Ticks a running child at every tick. Nav2's.
+    /// Nav2's trigger for new goals: ticks its child at the first tick, and again when `goal` or `goals` has changed;
+    /// otherwise answers running. Ticks a running child at every tick.
     GoalUpdatedController,
     /// Nav2's guard against detours near the goal: ticks its child if the `path` has become more than `length_factor`
-    /// times longer while the goal is the same and the previous path was shorter than `prox_len` metres; otherwise
-    /// succeeds. As in Nav2, two paths with equally many poses count as the same, and a running child that is no longer
-    /// ticked is not halted.
+    /// times longer while the goal is the same and the previous path was shorter than `prox_len` meters; otherwise
+    /// succeeds. As in Nav2, two paths with the same number of poses count as equal, and a running child that is no
+    /// longer ticked is not halted.
     ///
-    /// A path is `x;y;x;y;…` in metres, or `stamp;frame;` and Nav2's nine fields for each pose.
+    /// A path is `x;y;x;y;…` in meters, or `stamp;frame;` and Nav2's nine fields for each pose.
     PathLongerOnApproach,
-    /// Ticks its child until it has succeeded or failed once; after that, fails until it is reset. Nav2's.
+    /// Nav2's one-time trigger: ticks its child until it has succeeded or failed once; after that, fails until it is
+    /// reset.
     SingleTrigger,
-    /// A place for another tree, with that tree's answer.
+    /// Stands for another tree, and gives that tree's answer.
     SubTree,
     /// Succeeds at once.
     AlwaysSuccess,
@@ -460,7 +461,7 @@ impl Kind {
         }
     }
 
-    /// Whether nodes of this kind may give this answer at all, whatever is below them.
+    /// Whether nodes of this kind can ever give this answer.
     #[must_use]
     pub fn may_answer(self, status: Status) -> bool {
         match status {
@@ -515,7 +516,7 @@ impl Kind {
             (Self::RecoveryNode, _) if count != 2 => Some("two children"),
             (Self::PauseResumeController, _) if !(1..=4).contains(&count) => Some("one to four children"),
             (Self::Switch(cases), _) if count != usize::from(cases) + 1 => {
-                Some("one child per case, and a last one for all other values")
+                Some("one child per case, and one more for all other values")
             }
             (_, Category::Control) if count == 0 => Some("at least one child"),
             (_, Category::Decorator) if count != 1 => Some("exactly one child"),

@@ -7,12 +7,12 @@ use crate::program::LeafPort;
 use crate::settings::ReadError;
 use crate::{Direction, Node, NodeId, Status, Tree};
 
-/// The leaves of a tree that answer at once.
+/// The leaves of a tree, if they answer at once.
 pub trait Leaves {
-    /// The leaf continues, and returns its status.
+    /// Ticks a leaf: it continues, and returns its status.
     fn tick(&mut self, leaf: Leaf<'_>) -> Status;
 
-    /// The leaf, which was running, stops.
+    /// Halts a leaf that was running.
     fn halt(&mut self, leaf: Leaf<'_>);
 }
 

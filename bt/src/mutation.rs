@@ -1,7 +1,7 @@
 //! Mutations: trees with one additional mistake.
 //!
 //! A mutation is a small change of a tree's main file, of the kind that people make by accident: another control node,
-//! children in the wrong order, a node too few, a leaf read the wrong way round.
+//! children in the wrong order, a missing node, an inverted leaf.
 
 use std::ops::Range;
 
@@ -18,11 +18,11 @@ pub struct Mutant {
     pub tree: Tree,
 }
 
-/// Every mutation of a tree's main file that leaves a tree that can be loaded, in the order of the file.
+/// All mutations of a tree's main file after which it can still be loaded, in the order of the file.
 ///
-/// - Every sequence becomes a fallback and every fallback a sequence, reactive ones a reactive one; a reactive one
-///   becomes an ordinary one, and the other way round.
-/// - Every child of a control node is removed, and changes places with the next one.
+/// - Every sequence becomes a fallback and vice versa; reactive nodes stay reactive. Every reactive node becomes an
+///   ordinary one and vice versa.
+/// - Every child of a control node is removed, or swapped with the next one.
 /// - Every leaf is inverted.
 ///
 /// ```
@@ -42,7 +42,7 @@ pub fn mutants(tree: &Tree) -> Vec<Mutant> {
     let changes = document.descendants().filter(is_node).flat_map(|element| changes(source.text(), element));
     let mutant = |(words, edits): (String, Vec<Edit>)| {
         let tree = Tree::from_xml(source.name(), &edited(source.text(), edits)).ok()?;
-        // A leaf that is in no used tree changes nothing.
+        // Changing a leaf that no used tree contains would change nothing.
         (shape(&tree) != sound).then_some(Mutant { words, tree })
     };
     changes.filter_map(mutant).collect()
@@ -98,7 +98,7 @@ fn name_of(text: &str, element: Element<'_, '_>) -> String {
     format!("{} on line {line}", named.unwrap_or(element.tag_name().name()))
 }
 
-/// Another name in the tags of an element.
+/// Renames an element in its tags.
 fn renamed(text: &str, element: Element<'_, '_>, other: &str) -> Vec<Edit> {
     let (range, length) = (element.range(), element.tag_name().name().len());
     let begin = range.start + 1;

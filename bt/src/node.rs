@@ -41,7 +41,7 @@ pub struct Node {
     pub(crate) parent: Option<NodeId>,
     pub(crate) depth: usize,
     pub(crate) subtree_end: u32,
-    /// For a leaf; empty for other nodes.
+    /// Only for leaves; empty for other nodes.
     pub(crate) process: String,
 }
 
@@ -79,13 +79,13 @@ impl Node {
 
     /// The unique name of the process that executes a leaf: the leaf's [label](Self::label). If several leaves have the
     /// same label, the first in document order has this name, and the others get a number: `GoTo`, `GoTo_2`, `GoTo_3`.
-    /// Numbers that would make the label of another leaf are left out. For nodes that are not leaves, the label.
+    /// Numbers that would give the label of another leaf are skipped. For nodes that are not leaves, the label.
     #[must_use]
     pub fn process(&self) -> &str {
         if self.process.is_empty() { self.label() } else { &self.process }
     }
 
-    /// All attributes in the order of the file, including those without a meaning here.
+    /// All attributes in the order of the file, including those that have no meaning here.
     #[must_use]
     pub fn attributes(&self) -> &[(String, String)] {
         &self.attributes

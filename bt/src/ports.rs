@@ -36,7 +36,7 @@ impl Tree {
     /// The ports of a leaf, in alphabetical order: its attributes, and all ports that its model declares.
     ///
     /// # Panics
-    /// If it is not a leaf of this tree.
+    /// If the node is not a leaf of this tree.
     pub fn ports(&self, leaf: NodeId) -> impl Iterator<Item = Port<'_>> {
         self.program.leaf_ports(leaf).iter().map(|(name, port)| Port {
             name,
@@ -70,7 +70,7 @@ struct Lane {
 impl Traffic {
     pub(crate) fn of(tree: &Tree, leaf: NodeId) -> Self {
         let is_input = |port: &LeafPort| port.direction != Direction::Output && port.entry().is_some();
-        // A machine may write to every declared output; without a connection in the file, the value is dropped.
+        // A skill may write to every declared output; if the file does not connect it, the value is dropped.
         let is_output =
             |port: &LeafPort| port.direction != Direction::Input && (port.is_declared || port.entry().is_some());
         let lanes = |goes: &dyn Fn(&LeafPort) -> bool| {

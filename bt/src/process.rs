@@ -1,12 +1,12 @@
 //! Trees as processes of a channel system.
 //!
 //! There are two forms with the same semantics: [`TreeProcess`] is the whole tree, [`node_processes`] is one process
-//! per node with handshakes between them. To all other processes they are the same. Both receive `[<tick>, n]` from the
+//! per node with handshakes between them. Other processes cannot tell them apart. Both receive `[<tick>, n]` from the
 //! tick generator, send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), where X is the name of a
 //! leaf's [process](crate::Node::process), and wait for the answers on (X, BT). The values that a leaf's ports read
 //! from the blackboard come with each tick, and the values that they write with each answer ([`request_domain`],
-//! [`reply_domain`]). There is one pending request at a time. The requests to each skill are numbered from 1; a
-//! reply with another number, or one that does not answer the request, is received and dropped.
+//! [`reply_domain`]). There is one pending request at a time. The requests to each skill are numbered from 1; a reply
+//! with another number, or one that does not answer the request, is received and dropped.
 //!
 //! A tree does not wait forever: a leaf that does not answer a tick in time has failed, and one that does not confirm a
 //! halt in time has halted; both are a [`Fault`](crate::Fault). The timeout ([`LEAF_TIMEOUT`] by default) begins when

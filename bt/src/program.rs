@@ -14,7 +14,7 @@ pub(crate) struct Op {
     pub(crate) kind: Kind,
     pub(crate) flags: Flags,
     pub(crate) parent: u32,
-    /// The first node in document order that is not below this one: its next sibling, if it has one.
+    /// The first node in document order that is not below this one: its next sibling, if there is one.
     pub(crate) end: u32,
     /// Its index among the nodes with memory; for leaves outside the tree, among these.
     pub(crate) place: u32,
@@ -101,7 +101,7 @@ impl Program {
         std::iter::successors(first, move |child| Some(self.ops[*child as usize].end).filter(|next| *next < end))
     }
 
-    /// Whether a node can unset entries.
+    /// Whether any node can unset entries.
     pub(crate) fn can_unset(&self) -> bool {
         self.settings.iter().any(|setting| matches!(setting, Setting::UnsetBlackboard { .. }))
     }

@@ -11,7 +11,7 @@ use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Re
 pub struct Cue {
     /// Its answer.
     pub status: Status,
-    /// The ports that it writes before.
+    /// The ports that it writes before it answers.
     pub outputs: Vec<(String, Value)>,
 }
 
@@ -21,7 +21,7 @@ impl From<Status> for Cue {
     }
 }
 
-/// A leaf's behavior, tick by tick. After the last cue, it repeats that cue, or all cues from the first on.
+/// A leaf's behavior, tick by tick. After the last cue, it repeats either that cue or all cues from the first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     cues: Vec<Cue>,
@@ -40,7 +40,7 @@ impl Part {
         Self { cues, repeats: false }
     }
 
-    /// The same, but after the last cue it starts over with the first.
+    /// A part that starts over after the last cue.
     #[must_use]
     pub fn repeating(self) -> Self {
         Self { repeats: true, ..self }
@@ -90,7 +90,7 @@ pub struct Rehearsal {
 struct Cast {
     /// By leaf, in document order.
     parts: Vec<Part>,
-    /// How often each leaf has been ticked.
+    /// The number of times that each leaf has been ticked.
     ticked: Vec<usize>,
     /// By node, the index of its part.
     places: Vec<usize>,
@@ -199,12 +199,12 @@ impl Leaves for Cast {
     }
 }
 
-/// The number of ticks side by side.
+/// The maximum number of ticks side by side.
 const COLUMNS: usize = 25;
 
-/// The statuses of all nodes as a text: one line per node, one column per tick; long names are cut. `S`, `F`, `R` and
-/// `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach. Faults
-/// follow.
+/// The statuses of all nodes as a table: one line per node, one column per tick; long names are shortened. `S`, `F`,
+/// `R` and `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach.
+/// Faults follow.
 #[must_use]
 pub fn table(tree: &Tree, moments: &[RehearsedTick]) -> String {
     let labels: Vec<String> = tree.nodes().iter().map(|node| shortened(node.outline())).collect();
@@ -264,7 +264,7 @@ fn letter(outcome: Option<Outcome>) -> &'static str {
 }
 
 impl Tree {
-    /// The tree in Graphviz's language, each node with its number and, if `states` are given, coloured by its state.
+    /// The tree in Graphviz's language, each node with its number and, if `states` are given, colored by its state.
     ///
     /// ```
     /// let tree = bt::Tree::from_xml("wave.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
@@ -299,7 +299,7 @@ impl Tree {
     }
 }
 
-/// A colour on which dark letters are legible.
+/// A color on which dark letters are legible.
 fn colour(outcome: Option<Outcome>) -> Option<&'static str> {
     Some(match outcome? {
         Outcome::Answered(Status::Success) => "#b7e1b0",

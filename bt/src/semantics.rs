@@ -41,7 +41,7 @@ pub(crate) struct Memory {
     kept: Option<Status>,
     /// Its parameters, as last read.
     pub(crate) limits: [i64; 2],
-    /// When its time is up.
+    /// The time at which its wait ends.
     until: Option<Duration>,
 }
 
@@ -177,8 +177,8 @@ impl Memory {
     /// State that a node forgets when it is halted.
     pub(crate) fn forget(&mut self, kind: Kind) {
         match kind {
-            // A RunOnce has run; a satisfied Precondition stays so until its child is done; a loop checks whether it
-            // was idle when it is ticked again.
+            // A RunOnce has run; a satisfied Precondition stays satisfied until its child is done; a loop checks
+            // whether it was idle when it is ticked again.
             Kind::SequenceWithMemory | Kind::RunOnce | Kind::Precondition | Kind::WasEntryUpdated | Kind::Loop(_) => {}
             Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => self.flag = false,
             // Nav2's decorators start over when they are ticked while they are idle.
@@ -194,7 +194,7 @@ impl Memory {
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>, kind: Kind, reading: Option<Reading>) {
         if let Some(until) = &mut self.until {
             form.time(until);
-            // A tick that is due is due, no matter for how long.
+            // An expired wait has no age: how long ago it expired does not matter.
             *until = NormalForm::NOW.max(*until);
         }
         let is_endless = matches!(reading, Some(Reading::Numbers([-1, _])));
@@ -203,7 +203,7 @@ impl Memory {
         }
     }
 
-    /// Whether a running node of this kind ticks its last child when it is halted, if its port demands it.
+    /// Whether a running node of this kind ticks its last child when it is halted, if its port says so.
     pub(crate) fn catches_halts(&self, kind: Kind) -> bool {
         kind == Kind::TryCatch && !self.flag && !self.catches
     }
@@ -259,7 +259,7 @@ impl Kind {
         )
     }
 
-    /// Whether a node of this kind starts over after it was halted.
+    /// Whether a node of this kind starts over after it has been halted.
     pub(crate) fn forgets(self) -> bool {
         self != Self::SequenceWithMemory
     }

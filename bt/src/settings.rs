@@ -78,7 +78,7 @@ impl Setting {
         }
     }
 
-    /// Reads what the node needs, and writes what it writes. `starts` if the node was idle.
+    /// Reads what the node needs, and writes what it writes. `starts` means that the node was idle.
     #[inline]
     pub(crate) fn read(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
         match self {
@@ -134,7 +134,7 @@ fn numbers(inputs: &[Option<(Input, Type)>; 2], board: &Blackboard, kind: Kind) 
         if let Some((input, of)) = input {
             match input.number(board, of) {
                 Ok(read) => *number = read,
-                // As BehaviorTree.CPP does with an unreadable flag.
+                // BehaviorTree.CPP, too, assumes these values if it cannot read the flag.
                 Err(_) if kind == Kind::RunOnce => *number = 1,
                 Err(_) if kind == Kind::TryCatch => *number = 0,
                 Err(error) => return Err(error),
@@ -155,7 +155,7 @@ fn unset(board: &mut Blackboard, key: &Input, scope: ScopeId) -> Result<(), Read
     Ok(())
 }
 
-/// Writes an entry; false if there is nothing to write.
+/// Writes an entry. Returns false if there is nothing to write.
 fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Result<bool, ReadError> {
     let key = key.read(board, &Type::Text)?.to_text();
     let read = match value {
@@ -165,7 +165,7 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     let Some(read) = read else { return Ok(false) };
     let slot = board.slot(scope, &key);
     if !board.exists(slot) {
-        // A new entry has the type of the copied one; one that gets a text stays a text.
+        // A new entry has the type of the entry that is copied; one that gets a constant has the type text.
         let of = if let Input::Entry(source, _) = value { board.type_of(*source).clone() } else { Type::Text };
         if of.convert(&read).is_ok() {
             board.declare(slot, of);
@@ -208,7 +208,7 @@ impl Loop {
     /// Takes the first item from the queue and writes it.
     fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         if starts {
-            // A queue in the file is copied only now: a loop that was left with an answer has none.
+            // Only now is a queue in the file copied again: the loop may have emptied or left its previous copy.
             *board.memo(self.memo) = match &self.queue {
                 Input::Constant(constant) => Some(self.copy(constant)?),
                 Input::Entry(..) => None,

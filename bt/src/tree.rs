@@ -107,7 +107,7 @@ impl Tree {
     }
 
     /// A problem of a node that depends on its environment (such as a leaf without a skill), with its place.
-    /// [`error`](Self::error) makes a diagnostic of several.
+    /// [`error`](Self::error) combines several into a diagnostic.
     #[must_use]
     pub fn problem_at(
         &self,
@@ -125,7 +125,7 @@ impl Tree {
     pub fn error(&self, problems: &[Problem]) -> TreeError {
         let of = |source| problems.iter().filter(move |problem| problem.is_of(source)).cloned().collect();
         let mut errors = self.sources.iter().map(|source| TreeError::new(source.clone(), of(source)));
-        let main = errors.next().expect("the main file is there");
+        let main = errors.next().expect("there is a main file");
         main.with_included(errors.filter(|error| !error.problems().is_empty()).collect())
     }
 }

@@ -38,7 +38,7 @@ impl Loader {
     /// a file that includes others is refused.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the file, each with its place.
+    /// A [`TreeError`] with all problems of the file, each with its place.
     pub fn load(&self, file: impl AsRef<Path>, text: &str) -> Result<Tree, TreeError> {
         let refuse = |_: &Path| Err(io::Error::other("no other file may be opened here"));
         self.load_with(file, text, refuse)
@@ -47,10 +47,10 @@ impl Loader {
     /// Loads the main tree from the text of a file. The text of each included file comes from `read`, which gets its
     /// path: the `path` of the `<include>`, relative to the including file.
     ///
-    /// If trees in several files have the same ID, that of the including file counts.
+    /// If trees in several files have the same ID, the one in the including file is used.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the files, each with its place.
+    /// A [`TreeError`] with all problems of the files, each with its place.
     pub fn load_with(
         &self,
         file: impl AsRef<Path>,
@@ -63,8 +63,7 @@ impl Loader {
     /// Opens a file and loads the main tree from it, with all files that it includes.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself
-    /// cannot be read.
+    /// A [`TreeError`] with all problems of the files, each with its place; also if the file itself cannot be read.
     pub fn load_file(&self, file: impl AsRef<Path>) -> Result<Tree, TreeError> {
         let file = file.as_ref();
         match text_from_disk(file) {
@@ -78,7 +77,7 @@ impl Tree {
     /// Loads the main tree of a file in BehaviorTree.CPP's XML, format 3 or 4. See [`Loader`] for options.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the file, each with its place.
+    /// A [`TreeError`] with all problems of the file, each with its place.
     pub fn from_xml(file: impl AsRef<Path>, text: &str) -> Result<Self, TreeError> {
         Loader::default().load(file, text)
     }
@@ -86,8 +85,7 @@ impl Tree {
     /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for options.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself
-    /// cannot be read.
+    /// A [`TreeError`] with all problems of the files, each with its place; also if the file itself cannot be read.
     pub fn from_file(file: impl AsRef<Path>) -> Result<Self, TreeError> {
         Loader::default().load_file(file)
     }

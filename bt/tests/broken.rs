@@ -35,7 +35,7 @@ fn snapshot(name: &str, report: String) {
 }
 
 #[test]
-fn an_element_closed_by_another_name_is_reported_as_misspelt() {
+fn an_element_closed_by_another_name_is_reported_as_misspelled() {
     let said =
         |body: &str| refused(&format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{body}</BehaviorTree></root>"));
     let secuence = said("<Secuence><A/></Sequence>");

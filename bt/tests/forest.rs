@@ -36,7 +36,7 @@ pub(crate) const KEY: &str = "k";
 impl Spec {
     fn new(kind: Kind, mut children: Vec<Spec>) -> Self {
         if kind == Kind::ReactiveSequence {
-            // It may have one such child only.
+            // It may have only one such child.
             let others = children.iter_mut().filter(|child| child.kind == Kind::AsyncSequence).skip(1);
             others.for_each(|child| child.kind = Kind::Sequence);
         }
@@ -51,7 +51,7 @@ impl Spec {
         let mut body = String::new();
         self.write(&mut body);
         let text = format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"Random\">{body}</BehaviorTree></root>");
-        Arc::new(Loader::default().load("random.xml", &text).expect("a random tree is a tree"))
+        Arc::new(Loader::default().load("random.xml", &text).expect("a random tree is valid"))
     }
 
     fn write(&self, out: &mut String) {

@@ -1,4 +1,4 @@
-//! The behavior of the nodes in the paper's tree and of related nodes, and what the states tell about it.
+//! The behavior of the nodes in the paper's tree and of related nodes, and how the states show it.
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! The engine against an independent oracle: one object per node, with the methods that BehaviorTree.CPP documents
-//! (`executeTick`, `haltNode`, `resetStatus`), calling each other recursively. Everything but what depends on time or
-//! on scripts of any length is in it.
+//! (`executeTick`, `haltNode`, `resetStatus`), calling each other recursively. It covers everything that depends
+//! neither on time nor on arbitrary scripts.
 
 mod controls;
 mod decorators;
@@ -54,7 +54,7 @@ proptest! {
             match order {
                 Order::Tick => match oracle.tick_once() {
                     Some(status) => prop_assert_eq!(execution.tick(NOW, &mut cast), status),
-                    // The engine gives up some day, which BehaviorTree.CPP does not.
+                    // The engine eventually gives up, which BehaviorTree.CPP does not.
                     None => return Ok(()),
                 },
                 Order::HaltTree => {

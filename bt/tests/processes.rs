@@ -142,14 +142,14 @@ impl Stage {
         self.system.process_mut::<Skill>(id).unwrap().outputs = outputs.to_vec();
     }
 
-    /// Generates a tick and runs the system until it is quiet: the messages received, as (from, to, message).
+    /// Generates a tick and runs the system until it is quiet. Returns the messages received, as (from, to, message).
     pub(crate) fn tick(&mut self) -> Vec<(String, String, Message)> {
         let (_, taken) = self.system.generate_tick(self.generator);
         assert!(taken, "the last tick is finished");
         self.run()
     }
 
-    /// Runs the system until it is quiet: the messages received, as (from, to, message).
+    /// Runs the system until it is quiet. Returns the messages received, as (from, to, message).
     pub(crate) fn run(&mut self) -> Vec<(String, String, Message)> {
         let events: Vec<_> = self.system.run(self.scheduler.as_mut(), 1_000_000).map(Result::unwrap).collect();
         let received = |kind| match kind {
@@ -166,7 +166,8 @@ impl Stage {
         states_in(&self.tree, &self.system, self.bt)
     }
 
-    /// Takes random steps, ticks and pauses beside the normal form of each state; some messages are lost or repeated.
+    /// Takes random steps, ticks and pauses, and the same from the normal form of each state; some messages are lost or
+    /// repeated.
     fn walk_beside_normal_form(&mut self, seed: u64, steps: usize) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut one_of = |count: u64| random.next_u64() % count;
@@ -245,7 +246,7 @@ proptest! {
             let now = Duration::from_millis(100 * tick);
             let made = cast.calls().len();
             execution.tick(now, &mut cast);
-            // A tree that keeps asking to be ticked again is slow, and so is everything that it does.
+            // A tree that keeps asking to be ticked again is slow, and so is everything done with it.
             prop_assume!(cast.calls().len() < made + 2000 && !execution.faults().iter().any(|fault| fault.message.contains("end")));
             whole.system.advance(now);
             nodes.system.advance(now);

@@ -1,4 +1,4 @@
-//! Trees that BehaviorTree.CPP 4 refuses to load, case by case, and similar ones that it accepts.
+//! Trees that BehaviorTree.CPP 4 refuses to load, and similar ones that it accepts.
 
 use bt::{Loader, Tree, TreeError};
 
@@ -192,12 +192,12 @@ fn a_port_that_no_model_declares_is_refused() {
     assert_eq!(warned(&text), ["Measure declares no port `volume`"]);
     let without_ports = file(&[("Main", "<Action ID=\"Wait\" how_long=\"3\"/>")], "<Action ID=\"Wait\"/>");
     assert_eq!(refused(&without_ports), ["Wait has no port `how_long`"]);
-    assert!(warned(&without_ports).is_empty(), "a note of Groot's that says nothing of ports");
+    assert!(warned(&without_ports).is_empty(), "an annotation by Groot that does not mention ports");
     accepted(&file(&[("Main", "<Action ID=\"Wait\" how_long=\"3\"/>")], ""));
 }
 
 #[test]
-fn a_misspelt_port_is_refused_in_both_versions() {
+fn a_misspelled_port_is_refused_in_both_versions() {
     let text = in_order(&["<Say inn=\"{x}\"/>"]);
     assert_eq!(refused(&text), ["Say has no port `inn`"]);
     assert_eq!(refused(&text.replace(" BTCPP_format=\"4\"", "")), ["Say has no port `inn`"]);

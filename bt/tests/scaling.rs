@@ -1,4 +1,4 @@
-//! Very large files, or files made to be slow: each test would take minutes or hours, or use up the stack or the
+//! Very large files, or files made to be slow: each test would take minutes or hours, or exhaust the stack or the
 //! memory, if the work grew faster than the file.
 
 use std::fmt::Write;

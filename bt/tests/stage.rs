@@ -58,7 +58,7 @@ pub(crate) fn status(letter: &str) -> Status {
         "F" => Status::Failure,
         "R" => Status::Running,
         "K" => Status::Skipped,
-        other => panic!("{other} is no status"),
+        other => panic!("{other} is not a status"),
     }
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn shown(value: Option<&Value>) -> String {
     }
 }
 
-/// A test for each behavior: its name, the body, and the lines.
+/// One test per behavior: its name, the body, and the lines.
 macro_rules! behaviours {
     ($($name:ident: $body:expr => [$($line:expr),* $(,)?];)*) => {
         $(

@@ -34,7 +34,7 @@ impl Stage {
         }
     }
 
-    /// Generates a tick and lets time pass until nothing more can happen: the calls that arrived.
+    /// Generates a tick and lets time pass until nothing more can happen. Returns the calls that arrived.
     fn long_tick(&mut self, tick: u32) -> Vec<Called> {
         let start = PERIOD * tick;
         self.system.advance(start);
@@ -126,7 +126,7 @@ proptest! {
             let mut stage = Stage::new(&tree, form, &script, 0, seed);
             stage.disturb_nth(nth, &effect);
             for tick in 0..6 {
-                // It panics if not.
+                // It panics if the tree does not wait for the next tick.
                 stage.long_tick(tick);
             }
         }

@@ -18,7 +18,7 @@ fn main() {
     divan::main();
 }
 
-/// Takes everything and does nothing.
+/// Accepts everything and does nothing.
 struct Nobody;
 
 impl Host for Nobody {

@@ -8,15 +8,15 @@ use skills::{Chart, Datum, Event, Host, Machine, Note, Outgoing, Undelivered};
 
 const LOCK: &str = include_str!("DoorLock.scxml");
 
-/// The typed digits, and when, in seconds.
+/// The digits typed, and when, in seconds.
 const TYPED: [(u64, f64); 6] = [(1, 4711.0), (10, 1.0), (11, 2.0), (12, 3.0), (13, 4711.0), (80, 4711.0)];
 
-/// The world around the chart: takes what it sends and follows its state.
+/// The world around the chart: receives what it sends and follows its state.
 struct Hall {
     now: Duration,
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example that prints to the terminal")]
 impl Hall {
     fn say(&self, what: &str) {
         println!("{:3} s  {what}", self.now.as_secs());

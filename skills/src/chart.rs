@@ -197,7 +197,7 @@ impl Chart {
         self.events.hears(event)
     }
 
-    /// Whether a transition names such an event, or one that it is a case of; `*` names none.
+    /// Whether an event descriptor other than `*` matches events with this name.
     #[must_use]
     pub fn names(&self, event: &str) -> bool {
         self.events.names(event)

@@ -67,7 +67,7 @@ impl Datum {
     /// The array of these values.
     ///
     /// # Errors
-    /// [`TooLarge`] if the array would be nested more than 64 deep or have more than 100 000 parts.
+    /// [`TooLarge`] if the array would be nested more than 64 deep or have more than 100,000 parts.
     pub fn array(items: impl IntoIterator<Item = Self>) -> Result<Self, TooLarge> {
         Ok(Self::Array(Arc::new(Array::new(items.into_iter().collect())?)))
     }
@@ -75,7 +75,7 @@ impl Datum {
     /// The object with these members. If a name occurs twice, the last value counts.
     ///
     /// # Errors
-    /// [`TooLarge`] if the object would be nested more than 64 deep or have more than 100 000 parts.
+    /// [`TooLarge`] if the object would be nested more than 64 deep or have more than 100,000 parts.
     ///
     /// ```
     /// use skills::Datum;
@@ -154,7 +154,7 @@ impl Array {
         Ok(&mut self.items[index])
     }
 
-    /// Cuts the array off, or lets it grow with `undefined`.
+    /// Truncates the array, or extends it with `undefined`.
     pub(crate) fn set_length(&mut self, length: usize) -> Result<(), TooLarge> {
         if length > Extent::MAX_WEIGHT as usize {
             return Err(TooLarge);
@@ -212,7 +212,7 @@ impl Object {
 
 /// The depth and size of a value, written as a tree.
 ///
-/// Shared parts count as often as they occur: `x = [x, x]` doubles a value at no cost in memory, but comparing or
+/// A shared part counts each time that it occurs: `x = [x, x]` doubles a value at no cost in memory, but comparing or
 /// hashing it would soon take forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 struct Extent {

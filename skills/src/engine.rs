@@ -8,7 +8,7 @@
 //! enclosing function. An object loses its class, and a class is known only in its own script. A value with a `toJSON`
 //! (such as a `Date`) is kept as its result. A `Map`, a `RegExp` and the like cannot be kept.
 //!
-//! Every evaluation has its own engine: changes of the engine's objects are gone afterwards, and so are thrown errors.
+//! Every evaluation has its own engine: changes to the engine's objects are gone afterwards, and so are thrown errors.
 //! Promises are settled before the program ends.
 //!
 //! The engine is deterministic: `Date` shows simulated time, counted from 1970, in UTC; `Math.random` continues a
@@ -49,7 +49,7 @@ const OWN_NAMES: [&str; 2] = ["$data", "$value"];
 impl Code {
     /// Reads a source; `None` if there is no engine.
     pub(crate) fn new(source: &str, form: Form, names: &Names) -> Option<Result<Self, ExpressionProblem>> {
-        // `new Thing();` is a statement, but its meaning is clear.
+        // `new Thing();` is a statement, but the expression that it means is clear.
         let source = if form == Form::Expression { source.trim_end().trim_end_matches(';') } else { source };
         present::AVAILABLE.then(|| {
             refuse(source)?;

@@ -1,4 +1,4 @@
-//! The operations on a text that may be a tree file, and texts that come close to one.
+//! Operations on a text that may be a tree file, and a generator of texts that resemble tree files.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -51,11 +51,11 @@ impl Leaves for Counting {
     }
 }
 
-/// A source of random numbers that is the same everywhere.
+/// A source of random numbers that are the same on every machine.
 pub struct Random(u64);
 
 impl Random {
-    /// One that is determined by a seed.
+    /// Creates a source from a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
@@ -98,7 +98,7 @@ const VALUES: [&str; 40] = [
     "ü", "x = x / 0",
 ];
 
-/// Valid nodes, with the least and greatest number of children.
+/// Valid nodes, with their minimum and maximum number of children.
 const RIGHT: [(&str, usize, usize); 44] = [
     ("Sequence", 1, 3), ("ReactiveSequence", 1, 3), ("SequenceWithMemory", 1, 3), ("AsyncSequence", 1, 3),
     ("Fallback", 1, 3), ("ReactiveFallback", 1, 3), ("AsyncFallback", 1, 3), ("Parallel failure_count=\"-1\"", 1, 3),
@@ -139,7 +139,7 @@ fn right_text(random: &mut Random) -> String {
         text.push_str(&format!("<BehaviorTree ID=\"{id}\">"));
         let mut body = String::new();
         right_node(random, if subtree { 4 } else { 0 }, &mut body);
-        // Subtrees without subtrees: a tree may not contain itself.
+        // A tree may not contain itself, so subtrees contain no subtrees.
         text.push_str(&if subtree { body.replace("SubTree ID=\"A\" x=", "Sleep msec=\"1\" x=").replace("SubTree ID=\"B\" _autoremap", "Sleep msec=\"1\" _a").replace("</SubTree>", "</Sleep>") } else { body });
         text.push_str("</BehaviorTree>");
     }
@@ -200,7 +200,7 @@ fn node(random: &mut Random, depth: usize, text: &mut String) {
     text.push_str(&format!("</{name}>"));
 }
 
-/// Cuts, doubles or changes a piece, as in a damaged file.
+/// Cuts, duplicates or changes a piece, as in a damaged file.
 fn damage(random: &mut Random, text: &mut String) {
     for _ in 0..=random.below(3) {
         let mut place = random.below(text.len() + 1);

@@ -42,7 +42,7 @@ impl Scopes {
         ScopeId(u32::try_from(self.scopes.len() - 1).expect("there are fewer scopes than nodes"))
     }
 
-    /// The scope in which a key is finally found, and its name there.
+    /// The scope to which a key finally resolves, and its name there.
     pub(crate) fn resolve<'a>(&'a self, mut scope: ScopeId, mut key: &'a str) -> (ScopeId, &'a str) {
         loop {
             if let Some(rest) = key.strip_prefix('@') {

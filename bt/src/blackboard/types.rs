@@ -34,7 +34,7 @@ pub enum Type {
     Other(String),
 }
 
-/// The maximum nesting of lists: no one needs more, and a type of a million levels would exhaust the stack.
+/// The maximum nesting of lists: no one needs more, and a type with a million levels would exhaust the stack.
 const MAX_LISTS: usize = 8;
 
 impl Type {
@@ -72,7 +72,7 @@ impl Type {
         }
     }
 
-    /// Whether an entry of this type keeps the type permanently.
+    /// Whether an entry of this type keeps that type permanently.
     #[must_use]
     pub fn is_strong(&self) -> bool {
         *self != Self::Any
@@ -96,7 +96,7 @@ impl Type {
     /// Reads a text as a value of this type.
     ///
     /// # Errors
-    /// If it is not one.
+    /// If the text is not such a value.
     pub fn parse(&self, text: &str) -> Result<Value, ValueError> {
         let wrong = || ValueError::new(text, self.description());
         match self {
@@ -119,7 +119,7 @@ impl Type {
     /// Converts a value to this type.
     ///
     /// # Errors
-    /// If it does not fit.
+    /// If the value does not fit this type.
     pub fn convert(&self, value: &Value) -> Result<Value, ValueError> {
         let wrong = || ValueError::new(value, self.description());
         match (self, value) {
@@ -187,6 +187,6 @@ mod tests {
         let matrix = Type::List(Box::new(Type::List(Box::new(Type::Real))));
         assert_eq!(Type::named("std::vector<std::vector<double>>"), matrix);
         let endless = "vector<".repeat(100_000) + "int" + &">".repeat(100_000);
-        assert!(matches!(Type::named(&endless), Type::Other(_)), "and the stack is not used up");
+        assert!(matches!(Type::named(&endless), Type::Other(_)), "and the stack does not overflow");
     }
 }

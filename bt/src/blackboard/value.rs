@@ -109,10 +109,10 @@ impl Value {
     }
 }
 
-/// 2^63: a real number below it and not below its negative is in the range of integers.
+/// 2^63: integers range from its negative up to, but not including, this number.
 const MAX_WHOLE: f64 = 9_223_372_036_854_775_808.0;
 
-/// `true` or `false`, in three spellings, or a digit.
+/// `true` or `false`, in three spellings, or one of these digits.
 pub(crate) fn parse_bool(text: &str) -> Option<bool> {
     match text {
         "1" | "true" | "True" | "TRUE" => Some(true),

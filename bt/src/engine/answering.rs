@@ -8,7 +8,7 @@ use crate::status::Mark;
 use crate::{Kind, Outcome, Status};
 
 impl State {
-    /// The root answers: returns the next action, or the tree's answer.
+    /// Handles the root's answer: returns the next action, or the tree's answer.
     pub(super) fn finish(&mut self, status: Status) -> Result<Next, Status> {
         if status.is_completed() {
             self.marks[0] = Mark::Idle;
@@ -25,7 +25,7 @@ impl State {
         Err(status)
     }
 
-    /// A node answers, and its parent reacts.
+    /// Passes a node's answer to its parent, which reacts.
     #[inline]
     pub(super) fn answer<A>(
         &mut self,
@@ -63,7 +63,7 @@ impl State {
         }
     }
 
-    /// A node reacts to the answer of a child.
+    /// Lets a node react to the answer of a child.
     #[inline]
     fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, mut answer: Answer) -> Next {
         let Op { kind, place, flags, .. } = context.op(node);
@@ -78,7 +78,7 @@ impl State {
         self.carry_out(context, node, child, reaction)
     }
 
-    /// A node reads again after this answer of a child. If it cannot, it fails.
+    /// Reads a node's inputs again after this answer of a child. If they cannot be read, the node fails.
     #[inline(never)]
     fn read_after(&mut self, program: &Program, node: u32, status: Status) -> Reading {
         let kind = program.ops[node as usize].kind;
@@ -88,7 +88,7 @@ impl State {
         })
     }
 
-    /// Skips a child that is done, to which its parent reacts.
+    /// Skips a child that is done; its parent reacts to that.
     pub(super) fn pass<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Next {
         let Op { parent, end: sibling, .. } = context.op(node);
         let is_last = sibling == context.op(parent).end;

@@ -8,7 +8,8 @@ use crate::status::Mark;
 use crate::{Kind, Leaf, NodeId, Outcome, Status};
 
 impl<A> Context<'_, A> {
-    /// Halts the whole tree: first the root, and then, as BehaviorTree.CPP does to be sure, every single node.
+    /// Halts the whole tree: first the root and then, as BehaviorTree.CPP does as a precaution, every node
+    /// individually.
     pub(crate) fn halt_all(&mut self) -> Next {
         self.reset(Halting::forced(self.program(), 0, After::HaltFrom(0)))
     }
@@ -65,8 +66,8 @@ impl State {
         catches
     }
 
-    /// The position of the cursor after a finished node, in a range that begins at `start`. Ancestors whose last child
-    /// it was are finished as well: they have been halted with everything below them.
+    /// The position of the cursor after a finished node, in a range that begins at `start`. Ancestors that end with
+    /// this node are finished as well: they have been halted with everything below them.
     #[inline]
     pub(super) fn climb(&mut self, program: &Program, start: u32, node: u32) -> u32 {
         let Op { parent, end, .. } = program.ops[node as usize];
@@ -89,7 +90,7 @@ impl State {
         }
     }
 
-    /// A node has been halted, with everything below it.
+    /// Records that a node has been halted, with everything below it.
     pub(super) fn halted(&mut self, program: &Program, node: u32) {
         self.mark_halted(program, node);
         self.run_halted_script(program, node);
@@ -98,7 +99,8 @@ impl State {
     #[inline]
     fn mark_halted(&mut self, program: &Program, node: u32) {
         let outcomes = &mut self.outcomes[node as usize];
-        // In BehaviorTree.CPP a node that was skipped counts as running once it has begun. It did not run.
+        // In BehaviorTree.CPP a node that was skipped counts as running once it has begun. But it did not run, so no
+        // halt is noted.
         if self.marks[node as usize].is_running() && outcomes.last != Some(Outcome::Answered(Status::Skipped)) {
             outcomes.note(Outcome::Halted);
         }
@@ -106,7 +108,7 @@ impl State {
         self.forget(program, node);
     }
 
-    /// Resets a node's memory, as far as a halt does.
+    /// Clears what a node forgets when it is halted.
     pub(super) fn forget(&mut self, program: &Program, node: u32) {
         let Op { kind, place, .. } = program.ops[node as usize];
         if !kind.is_leaf() {

@@ -104,7 +104,7 @@ impl State {
         states
     }
 
-    /// All that has happened to nodes in this tick. Nodes within their tick count as running.
+    /// Everything that has happened to nodes in this tick. Nodes within their tick count as running.
     pub(crate) fn outcomes(&self, ops: &[Op]) -> Vec<(NodeId, Outcome)> {
         let told = (0..).zip(&self.outcomes).flat_map(|(node, outcomes)| outcomes.iter().map(move |it| (node, it)));
         let under_way = self.under_way(ops).map(|node| (node, Outcome::Answered(Status::Running)));

@@ -84,7 +84,7 @@ impl State {
         self.carry_out(context, node, 0, reaction)
     }
 
-    /// A node fails because of its ports.
+    /// Makes a node fail because of its ports.
     #[cold]
     fn failed_to_read<A>(&mut self, context: &mut Context<'_, A>, node: u32, message: String) -> Next {
         self.fault(node, message);

@@ -171,7 +171,7 @@ impl Process for BlackboardProcess {
         lines.flat_map(|line| [Use::Receives(line.requests, None), Use::Sends(line.replies, None)]).collect()
     }
 
-    /// Faults are only told.
+    /// Faults are only reported.
     fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.faults.clear();
         self.board.normalize(self.wiring.tree.program.can_unset());

@@ -16,7 +16,7 @@ use crate::program::Flags;
 use crate::semantics::Reading;
 use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Tree};
 
-/// A process and its id in the topology, as a channel system takes them.
+/// A process and its id in the topology, as a channel system expects them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
 
 /// The processes of a tree whose nodes are processes, according to the paper's semantics: "the BT is a subsystem whose
@@ -26,8 +26,8 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 /// scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses its blackboard, that is a
 /// member, too ("BT/blackboard"). The channels between the tree and other processes must be declared already (see
 /// [`declare_channels`](crate::declare_channels)). `bt` itself has no behavior: it is composed of its members. To other
-/// processes they behave like a [`TreeProcess`], message for message and number for number. `leaf_timeout` is the time
-/// to wait for each leaf's answer.
+/// processes they behave like a [`TreeProcess`], with the same messages and the same numbers. `leaf_timeout` is the
+/// time to wait for each leaf's answer.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if a channel between the tree and another process is missing,
@@ -87,9 +87,9 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// All that has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the whole
-/// tree, to the children of its node if the tree's nodes are processes, and nothing for any other process. Of a process
-/// that was brought into normal form, all that has happened since then.
+/// Everything that has happened to nodes in the current tick, as far as this process knows: to all nodes if it is the
+/// whole tree, to the children of its node if the tree's nodes are processes; nothing for any other process. If the
+/// process was brought into normal form, everything since then.
 #[must_use]
 pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
     if let Some(tree) = process.as_any().downcast_ref::<TreeProcess>() {
@@ -99,7 +99,7 @@ pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
 }
 
 /// The faults of a tree that is the process `bt` of a system: those of its last tick if it is one process, all so far
-/// if its nodes are processes. A caller that asks after every step of the system misses none.
+/// if its nodes are processes. A caller that asks after every step of the system sees them all.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     if let Some(process) = system.process::<TreeProcess>(bt) {
@@ -127,7 +127,7 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
     members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
 }
 
-/// The same, for writing: a robot's driver uses it to tell a tree where the robot is.
+/// Like [`blackboard_in`], but for writing: a robot's driver uses it to tell a tree where the robot is.
 pub fn blackboard_in_mut(system: &mut ChannelSystem, bt: ProcessId) -> Option<&mut Blackboard> {
     if system.process::<TreeProcess>(bt).is_some() {
         return system.process_mut::<TreeProcess>(bt).map(TreeProcess::blackboard_mut);

@@ -23,7 +23,7 @@ impl Patience {
         Self { timeout, deadline: None }
     }
 
-    /// Starts the timeout for a request: it must be sent and answered within it.
+    /// Starts the timeout for a request: it must be sent and answered within that time.
     pub(super) fn begin(&mut self, now: Duration) {
         self.deadline = Some(now.saturating_add(self.timeout));
     }

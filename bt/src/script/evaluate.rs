@@ -28,7 +28,8 @@ pub(crate) enum ScriptError {
     TooLong,
 }
 
-/// The longest text that a script can make: one that doubles a text in a loop would soon use up all memory.
+/// The maximum length of a text that a script makes: a script that doubles a text in a loop would soon use up all
+/// memory.
 const MAX_TEXT_BYTES: usize = 1 << 20;
 
 type Evaluated = Result<Value, ScriptError>;
@@ -135,7 +136,7 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
     }
 }
 
-/// The number in a text, where a number is needed.
+/// The number in a text, for an operator that needs a number.
 fn number_in(text: &Arc<str>) -> Result<f64, ScriptError> {
     match &**text {
         "true" => Ok(1.0),

@@ -9,7 +9,8 @@ use crate::Value;
 
 /// The maximum nesting of expressions.
 const MAX_DEPTH: usize = 100;
-/// The maximum number of operators and operands in an expression, because left-leaning chains are deep, too.
+/// The maximum number of operators and operands in an expression, because a long chain of operators is a deep tree,
+/// too.
 const MAX_CHAIN: usize = 1000;
 
 const CHOICE: u8 = 2;

@@ -36,7 +36,7 @@ fn value(script: &str) -> String {
     }
 }
 
-/// A test for each pair: a script and its value.
+/// One test per pair of a script and its value.
 macro_rules! amounts_to {
     ($($name:ident: [$($script:literal => $value:literal),* $(,)?];)*) => {
         $(

@@ -22,7 +22,7 @@ pub(super) enum TokenKind<'a> {
     End,
 }
 
-/// Signs, longer ones before shorter ones.
+/// Signs, longer ones first.
 const SIGNS: [&str; 30] = [
     "..", "&&", "||", "==", "!=", "<=", ">=", ":=", "+=", "-=", "*=", "/=", "+", "-", "*", "/", "&", "|", "^", "~",
     "!", "<", ">", "=", "?", ":", "(", ")", ";", ",",

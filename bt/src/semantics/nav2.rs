@@ -99,7 +99,7 @@ fn begin_pausable(memory: &mut Memory, starts: bool, requests: [i64; 2]) -> Reac
     Reaction::Do { reset, resume: Resume::Same, then }
 }
 
-/// Whether a node of this kind reads again when a child has given this answer.
+/// Whether a node of this kind reads its values again when a child has given this answer.
 pub(crate) fn needs_reading_after(kind: Kind, status: Status) -> bool {
     match kind {
         // The child may have changed the number of attempts.

@@ -75,7 +75,7 @@ impl Nav2 {
         }
     }
 
-    /// Reads what the node needs when it is ticked. `starts` if it was idle.
+    /// Reads what the node needs when it is ticked. `starts` means that it was idle.
     pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         Ok(match self {
             Self::Index(index) => match index.read(board)? {
@@ -200,7 +200,10 @@ impl Update {
 }
 
 /// The nanoseconds between two ticks at this rate.
-#[expect(clippy::cast_possible_truncation, reason = "a period too long for the type is as long as the type allows")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a period that is too long for the type becomes the longest that it allows"
+)]
 pub(crate) fn period(hz: f64) -> Result<i64, ReadError> {
     if hz > 0.0 { Ok((1e9 / hz).round() as i64) } else { Err(ValueError::new(hz, "a rate greater than 0").into()) }
 }

@@ -1,9 +1,9 @@
-//! Poses and paths in texts, as Nav2 writes them and in short.
+//! Poses and paths as texts, in Nav2's format and in a short one.
 
 /// The number of fields of a pose in Nav2's format: `stamp;frame;x;y;z;qx;qy;qz;qw`.
 const FIELDS: usize = 9;
 
-/// The position of a pose in metres: `x;y`, or Nav2's format.
+/// The position of a pose in meters: `x;y`, or Nav2's format.
 pub(super) fn position(pose: &str) -> Option<[f64; 2]> {
     match pose.split(';').collect::<Vec<_>>()[..] {
         [x, y] | [_, _, x, y, _, _, _, _, _] => Some([number(x)?, number(y)?]),
@@ -23,7 +23,7 @@ pub(super) fn path(text: &str) -> Option<Vec<Vec<f64>>> {
     }
 }
 
-/// The length of a path in metres.
+/// The length of a path in meters.
 pub(super) fn length(path: &[Vec<f64>]) -> f64 {
     path.windows(2).map(|pair| distance([pair[0][0], pair[0][1]], [pair[1][0], pair[1][1]])).sum()
 }

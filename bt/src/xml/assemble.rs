@@ -117,7 +117,8 @@ impl CycleSearch<'_> {
         self.path.push((tree, 0));
     }
 
-    /// The IDs of the trees on the path from there to its end, and of the target; of many, the first and the last.
+    /// The IDs of the trees on the path from there to its end, and of the target; if there are many, only the first and
+    /// the last.
     fn circle(&self, first: usize, target: usize) -> Vec<String> {
         const SHOWN: usize = 5;
         let id = |tree: usize| self.definitions[tree].id.clone();
@@ -227,7 +228,7 @@ impl Assembly<'_> {
             placing.places.push(id);
             if scanned.kind == Kind::SubTree {
                 let scope = self.subtree_scope(scanned, placing.scope);
-                let definition = self.index.find(&scanned.type_id).expect("all subtrees have been found before");
+                let definition = self.index.find(&scanned.type_id).expect("all subtrees have been found already");
                 stack.push(Placing { definition, under: Some(id), places: Vec::new(), scope });
             }
         }

@@ -23,7 +23,7 @@ pub(super) trait Surroundings: Names {
     /// The scope of the node.
     fn scope(&self) -> ScopeId;
 
-    /// The entry of a key to which a port of this type points; or its existing type, if the two do not agree.
+    /// The entry of a key to which a port of this type refers; or its existing type, if the two do not agree.
     fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type>;
 
     /// The number of a new memo on the blackboard.
@@ -77,7 +77,7 @@ pub(super) struct Compiler<'a> {
     /// The name of the node in messages.
     pub(super) name: &'a str,
     pub(super) attributes: &'a [Attribute],
-    /// Of the node's start tag.
+    /// The place of the node's start tag.
     pub(super) span: SourceSpan,
     pub(super) names: &'a mut dyn Surroundings,
     pub(super) problems: &'a mut Problems,
@@ -194,7 +194,7 @@ impl Compiler<'_> {
         Some(Goals { goals: [goal?, goals?], memo: self.names.next_memo() })
     }
 
-    /// A rate that is greater than 0, as far as the file shows.
+    /// A rate; if it is a constant, it must be greater than 0.
     fn rate(&mut self, port: &Port) -> Option<Input> {
         let hz = self.input(port)?;
         if let Input::Constant(value) = &hz
@@ -279,7 +279,7 @@ impl Compiler<'_> {
             (Some(attribute), _) => self.value(&attribute, &port.of.type_of()),
             (None, Some(default)) => Some(match pointed_key(port.name, default) {
                 Some(key) => Input::Entry(self.names.slot(key), key.into()),
-                None => Input::Constant(port.of.type_of().parse(default).expect("a default is of its type")),
+                None => Input::Constant(port.of.type_of().parse(default).expect("a default has its port's type")),
             }),
             (None, None) if port.optional => None,
             (None, None) => {
@@ -333,7 +333,7 @@ impl Compiler<'_> {
                 let whole = attribute.value_span;
                 let span = if attribute.is_plain {
                     let start = whole.offset() + error.range.start;
-                    // At the end of the file there is nothing to mark but the text before it.
+                    // At the end of the file there is nothing to mark except the text before it.
                     span(start..whole.offset() + error.range.end)
                 } else {
                     whole

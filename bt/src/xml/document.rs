@@ -52,7 +52,7 @@ pub(super) fn unreadable(path: &Path, error: &io::Error) -> TreeError {
 /// The error with all problems of the files.
 fn error(files: Vec<SourceFile>) -> TreeError {
     let mut errors = files.into_iter().map(|file| (file.text, file.problems));
-    let (source, problems) = errors.next().expect("the main file is there");
+    let (source, problems) = errors.next().expect("there is a main file");
     let included = errors.filter(|(_, problems)| !problems.is_empty());
     TreeError::new(source, problems)
         .with_included(included.map(|(source, problems)| TreeError::new(source, problems)).collect())
@@ -95,7 +95,7 @@ fn find_included(
     order
 }
 
-/// The includes of a file, the last first. A file that is not a tree file is reported when it is finally read.
+/// The includes of a file, in reverse order. A file that is not a tree file is reported when it is finally read.
 fn includes_of(file: &mut SourceFile, loader: &Loader) -> Vec<(String, SourceSpan)> {
     let text = file.text.clone();
     let Ok(document) = parse(text.text(), loader) else { return Vec::new() };
@@ -221,7 +221,7 @@ fn add_nav2_leaves(document: &Document<'_>, loader: &Loader, trees: &BTreeSet<St
     }
 }
 
-/// The format that the file declares; 3 if it declares none, as was usual then.
+/// The format that the file declares; 3 if it declares none, as files of that format often do not.
 fn check_format(root: Node<'_, '_>, problems: &mut Problems) -> u8 {
     let Some(attribute) = root.attribute_node("BTCPP_format") else { return 3 };
     match attribute.value().trim() {

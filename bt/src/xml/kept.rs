@@ -1,4 +1,4 @@
-//! Parts of files without a meaning here: kept, to be written back.
+//! Parts of files that have no meaning here, but are kept so that they can be written back.
 
 use std::collections::BTreeMap;
 

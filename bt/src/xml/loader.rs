@@ -10,11 +10,11 @@ use crate::settings::Constants;
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
 /// The short form of a leaf requires a declaration of the leaf, in the file's `<TreeNodesModel>` or by
 /// [`leaves`](Self::leaves); Nav2's leaves (`<FollowPath/>`, `<Wait/>`, …) are declared by Nav2's model, unless the
-/// file or the loader declares them. Parts without a meaning here (descriptions, Groot's annotations) are kept. Trees
-/// that BehaviorTree.CPP 4 refuses to load are refused: IDs with a space or another forbidden character, two subtrees
-/// with the same name in a tree, ports that no model declares, ports of two types that use one entry. In files of
-/// version 3, whose models are only Groot's annotations, an undeclared port is a warning, as is an unknown attribute
-/// that looks like a script ([`Tree::concerns`](crate::Tree::concerns)).
+/// file or the loader declares them. Parts that have no meaning here (descriptions, Groot's annotations) are kept.
+/// Trees that BehaviorTree.CPP 4 refuses to load are refused: IDs with a space or another forbidden character, two
+/// subtrees with the same name in a tree, ports that no model declares, ports of different types that use the same
+/// entry. In files of version 3, whose models are only Groot's annotations, an undeclared port is a warning, as is an
+/// unknown attribute that looks like a script ([`Tree::concerns`](crate::Tree::concerns)).
 ///
 /// All trees of a file are checked, even those that the main tree does not use.
 ///
@@ -75,7 +75,7 @@ impl Loader {
         self
     }
 
-    /// Refuses trees with more nodes than this, including subtrees. The default is 100 000.
+    /// Refuses trees with more nodes than this, including subtrees. The default is 100,000.
     #[must_use]
     pub fn max_nodes(mut self, nodes: usize) -> Self {
         self.max_nodes = nodes;

@@ -92,7 +92,7 @@ pub(super) fn near<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, prob
     if problems < MAX_HINTS { nearest(unknown, known) } else { None }
 }
 
-/// The names in a sentence; of very many, the first.
+/// The names in a sentence; if there are very many, only the first ones.
 pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     let mut quoted: Vec<String> = names.by_ref().take(10).map(|name| format!("`{name}`")).collect();
     quoted.extend(names.next().map(|_| "…".to_owned()));

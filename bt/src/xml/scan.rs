@@ -351,10 +351,10 @@ impl Scan<'_> {
         }
     }
 
-    /// Warns of a RoundRobin that does not say whether it wraps around, on which Nav2's releases differ.
+    /// Warns of a RoundRobin that does not say whether it wraps around, because Nav2's releases differ in that.
     fn check_round(&mut self, scanned: &Scanned) {
         if scanned.kind == Kind::RoundRobin && scanned.attribute(WRAP_AROUND).is_none() {
-            let problem = Problem::new("Nav2's RoundRobin wraps around up to Kilted, and does not since Lyrical");
+            let problem = Problem::new("Nav2's RoundRobin wraps around up to Kilted, but not since Lyrical");
             let help = "this one does not; for a tree of an older release, add wrap_around=\"true\"";
             let problem = problem.as_warning().at(scanned.span, "ends after its last child");
             self.problems.push(problem.with_help(help));

@@ -16,8 +16,8 @@ const NOTES: [&str; 7] =
     ["_description", "_autoremap", "_fullpath", "_fullPath", "_uid", "__autoremap", "__shared_blackboard"];
 
 impl<'a> Compiler<'a> {
-    /// Unknown attributes that begin with `_`. BehaviorTree.CPP reserves them for the node itself, so a misspelt script
-    /// would never run.
+    /// Unknown attributes that begin with `_`. BehaviorTree.CPP reserves them for the node itself, so a misspelled
+    /// script would never run.
     pub(super) fn check_scripts(&mut self) {
         for attribute in self.attributes.iter().filter(|attribute| attribute.name.starts_with('_')) {
             let name = attribute.name.as_str();

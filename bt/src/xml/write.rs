@@ -13,8 +13,8 @@ use crate::{Category, Direction, Kind, Tree};
 impl Tree {
     /// All trees of the files from which the tree was loaded, as one file of format 4 that Groot2 can open: in short
     /// form, the main tree first, with a `<TreeNodesModel>` of all leaves at the end. Names of version 3 are replaced
-    /// with those of version 4. Attributes are kept, even those without a meaning here, and so are a model's contents
-    /// besides ports. Root attributes of included files and comments are not kept.
+    /// with those of version 4. Attributes are kept, even those that have no meaning here, and so are a model's
+    /// contents besides ports. Root attributes of included files and comments are not kept.
     ///
     /// The model of a leaf has all ports that any of the trees uses, because BehaviorTree.CPP refuses undeclared ones.
     /// Ports that no file declares are written as `<inout_port>`s without a type, as they are treated here.

@@ -15,8 +15,8 @@ behaviours! {
         "b=K b=halt c=S -> S",
     ];
     sequence_forgets_skipped_children_after_its_end: "<Sequence><a/><b/></Sequence>" => ["a=K b=S -> S", "a=S b=K -> S"];
-    // As BehaviorTree.CPP does: here it fails as a condition, which nobody resets, and is skipped, which a condition
-    // may not be.
+    // As in BehaviorTree.CPP: the sequence fails as a condition, which is not reset, so a skipped child still counts at
+    // the next ticks.
     sequence_counts_skips_before_a_failure_until_it_is_reset: "<Sequence><IfThenElse><Sequence><a/><b/></Sequence><c/></IfThenElse></Sequence>" => [
         "a=K b=F -> F",
         "a=K b=S -> F",

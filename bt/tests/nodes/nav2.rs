@@ -1,6 +1,6 @@
-//! Nav2's control nodes and decorators, case by case as Nav2's own tests try them (`nav2_behavior_tree/test/plugins` of
-//! August 2026), and where these leave a rule open. Each case is played by the engine and, as far as skills can play
-//! it, by both forms of the tree in a channel system.
+//! Nav2's control nodes and decorators, with the cases of Nav2's own tests (`nav2_behavior_tree/test/plugins` of August
+//! 2026) and further ones for the rules that those leave open. Each case is played by the engine and, as far as skills
+//! can play it, by both forms of the tree in a channel system.
 //!
 //! Not played, because it cannot happen here: a child that answers that it is idle.
 
@@ -342,7 +342,7 @@ fn round_robin_wraps_around_by_default_in_files_of_version_3() {
         concern
     };
     assert_eq!(round(""), None);
-    let concern = "Nav2's RoundRobin wraps around up to Kilted, and does not since Lyrical";
+    let concern = "Nav2's RoundRobin wraps around up to Kilted, but not since Lyrical";
     assert_eq!(round(" BTCPP_format=\"4\"").as_deref(), Some(concern));
     let tree =
         Tree::from_xml("r.xml", "<root><BehaviorTree><RoundRobin><AlwaysSuccess/></RoundRobin></BehaviorTree></root>");

@@ -26,7 +26,7 @@ pub(super) struct Object {
     pub(super) retry_count: i64,
     pub(super) num_failed_children: usize,
     pub(super) triggered: bool,
-    /// The writes of the entry of its requests that it knows.
+    /// The number of writes to the entry of its requests that it has seen.
     pub(super) requests: u64,
     pub(super) state: usize,
 }
@@ -38,7 +38,7 @@ pub(super) struct Context {
     pub(super) woken: bool,
     /// The only entry of the blackboard.
     pub(super) entry: i64,
-    /// How often it has been written.
+    /// The number of times that it has been written.
     pub(super) writes: u64,
 }
 
@@ -143,7 +143,7 @@ impl Object {
     /// `haltNode`, which calls `halt`.
     fn halt_node(&mut self, context: &mut Context) {
         match self.kind {
-            // onHalted() is called of a running action only, and never of a condition.
+            // onHalted() is called only for a running action, and never for a condition.
             Kind::Action if self.status == Some(Status::Running) => context.actors.halt(&self.id),
             Kind::TryCatch => self.catch_halt(context),
             _ => {}
@@ -156,7 +156,7 @@ impl Object {
     /// State that a node forgets when it is halted.
     fn forget(&mut self) {
         match self.kind {
-            // Neither starts over because it is halted.
+            // Neither starts over when it is halted.
             Kind::SequenceWithMemory | Kind::RunOnce => {}
             _ => {
                 (self.current_child, self.running_child, self.in_catch, self.cycles) = (0, None, false, 0);
@@ -167,7 +167,7 @@ impl Object {
         }
     }
 
-    /// haltTree() calls haltNode() of the root, and then of every node, for safety.
+    /// haltTree() calls haltNode() on the root, and then on every node, for safety.
     fn halt_every_node(&mut self, context: &mut Context) {
         self.halt_node(context);
         for child in &mut self.children {

@@ -1,4 +1,4 @@
-//! The operations on a text that may be a machine, and texts that come close to one.
+//! Operations on a text that may be a machine, and a generator of texts that resemble machines.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ pub fn exercise(text: &str) -> bool {
     }
 }
 
-/// A source of random numbers that is the same everywhere (xorshift64).
+/// A source of random numbers that are the same on every machine (xorshift64).
 struct Random(u64);
 
 impl Random {

@@ -29,7 +29,7 @@ impl PartialOrd for Matches {
 }
 
 impl Matches {
-    /// Whether it begins where the other does, or before.
+    /// Whether it begins where the other one does, or earlier.
     pub(crate) fn begins_before(self, other: Self) -> bool {
         self.first <= other.first
     }

@@ -2,7 +2,7 @@
 
 use crate::expression::scan::words;
 
-/// Which of the things that change from one run of a machine to the next its expressions can look at.
+/// What the expressions of a machine can read of the things that differ from run to run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mentions {
     /// `_event`, or code for the engine, which may call a function that does.
@@ -13,7 +13,7 @@ pub(crate) struct Mentions {
     pub(crate) sessions: bool,
 }
 
-/// Words that give the id of a machine or of a `<send>` away.
+/// Words that reveal the id of a machine or of a `<send>`.
 const SESSIONS: [&str; 5] = ["_sessionid", "_ioprocessors", "sendid", "invokeid", "raw"];
 /// The beginning of a machine's address: `_event.origin`, if a machine has sent the event.
 pub(crate) const ADDRESS: &str = "#_scxml_";

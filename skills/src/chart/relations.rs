@@ -41,7 +41,7 @@ impl Chart {
             let nested = a == b || self.is_descendant(a, b) || self.is_descendant(b, a);
             !nested && around_both(a, b).is_some_and(|state| self.state(state).kind == StateKind::Parallel)
         };
-        // The innermost common ancestor of two of them is that of two neighbours between them.
+        // The innermost common ancestor of any two of them is also that of two adjacent ones between them.
         let mut in_order = states.to_vec();
         in_order.sort_unstable();
         in_order.windows(2).all(|pair| orthogonal(pair[0], pair[1]))

@@ -1,4 +1,4 @@
-//! Moves the places of a translated machine to the text that its author wrote.
+//! Maps places in a translated machine to the text that its author wrote.
 
 use std::ops::Range;
 

@@ -47,7 +47,7 @@ pub struct State {
     pub(crate) on_entry: Vec<Block>,
     pub(crate) on_exit: Vec<Block>,
     pub(crate) invokes: Vec<Invoke>,
-    /// Data that late binding initialises here.
+    /// Data that late binding initializes here.
     pub(crate) data: Vec<DataId>,
     pub(crate) done_data: Payload,
     /// `done.state.<id>` and its class.

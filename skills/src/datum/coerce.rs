@@ -247,6 +247,6 @@ mod tests {
         let one = Datum::array([1.0.into()]).unwrap();
         assert_eq!(equal(one.clone(), 1.0.into()), (true, false));
         assert_eq!(equal(one.clone(), one.clone()), (true, true), "the same array");
-        assert_eq!(equal(one, Datum::array([1.0.into()]).unwrap()), (false, false), "one that is like it");
+        assert_eq!(equal(one, Datum::array([1.0.into()]).unwrap()), (false, false), "an array like it");
     }
 }

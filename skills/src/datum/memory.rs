@@ -14,8 +14,8 @@ use crate::expression::EvaluationError;
 ///
 /// After `b = a; a.x = 1`, `b.x` has changed as well if `a` is an object: every datum that holds the object sees the
 /// change. Objects are immutable underneath, so a copy of the memory is a full copy; a change creates a new object and
-/// puts it wherever the old one was. Two memories are equal if their data are equal and the same of them are one
-/// object. Objects that contain themselves cannot be created.
+/// puts it wherever the old one was. Two memories are equal if their data are equal and, in both,
+/// the same data are one object. Objects that contain themselves cannot be created.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Memory {
     slots: Vec<Datum>,
@@ -41,7 +41,7 @@ impl Memory {
             return Ok(());
         };
         let slot = &mut self.slots[data.index()];
-        // One number more or less never makes a value too large, so this cannot fail half-way.
+        // One number more or less never makes a value too large, so this cannot fail halfway.
         if matches!(value, Datum::Undefined | Datum::Null | Datum::Bool(_) | Datum::Number(_))
             && is_unshared(slot, keys)
         {
@@ -64,7 +64,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Which of the objects are the same: for each object, in the order of the walk, where it was first seen.
+    /// Which objects are the same: for each object, in the order of the walk, where it was first seen.
     fn pattern(&self) -> Vec<usize> {
         let (mut seen, mut pattern) = (BTreeMap::new(), Vec::new());
         self.slots.iter().for_each(|slot| note_pattern(slot, &mut seen, &mut pattern));

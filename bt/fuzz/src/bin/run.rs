@@ -1,6 +1,6 @@
 //! Without coverage, on stable Rust: `cargo run --release --bin run -- 10000000 [SEED]`, in the folder bt/fuzz.
 //!
-//! Every text is made from its number and the seed, so that one that fails can be made again.
+//! Each input depends only on its number and the seed, so an input that fails can be reproduced.
 
 fn main() {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());

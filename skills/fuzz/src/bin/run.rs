@@ -1,11 +1,11 @@
 //! Without coverage, on stable Rust: `cargo run --release --bin run -- 10000000 [SEED]`, in the folder skills/fuzz;
-//! with `--features ecmascript` what goes to the engine is read and run as well.
+//! with `--features ecmascript`, code for the engine is read and run as well.
 //!
-//! Every text is made from its number and the seed, so that one that fails can be made again.
+//! Each input depends only on its number and the seed, so an input that fails can be reproduced.
 
 use std::time::Instant;
 
-/// An input that takes this long hangs.
+/// An input that takes at least this long counts as a hang.
 const HANG_S: u64 = 5;
 
 fn main() {
