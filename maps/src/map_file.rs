@@ -20,9 +20,13 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
 ///
 /// ```yaml
-/// image: house.pgm # PGM or PNG, relative to this file resolution: 0.05 # metres per cell origin: [-16.0, -6.0, 0.0] #
-/// x m, y m, yaw rad of the picture's lower left corner negate: 0 # 1: black is free occupied_thresh: 0.65 free_thresh:
-/// 0.196 mode: trinary # or scale, raw; may be left out
+/// image: house.pgm            # PGM or PNG, relative to this file
+/// resolution: 0.05            # metres per cell
+/// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the picture's lower left corner
+/// negate: 0                   # 1: black is free
+/// occupied_thresh: 0.65
+/// free_thresh: 0.196
+/// mode: trinary               # or scale, raw; may be left out
 /// ```
 ///
 /// `mode` decides what a pixel means. Its *shade* is the mean of its colours, from 0 (black) to 1 (white), its

@@ -51,7 +51,8 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "as",
         "",
-        "In a condition, the message has the field, and its value gets a name. The rest of the formula in the same state can compare with it, including its parts about the past or the future.",
+        "In a condition, the message has the field, and its value gets a name. The rest of the formula in the same \
+         state can compare with it, including its parts about the past or the future.",
         "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, level <= l))",
     ),
     word(
