@@ -1,4 +1,4 @@
-//! The cost of a communication: a request and its reply between two program graphs, and a monitor's event.
+//! The cost of a communication: a request and its reply between two program graphs, and an event of a monitor.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Lets processes exchange messages under every possible schedule: `cargo run --example all_schedules`.
 //!
-//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up. A test that runs a
-//! single schedule would not tell.
+//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up, so a test with a
+//! single schedule could not tell.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use channels::{
 const GUESTS: [&str; 2] = ["Anna", "Ben"];
 const FORKS: [&str; 2] = ["LeftFork", "RightFork"];
 
-/// A table at which each guest picks up the forks in their own order.
+/// A table at which each guest picks up the forks in a certain order.
 fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
     let mut topology = Topology::default();
     let mut processes = |names: [&str; 2]| -> Result<[ProcessId; 2], Box<dyn Error>> {
@@ -22,7 +22,7 @@ fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
     };
     let (guests, forks) = (processes(GUESTS)?, processes(FORKS)?);
 
-    // A channel of capacity 0 joins each guest to each fork: both move together, when the fork is free.
+    // A channel of capacity 0 joins each guest to each fork: both move together when the fork is free.
     let mut channels = Vec::new();
     for guest in guests {
         for fork in forks {
@@ -65,7 +65,7 @@ struct Reached {
     by: Vec<String>,
 }
 
-/// Every reachable state, once, with one of the shortest ways to it.
+/// Every reachable state, once, with one of the shortest paths to it.
 fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
     let mut states = vec![Reached { system: start, by: Vec::new() }];
     let mut next = 0;
@@ -76,7 +76,7 @@ fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
                 let (from, to) = system.topology().ends(channel);
                 by.push(format!("{from} → {to} {message}"));
             }
-            // With many states, keep them by `hash_state` instead.
+            // For large state spaces, store states by `hash_state` instead.
             if !states.iter().any(|known| known.system.same_state(&system)) {
                 states.push(Reached { system, by });
             }
@@ -89,7 +89,7 @@ fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
 #[expect(clippy::print_stdout, reason = "a program that is run by hand")]
 fn main() -> Result<(), Box<dyn Error>> {
     for (what, orders) in
-        [("each their own fork first", [[0, 1], [1, 0]]), ("both the left fork first", [[0, 1], [0, 1]])]
+        [("each a different fork first", [[0, 1], [1, 0]]), ("both the left fork first", [[0, 1], [0, 1]])]
     {
         let mut states = explore(table(orders)?)?;
         println!("{what}: {} states", states.len());

@@ -66,7 +66,7 @@ impl Evaluation {
         &self.0
     }
 
-    /// Gives a variable a new content.
+    /// Gives a variable new content.
     pub(crate) fn set(&mut self, variable: VariableId, content: Content) {
         self.0[variable.0] = content;
     }
@@ -106,7 +106,7 @@ impl Term {
         }
     }
 
-    /// The condition that this term is in the given relation to the other.
+    /// The condition that this term and the other are in the given relation.
     #[must_use]
     pub fn compare(self, relation: Relation, other: impl Into<Self>) -> Condition {
         Condition::Compare(self, relation, other.into())
@@ -190,8 +190,8 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// Whether the relation holds. Integers and reals compare as numbers. Other types have no order. Between different
-    /// types, every relation but `!=` is false.
+    /// Whether the relation holds. Integers and reals compare as numbers; values of other types have no order. Between
+    /// values of different types, every relation but `!=` is false.
     #[must_use]
     pub fn holds(self, a: &Value, b: &Value) -> bool {
         let order = match (a.as_number(), b.as_number()) {

@@ -17,7 +17,7 @@ pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 
 /// A fault on a channel of capacity 1: an extra transition of the channel itself.
 ///
-/// While the channel holds a message that the fault applies to, that message cannot be received until the channel has
+/// While the channel holds a message that the fault applies to, the message cannot be received until the channel has
 /// taken its own transition ([`EnabledKind::Disturb`](crate::EnabledKind::Disturb)), which the scheduler chooses like
 /// any other. Whether the fault applies is decided when the message is sent. A disturbance therefore spares messages
 /// that were in the channel before it began, and messages that a disturbance put there. If several disturbances apply
@@ -55,29 +55,29 @@ pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 pub struct Disturbance {
     /// The channel that is disturbed.
     pub channel: ChannelId,
-    /// Which of its messages the disturbance applies to.
+    /// The messages to which the disturbance applies.
     pub concerns: Concern,
-    /// The probability that it hits such a message; without one, it hits all of them.
+    /// The probability that it hits such a message; without one, it hits every one.
     pub probability: Option<Chance>,
     /// What happens to them.
     pub effect: Effect,
 }
 
-/// A probability and the stream of its draws: one draw for each message that the disturbance applies to.
+/// A probability, and the stream of its draws: one draw for each message to which the disturbance applies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chance {
     /// Between 0, never, and 1, always.
     pub probability: f64,
-    /// A stream of random numbers that nothing else draws from.
+    /// A stream of random numbers from which nothing else draws.
     pub stream: ChaCha8Rng,
 }
 
 /// The effect on a message in a channel.
 #[derive(Clone)]
 pub enum Effect {
-    /// It is taken out; nobody receives it.
+    /// The message is removed, and nobody receives it.
     Lose,
-    /// It cannot be received until this much time after it was sent. The channel stays full meanwhile, so its messages
+    /// It cannot be received until this much time after it was sent. Meanwhile, the channel stays full, so messages
     /// keep their order.
     Hold(Duration),
     /// Its first delivery leaves it in the channel, so it is delivered twice.
@@ -91,7 +91,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// The effect in a word: `lose`, `hold`, `repeat`, `replace`, `answer`.
+    /// The effect in one word: `lose`, `hold`, `repeat`, `replace`, `answer`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {

@@ -45,8 +45,8 @@ impl FieldKind {
         }
     }
 
-    /// Whether a field of this kind can equal the value or be ordered with it. Integers and reals compare with each
-    /// other.
+    /// Whether a field of this kind can be equal to the value or be ordered relative to it. Integers and reals compare
+    /// with each other.
     #[must_use]
     pub fn is_comparable_to(&self, value: &Value) -> bool {
         match self {
@@ -75,22 +75,22 @@ impl fmt::Display for FieldKind {
 
 /// The part that a message plays between a client and the process that serves it.
 ///
-/// The system itself knows one rule about roles: a [topic](Self::Topic)'s waiting message gives way to a newer one. All
-/// others are for the processes, which number requests and goals, and repeat the number in everything that belongs to
-/// them.
+/// The system itself has only one rule about roles: a [topic](Self::Topic)'s waiting message gives way to a newer one.
+/// The others are up to the processes, which number requests and goals, and repeat the number in every message that
+/// belongs to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Role {
     /// A client asks for a [reply](Self::Reply).
     Request,
     /// The answer to a request, exactly one.
     Reply,
-    /// A process publishes something, which nobody answers.
+    /// A process publishes a message, which nobody answers.
     Topic,
     /// A client asks for something that takes time.
     Goal,
     /// The client no longer wants its goal.
     Cancel,
-    /// News about a goal that is still pursued; any number of them.
+    /// News about a goal that is still being pursued; there may be any number of them.
     Feedback,
     /// The end of a goal, exactly one.
     Result,

@@ -91,11 +91,11 @@ pub enum RunError {
     /// The system never becomes quiet: some processes keep moving forever.
     #[error("the system was still busy after {steps} transitions, at {time_s} s; {} kept moving", processes.join(", "))]
     Livelock {
-        /// How many transitions it was given.
+        /// The number of transitions it was allowed.
         steps: u64,
-        /// When it happened, in seconds.
+        /// The time at which this happened, in seconds.
         time_s: String,
-        /// The processes that were still moving, by name in alphabetical order.
+        /// The processes that were still moving, in alphabetical order.
         processes: Vec<String>,
     },
     /// A process sent a message that its channel cannot carry.

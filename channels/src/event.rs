@@ -26,7 +26,7 @@ pub enum EventKind {
     Tick,
     /// A message was received.
     Received {
-        /// The channel it came from.
+        /// The channel from which it came.
         channel: ChannelId,
         /// The message.
         message: Message,

@@ -25,7 +25,7 @@ impl LocationId {
 /// ⊙: what a communication action sends or receives.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Slot {
-    /// The message in a variable, or the variable that a message is assigned to.
+    /// The message in a variable, or the variable to which a message is assigned.
     Variable(VariableId),
     /// A given message: `<m>`.
     Given(Message),
@@ -156,7 +156,7 @@ impl ProgramGraph {
         &self.initial_locations
     }
 
-    /// g₀: what the variables satisfy at the start.
+    /// g₀: the condition on the variables at the start.
     #[must_use]
     pub fn initial_condition(&self) -> &Condition {
         &self.initial_condition
@@ -275,7 +275,7 @@ impl GraphBuilder {
         self
     }
 
-    /// Sets g₀, which the variables' contents at the start must satisfy.
+    /// Sets g₀, which the initial values of the variables must satisfy.
     #[must_use]
     pub fn initial_condition(mut self, condition: Condition) -> Self {
         self.initial_condition = condition;
@@ -285,7 +285,7 @@ impl GraphBuilder {
     /// Builds the graph.
     ///
     /// # Errors
-    /// [`WiringError::Graph`] if there is no initial location or the variables do not satisfy g₀ at the start.
+    /// [`WiringError::Graph`] if there is no initial location, or if the variables do not satisfy g₀ at the start.
     pub fn build(mut self) -> Result<ProgramGraph, WiringError> {
         let problem = |problem: &str| WiringError::Graph { graph: self.name.clone(), problem: problem.to_owned() };
         if self.initial.is_empty() {
@@ -348,7 +348,7 @@ impl GraphProcess {
         self.location
     }
 
-    /// What the variables hold.
+    /// The contents of the variables.
     #[must_use]
     pub fn evaluation(&self) -> &Evaluation {
         &self.evaluation

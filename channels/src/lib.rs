@@ -5,15 +5,15 @@
 //! - A [`Topology`] declares the processes and channels, and the messages ([`Domain`]) that each channel carries.
 //! - A [`Process`] offers transitions and takes one of them. A running [`ProgramGraph`] is a process
 //!   ([`GraphProcess`]); so are behavior trees, SCXML machines and components, which have their own crates.
-//! - A [`ChannelSystem`] puts processes together. At each step a [`Scheduler`] picks one of the enabled transitions. A
+//! - A [`ChannelSystem`] combines processes. At each step a [`Scheduler`] picks one of the enabled transitions. A
 //!   channel of capacity 1 accepts a message when it is empty and delivers it when it is full. Over a channel of
 //!   capacity 0, sender and receiver move together.
 //! - The result is the timed state sequence: one [`Event`] per message received and per tick generated.
-//! - A [`Disturbance`] makes a channel lose, delay, repeat or change messages. A process can be suspended or given
-//!   another behavior. This shows how a system reacts to faults.
-//! - A [`Monitor`] moves in the same step in which the message it waits for is received, and changes nothing.
+//! - A [`Disturbance`] makes a channel lose, delay, repeat or change messages. A process can be suspended, or its
+//!   behavior replaced. This shows how a system reacts to faults.
+//! - A [`Monitor`] moves in the very step in which the message it waits for is received, and changes nothing.
 //!
-//! In this example a skill asks a reader for a level once, and a monitor watches the answer:
+//! In this example, a skill asks a reader once for a level, and a monitor checks the answer:
 //!
 //! ```
 //! use std::sync::Arc;

@@ -48,7 +48,7 @@ impl Message {
     }
 }
 
-/// As the paper writes it: `[<ok>, 83.2]`. A precision rounds real numbers for people, as that of a [`Value`] does.
+/// As the paper writes it: `[<ok>, 83.2]`. A precision rounds real numbers, as for a [`Value`].
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("[")?;
@@ -67,7 +67,7 @@ impl fmt::Debug for Message {
     }
 }
 
-/// The number that a request carries in its envelope and its reply repeats. It is not part of the message.
+/// The number in a request's envelope, which its reply repeats. It is not part of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct RequestNumber(pub u64);
 
@@ -76,7 +76,7 @@ pub struct RequestNumber(pub u64);
 pub struct Envelope {
     /// The message; properties and monitors see nothing else.
     pub message: Message,
-    /// The request that this message is, or that it answers; zero if requests are not counted.
+    /// The number of the request that this message is or answers; zero if requests are not numbered.
     pub request: RequestNumber,
 }
 

@@ -1,4 +1,4 @@
-//! Monitored transitions: monitors move with the messages they watch and disturb nothing.
+//! Monitored transitions: monitors move with the messages that they watch and change nothing.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -24,8 +24,8 @@ pub enum Verdict {
 
 /// A monitor: it sees every event of the timed state sequence in the step in which the event happens.
 ///
-/// A monitor is [`Any`], so code that knows its type can ask it for more. It can be copied, so a monitor that was built
-/// once can watch any number of runs.
+/// A monitor is [`Any`], so code that knows its type can ask it for more. It can be copied, so a monitor needs to be
+/// built only once for any number of runs.
 pub trait Monitor: Any + Debug + Send + Sync {
     /// The name of the monitored property.
     fn name(&self) -> &str;
@@ -42,7 +42,7 @@ pub trait Monitor: Any + Debug + Send + Sync {
     /// The monitor's current location, by name.
     fn location(&self) -> String;
 
-    /// The verdict of a run that ends now; the one so far, if the end decides nothing.
+    /// The verdict of a run that ends now. If the end decides nothing, this is the verdict so far.
     fn verdict_at_end(&self) -> Verdict {
         self.verdict()
     }
@@ -61,14 +61,14 @@ pub trait Monitor: Any + Debug + Send + Sync {
         &[]
     }
 
-    /// Brings the state into normal form: the last tick had the number 0, and how it came about is forgotten. The next
-    /// tick has the number 1. Needed for proofs only.
+    /// Brings the state into normal form: the last tick has the number 0, the next one has the number 1, and how the
+    /// state came about is forgotten. Needed only for proofs.
     ///
     /// # Errors
     /// [`NoNormalForm`] if the monitor has none; by default it has none.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         Err(NoNormalForm::Unsupported {
-            reason: "it has not been told which of its states are alike".to_owned(),
+            reason: "it does not define which of its states are alike".to_owned(),
             help: None,
         })
     }
@@ -110,7 +110,7 @@ pub struct GraphMonitor {
 const MAX_INTERNAL_MOVES: usize = 10_000;
 
 impl GraphMonitor {
-    /// The monitor that runs the graph. In a location of `failures` the property is violated for good.
+    /// The monitor that runs the graph. Once a location of `failures` is reached, the property is violated for good.
     #[must_use]
     pub fn new(graph: Arc<ProgramGraph>, failures: impl IntoIterator<Item = LocationId>) -> Self {
         let visits = vec![0; graph.locations().len()];
@@ -201,7 +201,7 @@ impl Monitor for GraphMonitor {
         &self.failures
     }
 
-    /// The graph's variables stay as they are: a graph that keeps the numbers of ticks has infinitely many states.
+    /// The graph's variables remain unchanged: a graph that stores tick numbers has infinitely many states.
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         self.visits.fill(0);
         Ok(())

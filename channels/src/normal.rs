@@ -1,20 +1,21 @@
-//! The normal form of a state: what two situations that continue alike have in common.
+//! The normal form of a state: what all situations that continue alike have in common.
 
 use std::time::Duration;
 
 use crate::{ChannelId, Envelope, RequestNumber, Role, Topology};
 
-/// How a state becomes finite: a system whose steps, ticks and request numbers grow forever visits finitely many normal
+/// Makes the state space finite: a system whose step, tick and request numbers grow forever visits finitely many normal
 /// forms.
 ///
-/// - A request number says only which open request is meant. In a normal form, the requests on a channel that still
-///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0: nobody waits for it.
+/// - A request number only identifies an open request. In a normal form, the requests on a channel that still
+///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0, since nobody waits for
+///   it.
 /// - A point in time says only how far away it is. In a normal form it is always [`NOW`](Self::NOW).
 /// - State that is only reported, and has no effect on the future (the number of a tick, faults of a tree, notes of a
 ///   machine), is forgotten.
 ///
-/// A process changes its own state by [`Process::normalize`](crate::Process::normalize), and
-/// [`ChannelSystem::normalize`](crate::ChannelSystem::normalize) that of all.
+/// [`Process::normalize`](crate::Process::normalize) brings one process into normal form,
+/// [`ChannelSystem::normalize`](crate::ChannelSystem::normalize) the whole system.
 #[derive(Clone, Copy)]
 pub struct NormalForm<'a> {
     topology: &'a Topology,
@@ -23,13 +24,13 @@ pub struct NormalForm<'a> {
 }
 
 impl<'a> NormalForm<'a> {
-    /// The time at which a normal form is: late enough for everything that has been before.
+    /// The present time in every normal form: late enough for everything that came before.
     pub const NOW: Duration = Duration::from_secs(1 << 32);
 
-    /// The number of messages that may wait in a process. More count as endless.
+    /// The number of messages that may wait in a process. More are considered endless.
     pub const QUEUE: usize = 32;
 
-    /// The normal form at the time `now`. `numbers` is the new number of a request on this channel.
+    /// The normal form at the time `now`. `numbers` gives the new number of a request on a channel.
     pub fn new(
         topology: &'a Topology,
         now: Duration,
@@ -57,7 +58,7 @@ impl<'a> NormalForm<'a> {
         self.number(requests, &mut envelope.request);
     }
 
-    /// Checks that a queue has an end.
+    /// Checks that a queue is not endless.
     ///
     /// # Errors
     /// [`NoNormalForm::Endless`] if more than [`QUEUE`](Self::QUEUE) messages wait.
@@ -72,12 +73,12 @@ pub enum NoNormalForm {
     /// Its state has no finite form.
     #[error("{reason}")]
     Unsupported {
-        /// Why, as a sentence without a full stop that begins with a small letter: `it draws random numbers`.
+        /// The reason, as a phrase that starts in lower case and has no full stop: `it draws random numbers`.
         reason: String,
         /// How to fix it.
         help: Option<String>,
     },
-    /// Messages pile up in it without end.
+    /// Messages pile up in it without bound.
     #[error("{what}")]
     Endless {
         /// Which ones: `more than 32 messages to Navigation wait`.

@@ -24,7 +24,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// Whether the action takes the message.
+    /// Whether the action accepts the message.
     #[must_use]
     pub fn accepts(&self, message: &Message) -> bool {
         match self {
@@ -35,7 +35,7 @@ impl Pattern {
     }
 }
 
-/// The effect of a transition besides the change of the process's state.
+/// The effect of a transition, apart from the change of the process's state.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// An internal action.
@@ -67,7 +67,7 @@ pub enum Use {
 /// A process of a channel system.
 ///
 /// Its state is a value: it can be copied, compared and hashed ([`ProcessState`] follows from `Clone + Eq + Hash`). Its
-/// behavior is a function of that state and of the messages it receives. A driver outside the system hands it all other
+/// behavior is a function of that state and of the messages it receives. A driver outside the system gives it all other
 /// data between steps.
 pub trait Process: ProcessState + Debug + Send + Sync {
     /// Appends the transitions whose guards hold, without side effects and in an order that depends only on the state.
@@ -92,21 +92,21 @@ pub trait Process: ProcessState + Debug + Send + Sync {
     /// Every communication that the process may ever perform, for the check at wiring.
     fn uses(&self) -> Vec<Use>;
 
-    /// Appends the requests that it has sent, or is about to send, and whose answers would still matter to it: each
-    /// with the channel to which it belongs.
+    /// Appends the requests that it has sent, or is about to send, and whose answers would still matter to it, each
+    /// with its channel.
     fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
         let _ = requests;
     }
 
     /// Brings the state into normal form: afterwards, states that continue alike should be equal, and states that do
-    /// not must not be. Needed for proofs only.
+    /// not must not be. Needed only for proofs.
     ///
     /// # Errors
     /// [`NoNormalForm`] if the process has none; by default it has none.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         let _ = form;
         Err(NoNormalForm::Unsupported {
-            reason: "it has not been told which of its states are alike".to_owned(),
+            reason: "it does not define which of its states are alike".to_owned(),
             help: None,
         })
     }

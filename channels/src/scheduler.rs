@@ -1,7 +1,7 @@
 //! Schedulers: they choose which enabled transition is taken.
 //!
 //! The paper leaves the choice open ("a level of abstraction with respect to actual scheduling policies"), so a verdict
-//! must not depend on it. Each policy here is a way to search for a verdict that does.
+//! must not depend on it. Each policy here is one way to search for a verdict that does depend on it.
 
 mod ordered;
 mod random;
@@ -24,8 +24,8 @@ pub trait Scheduler: Debug + Send {
     /// The index of the transition to take. `enabled` is never empty.
     fn choose(&mut self, enabled: &[Enabled]) -> usize;
 
-    /// Like [`choose`](Self::choose), for a policy that looks at the messages in transit. A running system calls this
-    /// one.
+    /// Like [`choose`](Self::choose), for a policy that also considers the messages in transit. A running system calls
+    /// this method.
     fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
         let _ = system;
         self.choose(enabled)

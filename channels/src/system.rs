@@ -45,12 +45,12 @@ pub struct ChannelSystem {
 pub struct Attached {
     /// The monitor.
     pub monitor: Box<dyn Monitor>,
-    /// The event at which its verdict became final.
+    /// The event that made its verdict final.
     pub decided: Option<Event>,
 }
 
 impl Attached {
-    /// Notes the event if it has decided the monitor.
+    /// Records the event if it decided the monitor.
     fn note(&mut self, event: &Event) {
         if self.decided.is_none() && self.monitor.verdict() != Verdict::Inconclusive {
             self.decided = Some(event.clone());
@@ -58,7 +58,7 @@ impl Attached {
     }
 }
 
-/// The stamp of events.
+/// The stamp for the next event.
 #[derive(Clone, Debug, Default)]
 struct Clock {
     step: u64,
@@ -124,7 +124,8 @@ impl ChannelSystem {
         &self.monitors
     }
 
-    /// Lets the monitors see more than events, after the last one. If that decides them, this event has.
+    /// Lets the monitors see more than events, after the latest one. If that decides a monitor, the latest event has
+    /// decided it.
     pub fn inform_monitors(&mut self, last: &Event, mut inform: impl FnMut(&mut dyn Monitor)) {
         for attached in &mut self.monitors {
             inform(attached.monitor.as_mut());
@@ -156,7 +157,7 @@ impl ChannelSystem {
         self.processes[id.0].as_ref()?.as_any().downcast_ref()
     }
 
-    /// The process as a `P`, if it is one, so that its driver can hand it data between steps.
+    /// The process as a `P`, if it is one, so that its driver can give it data between steps.
     pub fn process_mut<P: Process>(&mut self, id: ProcessId) -> Option<&mut P> {
         self.cache.stale[id.0] = true;
         self.processes[id.0].as_mut()?.as_any_mut().downcast_mut()
@@ -175,7 +176,7 @@ impl ChannelSystem {
         self.processes[id.0].clone()
     }
 
-    /// Gives a process another behavior from now on. Messages in transit to it stay where they are.
+    /// Replaces a process's behavior from now on. Messages in transit to it stay in their channels.
     ///
     /// # Errors
     /// [`WiringError::ForeignChannel`] or [`WiringError::OutsideDomain`] if the new behavior does not fit the process's
@@ -205,8 +206,8 @@ impl ChannelSystem {
         self.suspended[id.0]
     }
 
-    /// Sets the time of the run, releases the messages that were held until then, and fires the timers that are due,
-    /// process by process. Returns whether any did.
+    /// Sets the time of the run, releases messages held until then, and fires timers that are due, process by process.
+    /// Returns whether any did.
     pub fn advance(&mut self, now: Duration) -> bool {
         self.clock.time = now;
         self.disturbances.release(now);
@@ -224,7 +225,7 @@ impl ChannelSystem {
         fired
     }
 
-    /// When the next timer is due, or has been: that of any process that is not suspended.
+    /// When the next timer is or was due, among those of all processes that are not suspended.
     #[must_use]
     pub fn next_timer(&self) -> Option<Duration> {
         let processes = self.processes.iter().zip(&self.suspended).filter(|(_, suspended)| !**suspended);
@@ -232,7 +233,7 @@ impl ChannelSystem {
     }
 
     /// Generates a tick: its event, and a message if `generator` can deliver it now. If the previous tick is
-    /// unfinished, nothing waits for a tick; the tick is then lost, and the result is `false`.
+    /// unfinished, nothing waits for a tick, so this one is lost, and the result is `false`.
     ///
     /// # Panics
     /// If `generator` is not a [`TickGenerator`].
@@ -248,7 +249,7 @@ impl ChannelSystem {
         (event, taken)
     }
 
-    /// Whether the tree has finished the last tick, and waits for the next one of this generator.
+    /// Whether the tree has finished the last tick, and waits for the next one from this generator.
     ///
     /// # Panics
     /// If `generator` is not a [`TickGenerator`].
@@ -300,8 +301,8 @@ impl ChannelSystem {
         self.push_disturbances(enabled);
     }
 
-    /// Whether a message can be sent: the channel is empty, or holds an older message of the same topic. A disturbance
-    /// keeps the older one, which is in transit.
+    /// Whether a message can be sent: the channel is empty, or holds an older message of the same topic that no
+    /// disturbance is acting on.
     fn has_room(&self, channel: ChannelId, envelope: &Envelope) -> bool {
         let gives_way = |waiting: &Envelope| {
             let domain = &self.topology.get(channel).domain;
@@ -310,7 +311,7 @@ impl ChannelSystem {
         self.contents[channel.0].as_ref().is_none_or(gives_way)
     }
 
-    /// Lists the handshakes that a send over a channel of capacity 0 can take part in.
+    /// Lists the possible handshakes for a send over a channel of capacity 0.
     fn push_handshakes(&self, sender: ProcessId, sending: &Offer, enabled: &mut Vec<Enabled>) {
         let Action::Send(channel, envelope) = &sending.action else { return };
         for (index, offers) in self.cache.offers.iter().enumerate() {
@@ -429,8 +430,8 @@ impl ChannelSystem {
         }
     }
 
-    /// Whether processes, channels and disturbances are in the same state in both systems. Systems copied from one
-    /// another identify their disturbances by number. Monitors and counters are not part of the state.
+    /// Whether processes, channels and disturbances are in the same state in both systems. Between systems copied from
+    /// one another, disturbances are identified by number. Monitors and counters are not part of the state.
     #[must_use]
     pub fn same_state(&self, other: &Self) -> bool {
         self.processes == other.processes
@@ -439,7 +440,7 @@ impl ChannelSystem {
             && self.suspended == other.suspended
     }
 
-    /// Feeds the state of processes and channels to a hasher.
+    /// Feeds the state of processes, channels and disturbances to a hasher.
     pub fn hash_state(&self, hasher: &mut impl Hasher) {
         self.processes.hash(hasher);
         self.contents.hash(hasher);
@@ -447,8 +448,8 @@ impl ChannelSystem {
         self.suspended.hash(hasher);
     }
 
-    /// Brings the state into [normal form](NormalForm): afterwards [`same_state`](Self::same_state) holds between
-    /// situations that continue alike, and the next tick has the number 0. Monitors stay as they are.
+    /// Brings the state into [normal form](NormalForm): afterwards, [`same_state`](Self::same_state) holds between
+    /// situations that continue alike, and the next tick has the number 0. Monitors are not changed.
     ///
     /// # Errors
     /// The first process that has no normal form.

@@ -7,7 +7,7 @@ use crate::{
     TransitionId, Use, Value,
 };
 
-/// TickGenerator: sends `[<tick>, n]` for each tick that is generated and can be delivered.
+/// The process TickGenerator: sends `[<tick>, n]` for each tick that is generated and can be delivered.
 ///
 /// [`ChannelSystem::generate_tick`](crate::ChannelSystem::generate_tick) decides from outside when a tick is due and
 /// whether it is delivered.
@@ -70,7 +70,7 @@ impl Process for TickGenerator {
         vec![Use::Sends(self.output, None)]
     }
 
-    /// The number of a tick is only reported: every tick has the number 0.
+    /// The number of a tick serves only for reports: in the normal form, every tick has the number 0.
     fn normalize(&mut self, _form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.pending = self.pending.map(|_| 0);
         Ok(())
@@ -81,7 +81,7 @@ impl Process for TickGenerator {
     }
 }
 
-/// Whether a receive offer would take a tick. Decides between a delivered tick and an overrun.
+/// Whether a receive offer would take a tick. This decides whether a tick is delivered or overruns.
 pub(crate) fn takes_ticks(offer: &Offer, channel: ChannelId) -> bool {
     matches!(&offer.action, Action::Receive(on, Pattern::Any) if *on == channel)
 }

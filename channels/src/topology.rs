@@ -31,10 +31,10 @@ impl ChannelId {
 /// How many messages a channel can hold, cap((p, q)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Capacity {
-    /// None: sender and receiver move together (handshaking).
+    /// None: sender and receiver move together (handshake).
     Zero,
-    /// One: sending fills the channel, receiving empties it (asynchronous message passing). Only a
-    /// [topic](crate::Role::Topic)'s newer message can be sent while an older one waits, and takes its place.
+    /// One: sending fills the channel, receiving empties it (asynchronous message passing). While a message waits, only
+    /// a newer message of the same [topic](crate::Role::Topic) can be sent, which replaces it.
     One,
 }
 
@@ -60,8 +60,8 @@ struct Declaration {
 
 /// The processes and channels of a system, by name: the static structure.
 ///
-/// A process may be composed of member processes (a tree of its nodes). Members use the channels of the whole. What
-/// they exchange with each other is internal: it is not a state of the timed state sequence.
+/// A process may be composed of member processes, as a tree is of its nodes. Members use the channels of the whole.
+/// Communication between members is internal and not part of the timed state sequence.
 ///
 /// ```
 /// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
@@ -112,7 +112,7 @@ impl Topology {
     ///
     /// # Errors
     /// [`WiringError::SelfChannel`] if both ends are the same process, [`WiringError::DuplicateChannel`] if the channel
-    /// exists already.
+    /// already exists.
     pub fn channel(
         &mut self,
         source: ProcessId,
@@ -131,7 +131,7 @@ impl Topology {
         Ok(ChannelId(self.channels.len() - 1))
     }
 
-    /// Declares a topic that the process publishes to every process with a channel from it that carries the topic.
+    /// Declares a topic that the process publishes to every process to which it has a channel that carries the topic.
     pub fn publish(&mut self, process: ProcessId, topic: Shape) {
         self.topics.push((process, topic));
     }
@@ -196,7 +196,8 @@ impl Topology {
         (0..self.channels.len()).map(ChannelId)
     }
 
-    /// The names of a channel's two ends, sender first, as monitors and logs name it: a member is named as its whole.
+    /// The names of a channel's two ends, sender first, as monitors and logs use them: for a member, the name of its
+    /// whole.
     #[must_use]
     pub fn ends(&self, channel: ChannelId) -> (&str, &str) {
         let channel = self.get(channel);

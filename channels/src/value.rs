@@ -38,9 +38,9 @@ impl fmt::Debug for Symbol {
 
 /// One value: a field of a message or the content of a variable.
 ///
-/// Values are compared exactly and can be hashed, so that the states of a system can be, too. Integers and reals are
-/// different types and never equal. A real in a channel is never NaN (domains refuse it); as a value, NaN equals
-/// itself, and `-0.0` equals `0.0`.
+/// Values are compared exactly and can be hashed, so that the states of a system can be compared and hashed, too.
+/// Integers and reals are different types and never equal. A real in a channel is never NaN (domains refuse it); as a
+/// value, NaN equals itself, and `-0.0` equals `0.0`.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Value {
     /// A symbol such as `<ok>`.
@@ -118,7 +118,7 @@ impl Hash for Value {
     }
 }
 
-/// As the SCOPE language writes it. A precision rounds a real number for people: `{:.3}` writes 9.975000000000014 as
+/// As the SCOPE language writes it. A precision rounds real numbers for readers: `{:.3}` writes 9.975000000000014 as
 /// `9.975` and 10.0 as `10`.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

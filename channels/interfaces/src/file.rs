@@ -13,18 +13,18 @@ use crate::packages::{Definition, Kind, Packages};
 use crate::{kind, ros};
 
 impl Interface {
-    /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The
-    /// definitions of ROS that it names are read in the same way, relative to its folder.
+    /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The ROS
+    /// definitions that it names are read in the same way, relative to its folder.
     ///
-    /// - Fields keep the order of the file: `m[2]`, `m[3]`, … A kind is one of [`KINDS`](crate::KINDS), with `?` behind
-    ///   it if the field may be missing, or a list of symbols, with `"?"` at its end if the field may be missing.
-    /// - With `ros = "my_msgs/srv/SetMode.srv"`, fields are those of the definition. Nested fields become flat:
+    /// - Fields keep the order of the file: `m[2]`, `m[3]`, … A kind is one of [`KINDS`](crate::KINDS), or a list of
+    ///   symbols. If the field may be missing, a kind is followed by `?`, and a list ends with `"?"`.
+    /// - With `ros = "my_msgs/srv/SetMode.srv"`, the fields come from the definition. Nested fields are flattened:
     ///   `pose.position.x` is the field `pose_position_x`, the items of `float64[3] point` are `point_0` to `point_2`.
-    ///   Items of an array with a bound may be missing. An array without one is refused.
-    /// - `fields = ["pose.position", "ranges[0]"]` selects, `fields = { nearest = "ranges[0]" }` also renames. So do
-    ///   `request`, `reply`, `goal`, `feedback` and `result`.
-    /// - A type `geometry_msgs/Pose` is looked for as `geometry_msgs/msg/Pose.msg` beside the package that uses it, in
-    ///   each folder above, up to that of the file, and in `packages`.
+    ///   Items of a bounded array may be missing. An unbounded array is refused.
+    /// - `fields = ["pose.position", "ranges[0]"]` selects fields, and `fields = { nearest = "ranges[0]" }` also
+    ///   renames them. The keys `request`, `reply`, `goal`, `feedback` and `result` do the same.
+    /// - A type `geometry_msgs/Pose` is searched as `geometry_msgs/msg/Pose.msg`: beside the package that uses it, in
+    ///   each parent folder up to that of the file, and in `packages`.
     /// - No message has more than [`MAX_FIELDS`] fields.
     ///
     /// # Errors
@@ -63,7 +63,7 @@ struct Reader<'r> {
     places: &'r [Symbol],
 }
 
-/// A part of an operation: the key under which its fields are, and the names that the fields before them have.
+/// A part of an operation: the key of its fields, and the names of the fields before them.
 type Part = (&'static str, &'static [&'static str]);
 
 impl Reader<'_> {
@@ -97,7 +97,7 @@ impl Reader<'_> {
         fields.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
     }
 
-    /// Fields that the file itself lists with their kinds.
+    /// Fields that the file itself lists, with their kinds.
     fn written(&self, table: Table<'_>, (key, taken): Part) -> Option<Vec<Field>> {
         if !table.has(key) {
             table.know(key);
@@ -115,7 +115,7 @@ impl Reader<'_> {
         all(read).filter(|_| is_sound)
     }
 
-    /// Fields from a definition of ROS: all, or those that the file selects.
+    /// Fields from a ROS definition: all of them, or those that the file selects.
     fn defined<const N: usize>(
         &self,
         table: Table<'_>,
@@ -140,10 +140,10 @@ impl Reader<'_> {
     }
 }
 
-/// Which fields of a part of a definition are wanted.
+/// Which fields of a part of a definition are selected.
 enum Selection {
     All,
-    /// These paths, some under a name of their own.
+    /// These paths, some under other names.
     Some(Vec<(Option<String>, Spanned<String>)>),
 }
 
@@ -168,7 +168,7 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
     }
 }
 
-/// The selected fields, each with the place of what selects it.
+/// The selected fields, each with the location of its selection.
 fn selected(
     flattening: &Flattening<'_, '_, '_>,
     definition: &Definition,
@@ -182,7 +182,7 @@ fn selected(
     };
     let read = paths.into_iter().map(|(name, selected)| {
         let leaves = flattening.at(definition, part, &selected)?.into_iter();
-        // A name of the file's own stands for the path that it selects.
+        // A name that the file chooses stands for the path that it selects.
         let named = |path: &str| match (&name, path.strip_prefix(&selected.value)) {
             (Some(name), Some(below)) => format!("{name}{}", plain(below)),
             _ => plain(path),
@@ -197,7 +197,7 @@ fn plain(path: &str) -> String {
     path.replace(['.', '['], "_").replace(']', "")
 }
 
-/// Whether fields with these names can follow those in `taken`: all are names, and different from each other.
+/// Checks that fields with these names can follow those in `taken`: all must be valid and different from each other.
 fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, rename: &str) -> bool {
     let mut problems: Vec<Problem> = Vec::new();
     for (index, (name, place)) in names.iter().enumerate() {
@@ -222,7 +222,7 @@ fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, re
     is_sound
 }
 
-/// All values, if each was read: the others are still read after one was not.
+/// All values if each was read. After a failure, the others are still read.
 fn all<T>(read: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
     read.collect::<Vec<_>>().into_iter().collect()
 }
@@ -262,7 +262,7 @@ fn name_is_sound(name: &str, begins: bool, place: &Span, root: Table<'_>) -> boo
     false
 }
 
-/// The keys of a table in the order in which they are written.
+/// The keys of a table, in the order in which they are written.
 fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
     let mut keys: Vec<_> = table.keys().collect();
     keys.sort_by_key(|(_, place)| place.range().start);

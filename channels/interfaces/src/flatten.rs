@@ -10,7 +10,7 @@ use crate::interface::MAX_FIELDS;
 use crate::packages::{Definition, Missing, Packages, what_to_add};
 use crate::ros::{self, Base, Count, TypeName};
 
-/// More items of arrays and messages are not examined: their contents would be too large.
+/// Beyond this many items of arrays and messages, nothing is examined: their contents would be too large.
 const MAX_VISITS: usize = 10_000;
 
 /// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`.
@@ -32,9 +32,9 @@ pub(crate) struct Flattening<'f, 'r, 'd> {
     pub(crate) packages: &'f Packages<'r>,
     /// The folders in which types are searched.
     pub(crate) folders: &'f [PathBuf],
-    /// Which definition, and where the interface names it.
+    /// The definition, and the place in the interface that names it.
     pub(crate) named: &'f Spanned<String>,
-    /// How an interface selects fields of this part: `fields`, `reply`, …
+    /// The key with which an interface selects fields of this part: `fields`, `reply`, …
     pub(crate) key: &'f str,
     /// Where problems are reported.
     pub(crate) table: Table<'d>,
@@ -48,13 +48,13 @@ struct Walk<'w, 'f, 'r, 'd> {
     leaves: Vec<Leaf>,
     visits: usize,
     problems: Vec<Problem>,
-    /// The arrays of any length: their paths and types.
+    /// The arrays of unbounded length: their paths and types.
     endless: Vec<(String, String)>,
-    /// The types around the one that is visited.
+    /// The types around the one being visited.
     around: Vec<PathBuf>,
 }
 
-/// Whether to go on.
+/// Whether to continue.
 type Going = Option<()>;
 
 impl Flattening<'_, '_, '_> {
@@ -63,7 +63,7 @@ impl Flattening<'_, '_, '_> {
         self.walk(definition, part, self.named, &[])
     }
 
-    /// The fields at a path or below it.
+    /// The field at a path, or the fields below it.
     pub(crate) fn at(&self, definition: &Definition, part: &ros::Message, path: &Spanned<String>) -> Option<Vec<Leaf>> {
         let Some(steps) = steps(&path.value) else {
             let problem = path.span.problem(format!("`{}` is not a path in a definition", path.value));
@@ -194,7 +194,7 @@ impl Walk<'_, '_, '_, '_> {
             }
             Err(Missing::Refused) => None,
             Err(Missing::Nowhere) => {
-                let problem = self.problem(format!("`{path}` is {name}, of which there is no definition"));
+                let problem = self.problem(format!("`{path}` is {name}, which has no definition"));
                 self.problems.push(problem.with_help(what_to_add(name, folders)));
                 Some(())
             }
@@ -205,7 +205,7 @@ impl Walk<'_, '_, '_, '_> {
         self.about.span.problem(message).with_label("here")
     }
 
-    /// What to report for arrays of any length, if there are some.
+    /// The problem to report for arrays of unbounded length, if there are any.
     fn endless(&self) -> Option<Problem> {
         let (first, _) = self.endless.first()?;
         let names: Vec<String> = self.endless.iter().map(|(path, kind)| format!("`{path}` ({kind})")).collect();
@@ -218,11 +218,11 @@ impl Walk<'_, '_, '_, '_> {
     }
 
     fn too_many(&self) -> Problem {
-        self.problem(format!("these are more fields than the {MAX_FIELDS} that a message may have"))
+        self.problem(format!("these are more than the {MAX_FIELDS} fields that a message may have"))
             .with_help(self.select("…"))
     }
 
-    /// How to name the fields that are wanted.
+    /// How to name the selected fields.
     fn select(&self, another: &str) -> String {
         let plain = self.leaves.iter().find(|leaf| !leaf.path.contains(['.', '[']));
         let example = plain.or(self.leaves.first()).map_or_else(String::new, |leaf| format!("\"{}\", ", leaf.path));
@@ -239,7 +239,7 @@ fn steps(path: &str) -> Option<Vec<Step>> {
     let step = |text: &str| {
         let Some((name, item)) = text.split_once('[') else { return Some(Step { name: text.to_owned(), item: None }) };
         let (item, number) = (item.strip_suffix(']')?, item.strip_suffix(']')?.parse::<usize>().ok()?);
-        // Each path is written in one way.
+        // Each path can be written in only one way.
         (number.to_string() == item).then(|| Step { name: name.to_owned(), item: Some(number) })
     };
     path.split('.').map(|text| step(text).filter(|step| !step.name.is_empty())).collect()

@@ -1,13 +1,13 @@
-//! Services, topics and actions, and the messages in which they are asked and answered.
+//! Services, topics and actions, and the messages that carry their requests and answers.
 
 use channels::{FieldKind, Role, Shape};
 use diagnostics::Problem;
 
 /// `m[1]` of a goal, after the name of its action and a dot.
 pub const GOAL: &str = "goal";
-/// `m[1]` of a cancel, likewise.
+/// `m[1]` of a cancel request, likewise.
 pub const CANCEL: &str = "cancel";
-/// `m[1]` of the answer of a service that did what it was asked to do.
+/// `m[1]` of the reply of a service that did what it was asked to do.
 pub const OK: &str = "ok";
 /// `m[1]` of the answer to a request that could not be carried out.
 pub const ERROR: &str = "error";
@@ -15,7 +15,7 @@ pub const ERROR: &str = "error";
 pub const ACCEPTED: &str = "accepted";
 /// `m[1]` of the answer to a goal that will not be pursued.
 pub const REJECTED: &str = "rejected";
-/// `m[1]` of a report on the way to a goal.
+/// `m[1]` of the feedback on a goal.
 pub const FEEDBACK: &str = "feedback";
 /// `m[1]` of the end of an action that reached its goal.
 pub const SUCCEEDED: &str = "succeeded";
@@ -24,7 +24,7 @@ pub const ABORTED: &str = "aborted";
 /// `m[1]` of the end of an action that was canceled.
 pub const CANCELED: &str = "canceled";
 
-/// No topic has one of these names: replies of services begin with them.
+/// No topic may have one of these names: replies of services begin with them.
 pub const RESERVED: [&str; 2] = [OK, ERROR];
 
 /// The name of `m[1]` in messages to a component.
@@ -33,7 +33,7 @@ pub const REQUEST: &str = "request";
 pub const STATUS: &str = "status";
 /// The name of `m[1]` in the messages of a topic.
 pub const TOPIC: &str = "topic";
-/// The name of the field that says why something failed.
+/// The name of the field with the reason of a failure.
 pub const REASON: &str = "reason";
 
 /// A message has at most this many fields after the symbols with which it begins.
@@ -53,7 +53,7 @@ pub struct Interface {
 /// A field of a message: `m[2]`, `m[3]`, … in the order of the fields, after the symbols that say what the message is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// The name, by which state machines read it: `_event.data.NAME`.
+    /// The name under which state machines read it: `_event.data.NAME`.
     pub name: String,
     /// What it may hold.
     pub kind: FieldKind,
@@ -70,7 +70,7 @@ pub struct Service {
     pub reply: Vec<Field>,
 }
 
-/// A topic that a component publishes: each subscriber gets `[<NAME>, fields…]`, and a newer one replaces one that
+/// A topic that a component publishes. Each subscriber gets `[<NAME>, fields…]`, and a newer message replaces one that
 /// waits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
@@ -82,12 +82,12 @@ pub struct Topic {
 
 /// An action of a component, which takes time.
 ///
-/// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. After an
-/// acceptance come any number of `[<NAME.feedback>, feedback…]` and then one of `[<NAME.succeeded>, result…]`,
-/// `[<NAME.aborted>, reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last one.
+/// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. If it is
+/// accepted, any number of `[<NAME.feedback>, feedback…]` follow, and then one of `[<NAME.succeeded>, result…]`,
+/// `[<NAME.aborted>, reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last of these.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
-    /// `m[1]` of each of its messages before the dot.
+    /// `m[1]` of each of its messages, up to the dot.
     pub name: String,
     /// The fields of a goal.
     pub goal: Vec<Field>,
@@ -109,7 +109,7 @@ pub enum Operation<'i> {
 }
 
 impl Interface {
-    /// The interface with only the operations for which `uses` holds: what concerns one client.
+    /// The interface reduced to the operations for which `uses` holds: the part that concerns one client.
     #[must_use]
     pub fn restricted_to(&self, uses: impl Fn(Operation<'_>) -> bool) -> Self {
         let mut part = self.clone();
@@ -119,20 +119,20 @@ impl Interface {
         part
     }
 
-    /// The shapes of what a client that uses all of this may send to the component: requests of services, goals and
-    /// cancels. A client that only subscribes sends nothing.
+    /// The shapes of the messages that a client using all of this may send to the component: requests of services,
+    /// goals and cancel requests. A client that only subscribes sends nothing.
     #[must_use]
     pub fn requests(&self) -> Vec<Shape> {
         let actions = self.actions.iter().flat_map(Action::requests);
         self.services.iter().map(Service::request).chain(actions).collect()
     }
 
-    /// The shapes of what the component may send to a client that uses all of this, each once: replies of services, the
-    /// answers of actions, and topics.
+    /// The shapes of the messages that the component may send to a client using all of this, each once: replies of
+    /// services, the answers of actions, and topics.
     ///
     /// # Errors
-    /// If the replies of two services could not be distinguished by their kinds, and their fields have different names:
-    /// a reader would not know which names are meant. The problem has no place.
+    /// If the replies of two services cannot be distinguished by the kinds of their fields, but the fields have
+    /// different names: a reader would not know which names are meant. The problem has no location.
     ///
     /// ```
     /// use channels::FieldKind;
@@ -176,7 +176,7 @@ impl Service {
         shape(REQUEST, &self.name, &self.request, Role::Request)
     }
 
-    /// The replies: done, or not.
+    /// The replies: success and failure.
     #[must_use]
     pub fn replies(&self) -> [Shape; 2] {
         [shape(STATUS, OK, &self.reply, Role::Reply), shape(STATUS, ERROR, &[reason()], Role::Reply)]
@@ -200,7 +200,7 @@ impl Topic {
 }
 
 impl Action {
-    /// The requests to the component: a goal, and a cancel.
+    /// The requests to the component: a goal, and a request to cancel it.
     #[must_use]
     pub fn requests(&self) -> [Shape; 2] {
         let request = |part, fields: &[Field], role| shape(REQUEST, &format!("{}.{part}", self.name), fields, role);

@@ -3,7 +3,7 @@
 /// A key of an interface file.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
-    /// Where it stands: `services.NAME.reply`; `NAME` is chosen by the file.
+    /// Its path: `services.NAME.reply`. The file chooses `NAME`.
     pub path: &'static str,
     /// What it means.
     pub about: &'static str,
@@ -26,11 +26,11 @@ pub const KEYS: [Key; 10] = [
     ),
     key("services.NAME.request", "The fields of the request.", FIELDS),
     key("services.NAME.reply", "The fields of the reply if the service did what it was asked to do.", FIELDS),
-    key("services.NAME.ros", "The definition that has the fields.", "a `.srv` file, relative to this file"),
+    key("services.NAME.ros", "The definition with the fields.", "a `.srv` file, relative to this file"),
     key("topics.NAME.fields", "The fields of the message.", FIELDS),
-    key("topics.NAME.ros", "The definition that has the fields.", "a `.msg` file, relative to this file"),
+    key("topics.NAME.ros", "The definition with the fields.", "a `.msg` file, relative to this file"),
     key("actions.NAME.goal", "The fields of a goal.", FIELDS),
     key("actions.NAME.feedback", "The fields of feedback.", FIELDS),
     key("actions.NAME.result", "The fields of the result if the goal was reached.", FIELDS),
-    key("actions.NAME.ros", "The definition that has the fields.", "an `.action` file, relative to this file"),
+    key("actions.NAME.ros", "The definition with the fields.", "an `.action` file, relative to this file"),
 ];

@@ -6,7 +6,7 @@ use diagnostics::{Problem, did_you_mean};
 
 use crate::name::is_symbol;
 
-/// The kinds that have a name, each with what it means.
+/// The kinds that have names, each with its meaning.
 pub const KINDS: [(&str, &str); 5] = [
     ("bool", "`true` or `false`"),
     ("int", "an integer of 64 bits"),
@@ -15,7 +15,7 @@ pub const KINDS: [(&str, &str); 5] = [
     ("place", "one of the scenario's places, as a symbol"),
 ];
 
-/// Makes a kind optional: after its name, or as the last item of a list.
+/// Makes a kind optional: follows its name, or is the last item of a list.
 const OPTIONAL: &str = "?";
 
 /// The kind that an item of a file names.
@@ -37,7 +37,7 @@ fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Pr
         "real" => FieldKind::Real,
         "text" => FieldKind::Text,
         "place" if places.is_empty() => {
-            let problem = item.span().problem("`place` is one of the scenario's places, and it has none");
+            let problem = item.span().problem("`place` is one of the scenario's places, but the scenario has none");
             return Err(problem
                 .with_label("this kind")
                 .with_help("give the scenario a file of `places`, or list the symbols: `[\"Kitchen\", \"Dock\"]`"));
@@ -67,7 +67,7 @@ fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>
                 problems.push(problem.with_help("a symbol consists of letters, digits, `_` and `-`"));
             }
             Some(name) if symbols.iter().any(|symbol: &Symbol| symbol.name() == name) => {
-                problems.push(item.span().problem(format!("`{name}` is in the list already")).with_label("again"));
+                problems.push(item.span().problem(format!("`{name}` is already in the list")).with_label("again"));
             }
             Some(FieldKind::NONE) if is_optional => {
                 let problem = item.span().problem("`none` is what an optional field without a value holds");
@@ -77,7 +77,7 @@ fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>
         }
     }
     if items.is_empty() {
-        problems.push(list.span().problem("a list of symbols has at least one item").with_label("this has none"));
+        problems.push(list.span().problem("a list of symbols needs at least one item").with_label("this has none"));
     }
     if !problems.is_empty() {
         return Err(problems);

@@ -1,7 +1,7 @@
 //! Interfaces of components: services, topics and actions.
 //!
-//! An [`Interface`] has typed fields. It comes from a TOML file, which may take fields from definitions of ROS 2, or is
-//! made in code. It says which messages pass over the channels between a component and its clients.
+//! An [`Interface`] has typed fields. It comes from a TOML file, which may take fields from ROS 2 definitions, or is
+//! built in code. It defines the messages on the channels between a component and its clients.
 //!
 //! ```
 //! use std::path::Path;
@@ -32,8 +32,8 @@
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
 //!
-//! The keys of such a file are [`KEYS`]; [`Interface::load`] says what it accepts. The module [`ros`] reads definitions
-//! of ROS 2, and is of use alone.
+//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The module [`ros`] reads ROS 2
+//! definitions, and is also useful alone.
 
 mod file;
 mod flatten;

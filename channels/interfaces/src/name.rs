@@ -1,4 +1,4 @@
-//! The names that messages, machines and properties can all write.
+//! Names that messages, machines and properties can all write.
 
 /// Whether a text is the name of a symbol, as properties write it between `<` and `>`.
 pub(crate) fn is_symbol(text: &str) -> bool {

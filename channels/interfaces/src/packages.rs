@@ -1,4 +1,4 @@
-//! Where definitions of ROS are found: in the folders of packages, as `PACKAGE/msg/NAME.msg`.
+//! Where ROS definitions are found: in the folders of packages, as `PACKAGE/msg/NAME.msg`.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use diagnostics::{ReadFile, Spanned, read_text};
 
 use crate::ros::{self, TypeName};
 
-/// The packages in which most types are, each with the repository that has them.
+/// The packages with the most common types, each with its repository.
 const HOMES: [(&str, &[&str]); 4] = [
     (
         "ros2/common_interfaces",
@@ -47,7 +47,7 @@ const HOMES: [(&str, &[&str]); 4] = [
     ("ros-navigation/navigation2", &["nav2_msgs"]),
 ];
 
-/// A kind of definition, by the ending of its file.
+/// A kind of definition, by its file extension.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     Message,
@@ -64,7 +64,7 @@ impl Kind {
         }
     }
 
-    /// The parts of a definition, in the order in which an interface has them.
+    /// The parts of a definition, in the order that interfaces use.
     fn parse(self, name: &str, text: &str) -> Result<Vec<ros::Message>, diagnostics::FileProblems> {
         Ok(match self {
             Self::Message => vec![ros::Message::parse(name, text)?],
@@ -80,7 +80,7 @@ impl Kind {
     }
 }
 
-/// The parts of a definition and its file, from which types are found that it names.
+/// The parts of a definition, and its file, from which the types that it names are searched.
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub(crate) parts: Vec<ros::Message>,
@@ -94,7 +94,7 @@ pub(crate) struct Packages<'r> {
     folder: PathBuf,
     /// Other folders with packages.
     others: Vec<PathBuf>,
-    /// The definitions read so far; `None` if it was refused, which has been reported.
+    /// The definitions read so far; `None` for one that was refused, which has been reported.
     known: RefCell<BTreeMap<PathBuf, Option<Arc<Definition>>>>,
 }
 
@@ -102,7 +102,7 @@ pub(crate) struct Packages<'r> {
 pub(crate) enum Missing {
     /// No folder has it.
     Nowhere,
-    /// There is something wrong with it, which has been reported.
+    /// It has an error, which has been reported.
     Refused,
 }
 
@@ -112,7 +112,7 @@ impl<'r> Packages<'r> {
         Self { read, folder: folder.to_owned(), others, known: RefCell::default() }
     }
 
-    /// The definition that a file names by its path, and the folders that are searched for the types that it uses.
+    /// The definition that a file names by its path, and the folders that are searched for its types.
     pub(crate) fn definition(
         &self,
         named: &Spanned<String>,
@@ -141,7 +141,7 @@ impl<'r> Packages<'r> {
         }
         let problem = named.span.problem("there is no such definition").with_label("this file");
         let place = self.folder.join(path);
-        table.report(problem.with_help(format!("it would be {}, or in one of the `packages`", place.display())));
+        table.report(problem.with_help(format!("it is expected at {}, or in one of the `packages`", place.display())));
         None
     }
 
@@ -210,14 +210,14 @@ fn report(error: diagnostics::Error, named: &Spanned<String>, table: Table<'_>) 
     }
 }
 
-/// The folder of the package to which a definition belongs, if it is in one.
+/// The folder of the package to which a definition belongs, if it belongs to one.
 fn package_of(path: &Path) -> Option<&Path> {
     let folder = path.parent()?;
     let kind = folder.file_name()?.to_str()?;
     ["msg", "srv", "action"].contains(&kind).then(|| folder.parent())?
 }
 
-/// The types that everybody has.
+/// The types that every definition can use.
 fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
     let message = ros::Message::known(name)?;
     let package = name.package.as_deref().unwrap_or_default();
@@ -225,7 +225,7 @@ fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
     Some(Arc::new(Definition { parts: vec![message], path }))
 }
 
-/// The definition to add where that of a type is missing.
+/// How to add the definition of a type that is missing.
 pub(crate) fn what_to_add(name: &TypeName, folders: &[PathBuf]) -> String {
     let Some(package) = &name.package else {
         let hint = if name.name == "Header" { "; ROS's own is `std_msgs/Header`" } else { "" };

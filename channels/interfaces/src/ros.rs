@@ -1,9 +1,9 @@
-//! ROS 2 interface definitions: what `.msg`, `.srv` and `.action` files say.
+//! ROS 2 interface definitions: the contents of `.msg`, `.srv` and `.action` files.
 //!
-//! The whole grammar of rosidl is read, and printed again by `Display`: comments, constants, default values, bounded
-//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is checked
-//! as ROS checks it, a value against its type. Text that ROS itself would silently misunderstand, such as a string that
-//! a `#` cuts off, is an error here.
+//! The whole grammar of rosidl is read, and `Display` prints it again: comments, constants, default values, bounded
+//! strings and arrays, types of the same or of another package, and the annotations `@optional` and `@key`. Names are
+//! checked as in ROS, values against their types. Text that ROS itself would silently misread, such as a string cut off
+//! by a `#`, is an error here.
 //!
 //! ```
 //! use interfaces::ros::{Base, Count, Message, TypeName};
@@ -18,10 +18,10 @@
 //! # Ok::<(), diagnostics::FileProblems>(())
 //! ```
 //!
-//! An array of an element type, as CDR needs to know it, is a [`Type`] with its [`Count`].
+//! An array is a [`Type`] with a [`Count`], as CDR needs it.
 //!
-//! [`Bundle`] reads what recordings have, in this language or in the IDL that ROS makes of it. [`Service::messages`]
-//! and [`Action::messages`] are the messages that ROS sends for services and actions.
+//! [`Bundle`] reads the definitions in recordings, in this language or in the IDL that ROS generates from it.
+//! [`Service::messages`] and [`Action::messages`] are the messages that ROS sends for services and actions.
 
 mod bundle;
 mod definition;
@@ -37,13 +37,13 @@ mod types;
 pub use bundle::Bundle;
 pub use types::{Base, Count, Type, TypeName};
 
-/// A message: what a `.msg` file defines, and each part of the others.
+/// A message: the content of a `.msg` file, or a part of another definition.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Message {
     /// Named values; they are not sent.
     pub constants: Vec<Constant>,
-    /// The messages that are sent, in this order. The IDL that ROS makes of a message without fields has one, a `uint8`
-    /// named `structure_needs_at_least_one_member`, and so has its CDR.
+    /// The fields that are sent, in this order. In the IDL that ROS generates, a message without fields has one, a
+    /// `uint8` named `structure_needs_at_least_one_member`, and so has its CDR.
     pub fields: Vec<Field>,
 }
 
@@ -78,7 +78,7 @@ pub struct Field {
     pub default: Option<Literal>,
     /// `@optional`: it may be missing.
     pub is_optional: bool,
-    /// `@key`: it says which of several things a message is about.
+    /// `@key`: it identifies the thing that a message is about.
     pub is_key: bool,
 }
 
@@ -87,20 +87,21 @@ pub struct Field {
 pub struct Constant {
     /// Its name.
     pub name: String,
-    /// The type of its value: not a message, and not bounded.
+    /// The type of its value: neither a message nor bounded.
     pub base: Base,
     /// Its value.
     pub value: Literal,
 }
 
-/// A value in a definition. It fits its type: the integer has the range, the text and the array have the length.
+/// A value in a definition. It fits its type: an integer is within the range, and a string or array has a permitted
+/// length.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Literal {
     /// A truth value.
     Bool(bool),
-    /// An integer, of up to 64 bits with or without sign.
+    /// An integer of up to 64 bits, signed or unsigned.
     Int(i128),
-    /// A number; may be infinite or NaN.
+    /// A floating-point number; may be infinite or NaN.
     Real(f64),
     /// A text.
     Text(String),

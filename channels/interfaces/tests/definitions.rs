@@ -19,7 +19,7 @@ fn text(text: &str) -> Literal {
 }
 
 #[test]
-fn every_type_of_ros_is_read() {
+fn every_ros_type_is_read() {
     let simple = "bool byte char int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string wstring";
     for name in simple.split(' ') {
         for (count, printed) in
@@ -214,7 +214,7 @@ module arm_msgs { module msg { struct Finger { boolean is_bent; }; }; };
 "#;
 
 #[test]
-fn idl_is_equivalent_to_the_definition_that_it_was_made_from() {
+fn idl_is_equivalent_to_the_definition_that_it_was_generated_from() {
     let name = |name| TypeName::new(Some("arm_msgs"), name);
     let read = Bundle::parse_idl(&name("Grip"), IDL).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let same = message(
@@ -243,7 +243,7 @@ fn broken_idl_is_refused_with_its_location() {
         ]
         .concat()
     );
-    // However it is cut off, it is an error or a definition, and no panic.
+    // However it is cut off, the result is an error or a definition, never a panic.
     for end in (0..IDL.len()).filter(|end| IDL.is_char_boundary(*end)) {
         let _ = Bundle::parse_idl(&TypeName::new(Some("arm_msgs"), "Grip"), &IDL[..end]);
     }

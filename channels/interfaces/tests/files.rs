@@ -32,7 +32,7 @@ fn problems<const N: usize>(files: [(&str, &str); N]) -> String {
 
 fn shapes(interface: &Interface) -> String {
     let to = interface.requests();
-    let from = interface.replies().expect("replies that can be told apart");
+    let from = interface.replies().expect("replies that can be distinguished");
     let line = |arrow: &str, shape: &channels::Shape| format!("{arrow} {shape}\n");
     to.iter().map(|shape| line("→", shape)).chain(from.iter().map(|shape| line("←", shape))).collect()
 }
@@ -145,7 +145,7 @@ fn all_mistakes_in_a_file_are_reported_at_once() {
 }
 
 #[test]
-fn the_list_of_keys_is_the_one_that_the_reader_knows() {
+fn the_list_of_keys_matches_what_the_reader_accepts() {
     let known = |table: &str, text: &str| {
         let problem = problems([("robot/arm.toml", text)]);
         let keys = problem.split("known here: ").nth(1).expect("a list of keys").trim_end_matches([')', '\n']);
@@ -169,7 +169,7 @@ fn the_kind_place_requires_places() {
     let Error::Problems(problems) = error else { panic!("{error}") };
     assert_eq!(
         problems.plain(),
-        "go.toml:1:30: `place` is one of the scenario's places, and it has none (give the scenario a file of `places`, or \
+        "go.toml:1:30: `place` is one of the scenario's places, but the scenario has none (give the scenario a file of `places`, or \
          list the symbols: `[\"Kitchen\", \"Dock\"]`)\n"
     );
 }
@@ -308,7 +308,7 @@ fn nested_messages_without_fields_terminate() {
         ("robot/x/msg/B.msg", "C[4000000000] c"),
         ("robot/x/msg/C.msg", ""),
     ];
-    assert!(problems(files).contains("more fields than the 64"));
+    assert!(problems(files).contains("more than the 64 fields"));
     let few = [files[0], ("robot/x/msg/A.msg", "B[3] b"), ("robot/x/msg/B.msg", "C[3] c"), files[3]];
     assert_eq!(load(few).unwrap().topics[0].fields, []);
 }

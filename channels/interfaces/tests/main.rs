@@ -1,4 +1,4 @@
-//! Interfaces and definitions as files have them.
+//! Interfaces and definitions in files.
 
 mod definitions;
 mod files;

@@ -11,7 +11,7 @@ use proptest::option;
 use proptest::prelude::*;
 use proptest::strategy::Union;
 
-/// Letters that occur in definitions, and some that they must tolerate.
+/// Letters that occur in definitions, and some others that must be tolerated.
 const LETTERS: &str = "[ -~\\n\\t\\r#=@\"'\\\\\\[\\]<>ü€\u{0}]{0,200}";
 
 fn simple() -> impl Strategy<Value = Base> {
@@ -42,7 +42,7 @@ fn count() -> impl Strategy<Value = Count> {
     ]
 }
 
-/// A value of one item of this type. Texts have what ROS can write.
+/// A value of one item of this type. Strings contain only what ROS can write.
 fn value(base: &Base) -> BoxedStrategy<Literal> {
     if let Some((least, greatest)) = base.range() {
         return (least..=greatest).prop_map(Literal::Int).boxed();
@@ -211,7 +211,7 @@ proptest! {
             let heads = interface.requests().len();
             prop_assert_eq!(heads, interface.services.len() + 2 * interface.actions.len());
             if let Ok(replies) = interface.replies() {
-                // Whatever the component says has one reading.
+                // Every message of the component can be read in only one way.
                 for (index, shape) in replies.iter().enumerate() {
                     prop_assert!(!replies[..index].contains(shape));
                 }
@@ -220,7 +220,7 @@ proptest! {
     }
 }
 
-/// A line of an interface file, or of one with mistakes.
+/// A line of an interface file, possibly with mistakes.
 fn line() -> impl Strategy<Value = String> {
     let header = "\\[(services|topics|actions)\\.[a-d]\\]\\n";
     let part = "(request|reply|fields|goal|feedback|result|ros) = ";

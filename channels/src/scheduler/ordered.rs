@@ -4,12 +4,12 @@ use std::fmt;
 
 use crate::{ChannelId, ChannelSystem, Concern, Enabled, EnabledKind, Scheduler};
 
-/// The messages on a channel of capacity 1 that an order refers to.
+/// The messages on a channel of capacity 1 to which an order refers.
 #[derive(Clone)]
 pub struct Delivery {
     /// The channel.
     pub channel: ChannelId,
-    /// Which of its messages are meant.
+    /// Which of the channel's messages are meant.
     pub concerns: Concern,
 }
 
@@ -32,8 +32,7 @@ impl fmt::Debug for Delivery {
 pub struct Precedence {
     /// The messages that come first: any one of these.
     pub first: Vec<Delivery>,
-    /// The messages that wait: all of these. Each message waits for its own `first`: one received since the previous
-    /// `then`.
+    /// The messages that wait: all of these. Each waits for its own `first`: one received since the previous `then`.
     pub then: Vec<Delivery>,
 }
 
@@ -47,10 +46,10 @@ impl Precedence {
     }
 }
 
-/// Keeps an order among messages and leaves every other choice to another policy.
+/// Enforces an order among messages and leaves every other choice to another policy.
 ///
 /// A message waits only while something else can move. So this is a schedule like any other, and a system that becomes
-/// quiet under every policy becomes quiet under this one.
+/// quiet under every other policy also becomes quiet under this one.
 #[derive(Debug)]
 pub struct Ordered {
     rules: Vec<Rule>,
@@ -67,7 +66,7 @@ struct Rule {
 }
 
 impl Ordered {
-    /// The policy that keeps these orders and leaves the other choices to `others`.
+    /// The policy that enforces these orders and leaves the other choices to `others`.
     pub fn new(orders: impl IntoIterator<Item = Precedence>, others: Box<dyn Scheduler>) -> Self {
         let rules = orders.into_iter().map(|precedence| Rule { precedence, satisfied: false }).collect();
         Self { rules, others, rest: (Vec::new(), Vec::new()) }
@@ -121,8 +120,8 @@ mod tests {
         Capacity, Domain, EventKind, FieldKind, GraphProcess, Message, ProgramGraph, Random, Shape, Topology, Value,
     };
 
-    /// The order in which R receives messages from A, B and so on, each of which has the given number of them; by the
-    /// senders' names.
+    /// The order in which R receives messages from A, B and so on, as the senders' names. Each sender has the given
+    /// number of messages.
     fn received<const N: usize>(
         seed: u64,
         counts: [i64; N],
@@ -177,7 +176,7 @@ mod tests {
         let orders: Vec<String> = (0..20).map(|seed| received(seed, [9, 3], b_after_a)).collect();
         for order in &orders {
             assert_eq!((order.matches('A').count(), order.matches('B').count()), (9, 3), "{order}");
-            // As long as messages of A are still to come, those of B wait for them.
+            // As long as A still has messages to come, those of B wait for them.
             let (while_a_lasts, _) = order.rsplit_once('A').expect("there are nine");
             assert!(!while_a_lasts.starts_with('B') && !while_a_lasts.contains("BB"), "{order}");
         }

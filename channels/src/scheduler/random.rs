@@ -5,14 +5,14 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{Enabled, Scheduler};
 
-/// Chooses uniformly at random from its stream.
+/// Chooses uniformly at random, with numbers from its stream.
 #[derive(Clone, Debug)]
 pub struct Random {
     stream: ChaCha8Rng,
 }
 
 impl Random {
-    /// The policy that draws its choices from this stream, which nothing else should draw from.
+    /// The policy that draws its choices from this stream, from which nothing else should draw.
     #[must_use]
     pub fn new(stream: ChaCha8Rng) -> Self {
         Self { stream }

@@ -1,4 +1,4 @@
-//! Each process in turn.
+//! Gives each process its turn.
 
 use crate::{Enabled, ProcessId, Scheduler};
 

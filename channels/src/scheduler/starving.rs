@@ -2,7 +2,7 @@
 
 use crate::{ChannelSystem, Enabled, ProcessId, Scheduler};
 
-/// Starves one process with all its members: it moves only when no other process can, even as the receiver of a
+/// Starves one process with all its members: it moves only when no other process can, even as the receiver in a
 /// handshake. Another policy chooses among the other processes.
 #[derive(Debug)]
 pub struct Starving {
@@ -19,7 +19,7 @@ impl Starving {
         Self { victim, others, rest: (Vec::new(), Vec::new()) }
     }
 
-    /// Lets `choose` pick among the transitions without the victim, or among all if there are none.
+    /// Lets `choose` pick among the transitions in which the victim does not move, or among all if there are no others.
     fn choose_by(
         &mut self,
         enabled: &[Enabled],

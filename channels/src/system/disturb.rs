@@ -10,7 +10,7 @@ impl ChannelSystem {
     /// Starts a disturbance: it may act on messages that are sent from now on.
     ///
     /// # Panics
-    /// If the disturbance is not possible in this system; [`Disturbance::check`] tells in advance.
+    /// If the disturbance is not possible in this system, which [`Disturbance::check`] tells in advance.
     pub fn disturb(&mut self, disturbance: Disturbance) -> DisturbanceId {
         let checked = disturbance.check(&self.topology);
         assert!(checked.is_ok(), "a disturbance is checked before it begins: {checked:?}");
@@ -20,9 +20,9 @@ impl ChannelSystem {
         id
     }
 
-    /// Ends the disturbance. Returns how many messages it has acted on, or `None` if it is over already. It spares
-    /// messages that it has not acted on yet. Messages that it delays still arrive when they are due, and messages that
-    /// it repeats are still repeated.
+    /// Ends the disturbance. Returns how many messages it has acted on, or `None` if it is already over. Messages that
+    /// it has not acted on yet are spared. Messages that it delays still arrive when they are due, and messages that it
+    /// repeats are still repeated.
     pub fn calm(&mut self, id: DisturbanceId) -> Option<u64> {
         let position = self.disturbances.position(id)?;
         let over = self.disturbances.entries.remove(position);
@@ -108,7 +108,7 @@ impl ChannelSystem {
     }
 }
 
-/// The channel that carries the answers to the requests on `channel`.
+/// The channel for the answers to the requests on `channel`.
 fn opposite(topology: &Topology, channel: ChannelId) -> ChannelId {
     topology.opposite(channel).expect("a disturbance that answers was checked to have a channel for the answer")
 }

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use crate::{Chance, ChannelId, Disturbance, Message, NormalForm};
 
-/// A disturbance of a [`ChannelSystem`](crate::ChannelSystem), as
-/// [`ChannelSystem::disturb`](crate::ChannelSystem::disturb) numbers them.
+/// The number of a disturbance of a [`ChannelSystem`](crate::ChannelSystem), assigned by
+/// [`ChannelSystem::disturb`](crate::ChannelSystem::disturb).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DisturbanceId(pub(super) usize);
 
 impl DisturbanceId {
-    /// Index among all disturbances that the system has had, in the order in which they began. It is never reused.
+    /// Its index among all disturbances that the system has had, in the order in which they began. It is never reused.
     #[must_use]
     pub fn index(self) -> usize {
         self.0
@@ -26,7 +26,8 @@ pub(super) struct Entry {
     pub(super) hits: u64,
 }
 
-/// The effect of disturbances on the message in a channel; the default for an empty channel and an undisturbed message.
+/// The effect of disturbances on the message in a channel. The default is that of an empty channel or an undisturbed
+/// message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Passage {
     /// The disturbance that will act on it next.
@@ -47,7 +48,7 @@ pub(super) struct Armed {
 /// The disturbances of a system and their work in progress.
 #[derive(Clone, Debug)]
 pub(super) struct Disturbances {
-    /// The active ones in the order in which they began, which is the order of their ids.
+    /// The active ones, in the order in which they began, which is the order of their ids.
     pub(super) entries: Vec<Entry>,
     /// How many have begun.
     pub(super) begun: usize,
@@ -77,12 +78,12 @@ impl Disturbances {
         self.position(by).expect("only an active disturbance arms a message")
     }
 
-    /// Notes that a message has been sent into the channel.
+    /// Records that a message was sent into the channel.
     pub(super) fn enter(&mut self, channel: ChannelId, message: &Message, now: Duration) {
         self.arm(channel, 0, message, now);
     }
 
-    /// Arms the message with the first disturbance, from this index on, that hits it.
+    /// Arms the message with the first disturbance from this index on that hits it.
     pub(super) fn arm(&mut self, channel: ChannelId, first: usize, message: &Message, sent: Duration) {
         let hit = self.entries[first..].iter_mut().find_map(|Entry { id, disturbance, .. }| {
             (disturbance.channel == channel && disturbance.hits(message)).then_some(*id)
@@ -90,7 +91,7 @@ impl Disturbances {
         self.passages[channel.0].armed = hit.map(|by| Armed { by, sent });
     }
 
-    /// Notes that a message has been received. Returns whether it stays in the channel nevertheless.
+    /// Records that a message was received. Returns whether it stays in the channel nevertheless.
     pub(super) fn leave(&mut self, channel: ChannelId) -> bool {
         let repeats = std::mem::take(&mut self.passages[channel.0]).repeats;
         self.passages[channel.0].repeats = repeats.saturating_sub(1);

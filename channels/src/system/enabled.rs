@@ -1,4 +1,4 @@
-//! The possible next steps of a system.
+//! The steps that a system can take next.
 
 use crate::{ChannelId, ProcessId, TransitionId};
 

@@ -1,4 +1,4 @@
-//! Faults on channels: the effect of each, in any system and under any scheduler.
+//! Faults on channels: the effect of each, in every system and under every scheduler.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ fn hash(system: &ChannelSystem) -> u64 {
     hasher.finish()
 }
 
-/// Lets the system come to rest twenty times, a tenth of a second apart, and lists the transitions taken and their
+/// Lets the system become quiet twenty times, a tenth of a second apart, and lists the transitions taken and their
 /// events.
 fn run(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<(Duration, Enabled, Option<Event>)> {
     let mut taken = Vec::new();
@@ -61,7 +61,7 @@ fn buffered(plan: &Plan, channels: &[ChannelId]) -> Option<ChannelId> {
     plan.channels.iter().position(|&(_, _, capacity)| capacity == Capacity::One).map(|index| channels[index])
 }
 
-/// The messages received on the channel, and when.
+/// The messages received on the channel, with their times.
 fn received(taken: &[(Duration, Enabled, Option<Event>)], channel: ChannelId) -> Vec<(Duration, i64)> {
     let events = taken.iter().filter_map(|(time, _, event)| Some((*time, event.as_ref()?)));
     events
@@ -72,7 +72,7 @@ fn received(taken: &[(Duration, Enabled, Option<Event>)], channel: ChannelId) ->
         .collect()
 }
 
-/// When something was sent on the channel.
+/// The times at which something was sent on the channel.
 fn sent(taken: &[(Duration, Enabled, Option<Event>)], channel: ChannelId) -> Vec<Duration> {
     let sends = taken.iter().filter(|(_, enabled, _)| enabled.kind == EnabledKind::Send(channel));
     sends.map(|&(time, ..)| time).collect()
@@ -160,7 +160,7 @@ proptest! {
         }
     }
 
-    /// A copy of a system with messages in transit continues like the original, including its draws.
+    /// A copy of a system with messages in transit continues like the original, with the same draws.
     #[test]
     fn messages_in_transit_are_part_of_the_state(plan in plans(), seed: u64, steps in 0..30_u64) {
         let (mut system, channels) = build(&plan);
@@ -209,7 +209,7 @@ fn a_disturbed_message_cannot_be_received_until_the_channel_has_moved() {
     assert_eq!(disturb.process, system.topology().find_process("P").unwrap());
     assert_eq!(system.take(&disturb), Ok(None), "no event");
     assert_eq!(kinds(&mut system), [EnabledKind::Receive(channel)]);
-    assert!(!system.same_state(&before), "an armed channel is another state");
+    assert!(!system.same_state(&before), "an armed channel is a different state");
 }
 
 #[test]
@@ -253,12 +253,12 @@ fn disturbances_that_come_and_go_leave_nothing_behind() {
     for _ in 0..1_000 {
         let id = system.disturb(Disturbance::all(channel, Effect::Lose));
         assert!(!ids.contains(&id), "{id:?} was another's");
-        assert_eq!((system.calm(id), system.calm(id)), (Some(0), None), "it is over once");
+        assert_eq!((system.calm(id), system.calm(id)), (Some(0), None), "it ends only once");
         ids.push(id);
     }
     assert!(system.same_state(&fresh));
     assert_eq!(hash(&system), hash(&fresh));
-    assert_eq!(system.hits(stays), Some(0), "and who began before is still there");
+    assert_eq!(system.hits(stays), Some(0), "and the one that began before is still there");
 }
 
 #[test]
@@ -305,7 +305,7 @@ fn lost_in_a_row(seed: u64) -> u64 {
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
     let lose = Disturbance::all(channel, Effect::Lose);
     let id = system.disturb(Disturbance { probability: chance(0.5, seed), ..lose });
-    // Q does not take an 8, so one that is not lost stays in the channel.
+    // Q does not take an 8, so an 8 that is not lost stays in the channel.
     while system.content(channel).is_none() {
         system.replace(p, sender(channel, 8)).unwrap();
         assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), 0);
@@ -318,7 +318,7 @@ fn random_choices_come_from_the_stream() {
     let rows: Vec<u64> = (0..64).map(lost_in_a_row).collect();
     assert_eq!(rows, (0..64).map(lost_in_a_row).collect::<Vec<_>>());
     let mean = rows.iter().sum::<u64>() as f64 / 64.0;
-    assert!((0.5..2.0).contains(&mean), "with a chance of one half it is 1 on average, not {mean}");
+    assert!((0.5..2.0).contains(&mean), "with a probability of one half it is 1 on average, not {mean}");
 }
 
 /// Asks with request number 42 and keeps the answer.
@@ -352,7 +352,7 @@ impl Process for Asker {
     }
 }
 
-/// P asks Q, which has its own answer ready and takes no request.
+/// P asks Q, which has its own answer ready and receives no request.
 fn asking() -> (Topology, [ProcessId; 2], [ChannelId; 2]) {
     let (mut topology, [p, q], requests) = pair(Capacity::One);
     let replies = topology.channel(q, p, Capacity::One, numbers()).unwrap();
@@ -404,7 +404,7 @@ fn a_lost_tick_is_followed_by_the_next() {
         if calm {
             system.calm(id);
         }
-        assert!(system.generate_tick(generator).1, "whoever loses it, it was delivered to the channel");
+        assert!(system.generate_tick(generator).1, "although it is lost, it was delivered to the channel");
         assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), arrives);
     }
     assert!(system.process::<TickGenerator>(generator).is_some());

@@ -1,4 +1,4 @@
-//! A system and its normal form, side by side: nobody can tell them apart.
+//! A system and its normal form, side by side: their behavior cannot be distinguished.
 
 #![allow(dead_code, clippy::unwrap_used, reason = "several crates test with it, and not all of them need ticks")]
 
@@ -69,7 +69,7 @@ impl Lockstep {
         (0..).find(|_| !self.step(scheduler)).unwrap_or_default()
     }
 
-    /// Brings the second copy into normal form, which is that of the first, and compares what can happen next.
+    /// Brings the second copy into normal form, which must equal that of the first, and compares what can happen next.
     fn compare(&mut self) {
         self.normal.normalize().unwrap_or_else(|(id, why)| panic!("{}: {why}", self.plain.topology().name(id)));
         let mut of_plain = self.plain.fork();
@@ -89,7 +89,7 @@ impl Lockstep {
     }
 }
 
-/// The number of a tick is only reported.
+/// The number of a tick serves only for reports.
 fn without_number(kind: EventKind) -> EventKind {
     match kind {
         EventKind::Received { channel, message } if message.head() == Some("tick") => {

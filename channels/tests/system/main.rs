@@ -1,4 +1,4 @@
-//! Invariants of every channel system, whatever its processes and its scheduler.
+//! Invariants of every channel system, regardless of its processes and its scheduler.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::plan::{build, number, numbers, plans, process, schedulers};
 
 proptest! {
-    /// Without faults, messages are neither lost, duplicated nor reordered, and a channel never holds two.
+    /// Without faults, messages are never lost, duplicated or reordered, and a channel never holds two.
     #[test]
     fn messages_arrive_once_and_in_order(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (system, channels) = build(&plan);
@@ -273,7 +273,7 @@ fn a_monitor_moves_in_the_step_of_the_message_and_failure_is_final() {
     assert_eq!(system.monitors()[0].decided.as_ref().map(|event| (event.step, event.tick)), Some((1, 0)));
 }
 
-/// Goes through four internal transitions.
+/// Takes four internal transitions.
 fn busy() -> Box<dyn Process> {
     graph(|graph| {
         let locations: Vec<_> = (0..5).map(|i| graph.location(&i.to_string())).collect();
@@ -284,7 +284,7 @@ fn busy() -> Box<dyn Process> {
     })
 }
 
-/// Which processes move or send, until none can.
+/// The processes that move or send, in order, until none can.
 fn movers(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<ProcessId> {
     let mut order = Vec::new();
     loop {

@@ -9,7 +9,7 @@ use channels::{
 
 use crate::{hung_tree, pair, receiver_of, sender};
 
-/// Notes when its timer, due after a second, has fired.
+/// Records whether its timer, due after one second, has fired.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Alarm {
     fired: Option<Duration>,
@@ -103,7 +103,7 @@ fn a_process_can_be_replaced_and_restored() {
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
     let first = system.fork();
     let initial = system.clone_process(q).unwrap();
-    assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), 0, "Q does not want an 8");
+    assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), 0, "Q does not accept an 8");
     system.replace(q, receiver_of(channel, 8)).unwrap();
     assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), 1);
     system.replace(q, initial).unwrap();

@@ -10,7 +10,7 @@ pub(crate) struct Door {
     name: String,
     /// Whether it has to open or to close.
     order: Option<bool>,
-    /// None before it was first seen.
+    /// `None` until it is first seen.
     state: Option<State>,
 }
 
@@ -59,7 +59,7 @@ impl Door {
         match self.state {
             Some(State::Open) => "open",
             Some(State::Closed) => "closed",
-            // Nobody can ask before the first step.
+            // No request can arrive before the first step.
             Some(State::Moving) | None => "moving",
         }
     }

@@ -1,11 +1,11 @@
-//! Devices of the world as components: what skills can request, sense and do besides driving.
+//! Devices of the world as components: what skills can request, sense and do apart from driving.
 //!
 //! - [`DeviceKind`]: the kinds of devices, with their interfaces.
 //! - [`DeviceSettings`]: a device of a scenario.
 //! - [`DeviceProcess`]: a device that communicates over channels.
 //! - [`Surroundings`]: what devices sense and move, a simulation or hardware.
 //!
-//! A device is asked over channels like any other component. Once per step its driver lets it [sense and
+//! Requests reach a device over channels, like any other component. Once per step its driver lets it [sense and
 //! act](DeviceProcess::act) in its surroundings.
 
 mod door;
@@ -28,11 +28,11 @@ pub trait Surroundings {
     /// Opens or closes a door.
     fn move_door(&mut self, door: &str, open: bool);
 
-    /// The distances from the robot's centre to the people in its view, in metres: of those with these names, or of all
+    /// The distances from the robot's center to the people in its view, in meters: of those with these names, or of all
     /// if there are no names.
     fn people_in_view(&self, names: &[String]) -> Vec<f64>;
 
-    /// Takes the nearest movable box in view within `reach_m` metres of the robot's edge from the floor. Returns its
+    /// Takes the nearest movable box in view within `reach_m` meters of the robot's edge from the floor. Returns its
     /// name, if there is one.
     fn take_box(&mut self, reach_m: f64) -> Option<String>;
 

@@ -1,4 +1,4 @@
-//! What a device sends.
+//! The messages that a device sends.
 
 use skills::{ChannelAdapter, Datum};
 

@@ -25,7 +25,7 @@ pub struct DeviceProcess {
     is_impaired: bool,
 }
 
-/// What a device does.
+/// The behavior of a device.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Work {
     Door(Door),
@@ -36,7 +36,7 @@ enum Work {
 }
 
 impl DeviceProcess {
-    /// The process of a topology that is this device.
+    /// The process that is this device.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, settings: &DeviceSettings) -> Self {
         let work = match settings {
@@ -50,7 +50,7 @@ impl DeviceProcess {
         Self { adapter: ChannelAdapter::new(topology, process), work, is_impaired: false }
     }
 
-    /// Senses changes in the surroundings, and does what it has been asked to do. To be called once per step.
+    /// Senses changes in the surroundings, and does what has been requested. Must be called once per step.
     pub fn act(&mut self, surroundings: &mut dyn Surroundings) {
         let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
@@ -61,8 +61,8 @@ impl DeviceProcess {
         }
     }
 
-    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that. Signals
-    /// before then are never noticed, even if the device hangs.
+    /// Makes a sensor notice nothing or a speaker fall silent, or undoes that. Signals before then are never noticed,
+    /// even if the device hangs.
     pub fn impair(&mut self, is_impaired: bool, now: Duration) {
         if self.is_impaired
             && let Work::Signals(signals) = &mut self.work
@@ -75,7 +75,7 @@ impl DeviceProcess {
     /// Makes a tray's box fall.
     ///
     /// # Errors
-    /// Why none falls, in words.
+    /// The reason why none falls, in words.
     pub fn drop_box(&mut self, surroundings: &mut dyn Surroundings) -> Result<(), &'static str> {
         match &mut self.work {
             Work::Tray(tray) => tray.drop_box(surroundings),
@@ -92,7 +92,7 @@ impl DeviceProcess {
         }
     }
 
-    /// Crashes and restarts it: it forgets its requests and what it has noticed. A box on a tray stays there.
+    /// Crashes and restarts it: it forgets its requests and everything it noticed. A box on a tray stays there.
     pub fn restart(&mut self, now: Duration) {
         self.adapter = self.adapter.succeeding();
         match &mut self.work {

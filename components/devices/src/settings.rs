@@ -8,7 +8,7 @@ use interfaces::Interface;
 /// A kind of device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DeviceKind {
-    /// A door of the world: opens and closes on request.
+    /// A door of the world, which opens and closes on request.
     Door,
     /// A sensor on the robot that counts people in view.
     People,
@@ -54,7 +54,7 @@ impl DeviceKind {
         matches!(self, Self::Door | Self::People | Self::Tray)
     }
 
-    /// Whether it notices something of its surroundings.
+    /// Whether it senses its surroundings.
     #[must_use]
     pub const fn is_sensor(self) -> bool {
         matches!(self, Self::People | Self::Button | Self::Microphone)
@@ -73,7 +73,7 @@ impl DeviceKind {
         }
     }
 
-    /// Its requests and topics.
+    /// Its services and topics.
     #[must_use]
     pub fn interface(self) -> Interface {
         let read = |_: &Path| Ok(self.interface_file().as_bytes().to_vec());
@@ -91,9 +91,9 @@ pub enum DeviceSettings {
     },
     /// A sensor that counts people.
     People {
-        /// Its range from the robot's centre, in metres.
+        /// Its range from the robot's center, in meters.
         within_m: f64,
-        /// The people that it notices; all if there are none.
+        /// The people that it notices; all if none are listed.
         only: Vec<String>,
     },
     /// A speaker.
@@ -103,17 +103,17 @@ pub enum DeviceSettings {
     },
     /// A button.
     Button {
-        /// When it is pressed.
+        /// The times at which it is pressed.
         pressed: Vec<Duration>,
     },
     /// A microphone.
     Microphone {
-        /// The requests that it hears, and when.
+        /// The requests that it hears, with their times.
         hears: Vec<(Duration, String)>,
     },
     /// A tray.
     Tray {
-        /// How far from the robot's edge a box may be, in metres.
+        /// The maximum distance of a box from the robot's edge, in meters.
         reach_m: f64,
     },
 }

@@ -11,9 +11,9 @@ use crate::lines::Lines;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Signals {
     kind: Kind,
-    /// Future signals, and when they come, in order.
+    /// Future signals and their times, in order.
     coming: VecDeque<(Duration, String)>,
-    /// Signals that have come and have not been asked for.
+    /// Signals that have arrived and have not been asked for.
     noticed: VecDeque<String>,
 }
 
@@ -37,13 +37,13 @@ impl Signals {
         Self { kind, coming: coming.into(), noticed: VecDeque::new() }
     }
 
-    /// Signals that came while it was down are lost.
+    /// Signals that arrived while it was down are lost.
     pub(crate) fn restart(&mut self, now: Duration) {
         self.miss(now);
         self.noticed.clear();
     }
 
-    /// Never notices signals that have come until now and have not been noticed yet.
+    /// Drops signals that have arrived by now and have not been noticed yet.
     pub(crate) fn miss(&mut self, now: Duration) {
         self.coming.retain(|(at, _)| *at > now);
     }
@@ -52,7 +52,7 @@ impl Signals {
         self.coming.front().map(|(at, _)| *at)
     }
 
-    /// Notices signals that have come until now, unless it is deaf.
+    /// Notices signals that have arrived by now, unless it is deaf.
     pub(crate) fn notice(&mut self, now: Duration, is_deaf: bool, lines: &mut Lines<'_>) {
         while self.next().is_some_and(|at| at <= now) {
             let Some((_, text)) = self.coming.pop_front() else { return };
@@ -82,7 +82,7 @@ impl Signals {
 
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.coming.iter_mut().for_each(|(at, _)| form.time(at));
-        form.queue(self.noticed.len(), || format!("more than {} signals are waiting for a question", NormalForm::QUEUE))
+        form.queue(self.noticed.len(), || format!("more than {} signals wait to be asked for", NormalForm::QUEUE))
     }
 
     pub(crate) fn location(&self) -> String {

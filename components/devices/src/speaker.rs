@@ -54,7 +54,7 @@ impl Speaker {
         }
     }
 
-    /// The time since which it has been speaking is only reported.
+    /// The time at which it began to speak serves only for reports.
     pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
         if let Some(speech) = &mut self.speech {
             form.time(&mut speech.until);

@@ -11,7 +11,7 @@ const NO_ROOM: &str = "there is no room for the box";
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Tray {
-    /// How far from the robot's edge a box may be, in millimetres, so that states can be compared.
+    /// The maximum distance of a box from the robot's edge, in millimeters, so that states can be compared.
     reach_mm: u32,
     /// Pending requests and their clients, in order.
     orders: VecDeque<(String, Order)>,

@@ -1,4 +1,4 @@
-//! Definitions with everything that they use, as recordings have them.
+//! Definitions with everything that they use, as recordings contain them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,10 +10,10 @@ use super::idl;
 use super::line::message_name;
 use super::{Message, TypeName};
 
-/// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, and what rosbag2 records.
+/// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, as rosbag2 records them.
 ///
-/// Behind the message, each type has a line of `=`, a line with its name, and its definition. (In IDL, the message
-/// itself has these lines, too.)
+/// After the message, each type has a line of `=`, a line with its name, and its definition. (In IDL, the message
+/// itself also has these lines.)
 ///
 /// ```
 /// use interfaces::ros::{Bundle, TypeName};
@@ -29,8 +29,8 @@ use super::{Message, TypeName};
 pub struct Bundle {
     /// The message.
     pub message: Message,
-    /// The others, by name and package. A definition of a package may name another one of the same package
-    /// [without it](TypeName::within).
+    /// The other messages, by name and package. A definition may name another one of its package [without the
+    /// package](TypeName::within).
     pub types: BTreeMap<TypeName, Message>,
 }
 
@@ -38,7 +38,7 @@ impl Bundle {
     /// Reads a message with all types in it. `name` is what diagnostics call the text.
     ///
     /// # Errors
-    /// Everything that is wrong with it. A type that is used and missing is not.
+    /// Everything that is wrong with it. A type that is used but missing is no error.
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
         let source = Source::new(name, text);
         let (mut problems, mut first, mut types) = (Vec::new(), Part::default(), Vec::<(TypeName, Part)>::new());
@@ -66,7 +66,7 @@ impl Bundle {
     /// Reads the message `name` with all types in it, in IDL.
     ///
     /// # Errors
-    /// Everything that is wrong with it. A type that is used and missing is not.
+    /// Everything that is wrong with it. A type that is used but missing is no error.
     pub fn parse_idl(name: &TypeName, text: &str) -> Result<Self, FileProblems> {
         let source = Source::new(&name.to_string(), text);
         let mut types = idl::types(&source)?;
@@ -92,7 +92,7 @@ fn is_rule(line: &str) -> bool {
     line.len() >= 3 && line.bytes().all(|byte| byte == b'=')
 }
 
-/// The type that is defined in the lines after this one.
+/// The type defined in the lines after this one.
 fn title(line: &Span) -> Result<TypeName, Problem> {
     let name = line.text().strip_prefix("MSG:").and_then(|name| message_name(name.trim()));
     name.filter(|name| name.package.is_some()).ok_or_else(|| {

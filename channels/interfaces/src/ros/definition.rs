@@ -1,4 +1,4 @@
-//! From the text of a definition to its parts.
+//! Parses the text of a definition into its parts.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::print::SEPARATOR;
 use super::{Action, Field, Message, Service};
 
 impl Message {
-    /// Reads a `.msg` file. `name` is what diagnostics call it.
+    /// Reads a `.msg` file. `name` stands for it in diagnostics.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -22,7 +22,7 @@ impl Message {
 }
 
 impl Service {
-    /// Reads a `.srv` file. `name` is what diagnostics call it.
+    /// Reads a `.srv` file. `name` stands for it in diagnostics.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -33,7 +33,7 @@ impl Service {
 }
 
 impl Action {
-    /// Reads an `.action` file. `name` is what diagnostics call it.
+    /// Reads an `.action` file. `name` stands for it in diagnostics.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -43,7 +43,7 @@ impl Action {
     }
 }
 
-/// Reads the parts of a definition, with a separator between any two.
+/// Reads the parts of a definition, separated by lines `---`.
 fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Message; N], FileProblems> {
     let source = Source::new(name, text);
     let mut problems = Vec::new();
@@ -84,7 +84,7 @@ fn superfluous<const N: usize>(separator: &Span, parts: [&str; N]) -> Problem {
     })
 }
 
-/// The lines that say something, without comments and the spaces around them, each with its place.
+/// The lines with content, without comments and surrounding spaces, each with its location.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
     let mut next = 0;
     let lines = text.split('\n').map(move |line| {
@@ -98,11 +98,11 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
     lines.filter(|(_, said)| !said.is_empty())
 }
 
-/// A part of a definition, while it is read.
+/// A part of a definition while it is read.
 #[derive(Debug, Default)]
 pub(super) struct Part {
     message: Message,
-    /// Where each name stands.
+    /// The location of each name.
     names: BTreeMap<String, Span>,
     /// The comments on the next field.
     marks: Marks,
@@ -140,7 +140,7 @@ impl Part {
             }
         }
     }
-    /// The message, once there are no more lines.
+    /// The message, once all lines are read.
     pub(super) fn end(self, problems: &mut Vec<Problem>) -> Message {
         problems.extend(self.marks.without_field());
         self.message

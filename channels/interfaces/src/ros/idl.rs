@@ -1,5 +1,5 @@
-//! Definitions in OMG IDL, in the part of it that ROS uses: modules, structs, constants, enumerations and names for
-//! types.
+//! Definitions in OMG IDL, limited to the part of it that ROS uses: modules, structs, constants, enumerations and type
+//! aliases.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,7 +18,7 @@ pub(super) fn types(source: &Source) -> Result<BTreeMap<TypeName, Message>, File
     Ok(reader.types)
 }
 
-/// The words, numbers, texts and signs of a text, without comments, titles and directives.
+/// The words, numbers, strings and signs of a text, without comments, titles and directives.
 fn tokens(source: &Source) -> Result<Vec<Range<usize>>, Problem> {
     let text = source.text();
     let (mut tokens, mut at) = (Vec::new(), 0);

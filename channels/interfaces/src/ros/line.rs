@@ -5,7 +5,7 @@ use diagnostics::{Problem, Span, did_you_mean};
 use super::stretch::{part, split, trimmed};
 use super::{Base, Constant, Count, Field, Literal, Type, TypeName, literal};
 
-/// The largest size: a CDR has 32 bits for it.
+/// The maximum size: CDR stores it in 32 bits.
 const LARGEST: usize = u32::MAX as usize;
 
 /// The definition in a line, and the position of its name.
@@ -160,7 +160,7 @@ fn is_constant_name(name: &str) -> bool {
         && !name.ends_with('_')
 }
 
-/// A name of a message. Those that ROS makes of services and actions have an underscore in them.
+/// A name of a message. Those that ROS derives from services and actions contain an underscore.
 fn is_type_name(name: &str) -> bool {
     name.starts_with(|letter: char| letter.is_ascii_uppercase())
         && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')

@@ -1,4 +1,4 @@
-//! Values in definitions: of constants, and initial values of fields.
+//! Values in definitions: of constants, and default values of fields.
 
 use diagnostics::{Problem, Span};
 
@@ -32,7 +32,7 @@ pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
     Ok(Literal::Array(items))
 }
 
-/// The items of an array: commas separate them, except in quotes.
+/// The items of an array: separated by commas, except within quotes.
 fn items(inside: &Span) -> Result<Vec<Span>, Problem> {
     let text = inside.text();
     if text.trim().is_empty() {

@@ -1,4 +1,4 @@
-//! Annotations: what stands before a field, on its line or on lines of its own.
+//! Annotations, which precede a field, on its line or on lines of their own.
 
 use diagnostics::{Problem, Span, did_you_mean};
 
@@ -9,12 +9,12 @@ use super::stretch::{split, trimmed};
 pub(super) struct Marks {
     pub(super) is_optional: bool,
     pub(super) is_key: bool,
-    /// Where the last one stands.
+    /// The location of the last one.
     pub(super) place: Option<Span>,
 }
 
 impl Marks {
-    /// Takes the annotations with which a line begins; what follows them is left.
+    /// Removes the annotations at the beginning of a line, and leaves what follows.
     pub(super) fn take(&mut self, line: &Span) -> Result<Span, Problem> {
         let mut rest = line.clone();
         while rest.text().starts_with('@') {
@@ -39,7 +39,7 @@ impl Marks {
         Ok(rest)
     }
 
-    /// The problem that no field follows, if there are annotations.
+    /// The problem that no field follows the annotations, if there are any.
     pub(super) fn without_field(&self) -> Option<Problem> {
         let place = self.place.as_ref()?;
         Some(place.problem(format!("no field follows `{}`", place.text())).with_label("this annotation"))

@@ -1,4 +1,4 @@
-//! Definitions as text, in the form that is read.
+//! Definitions as text, in the form that the parser reads.
 
 use std::fmt;
 
@@ -79,8 +79,8 @@ impl fmt::Display for TypeName {
     }
 }
 
-/// As a definition writes it. ROS has no way to write a string with a `#`, a tab or the end of a line in it; in an
-/// array, one that ends with a backslash; and rosidl refuses a default value with `=` in it.
+/// As a definition writes it. In ROS, a string cannot contain a `#`, a tab or a line end; in an array, none can end
+/// with a backslash; and rosidl refuses a default value that contains `=`.
 impl fmt::Display for Literal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,4 +1,4 @@
-//! The messages that ROS sends for services and actions, and those that it always has.
+//! The messages that ROS sends for services and actions, and the types that it always knows.
 
 use super::{Action, Message, Service, TypeName};
 
@@ -24,7 +24,7 @@ const KNOWN: [(&str, &str, &str); 7] = [
 ];
 
 impl Message {
-    /// The definition of a type that ROS uses for services, actions and stamps; none of another type.
+    /// The definition of a type that ROS uses for services, actions and stamps; `None` for other types.
     #[must_use]
     pub fn known(name: &TypeName) -> Option<Self> {
         let is = |package: &str, own: &str| name.package.as_deref() == Some(package) && name.name == own;
@@ -68,7 +68,7 @@ impl Action {
     }
 }
 
-/// The event that is published for a call of the service.
+/// The event published for a call of the service.
 fn event(name: &str) -> Message {
     made(format!("service_msgs/ServiceEventInfo info\n{name}_Request[<=1] request\n{name}_Response[<=1] response\n"))
 }

@@ -2,13 +2,13 @@
 
 use diagnostics::Span;
 
-/// The part of a span from one byte to another, counted from its beginning.
+/// The part of a span between two bytes, counted from its beginning.
 pub(super) fn part(span: &Span, from: usize, to: usize) -> Span {
     let start = span.range().start;
     span.source().span(start + from..start + to)
 }
 
-/// The span without the white space around it.
+/// The span without surrounding white space.
 pub(super) fn trimmed(span: &Span) -> Span {
     let text = span.text();
     let from = text.len() - text.trim_start().len();

@@ -5,7 +5,7 @@
 pub struct Type {
     /// The type of one item.
     pub base: Base,
-    /// How many there are.
+    /// The number of items.
     pub count: Count,
 }
 
@@ -34,13 +34,13 @@ pub enum Base {
     Int64,
     /// An unsigned integer of 64 bits.
     Uint64,
-    /// A number of 32 bits.
+    /// A floating-point number of 32 bits.
     Float32,
-    /// A number of 64 bits.
+    /// A floating-point number of 64 bits.
     Float64,
-    /// A text of bytes, usually UTF-8, with at most this many.
+    /// A string of bytes, usually UTF-8, with at most this many bytes.
     String(Option<usize>),
-    /// A text of UTF-16, with at most this many units.
+    /// A string of UTF-16, with at most this many units.
     WString(Option<usize>),
     /// A message.
     Message(TypeName),
@@ -75,7 +75,7 @@ impl TypeName {
         Self { package: package.map(str::to_owned), name: name.to_owned() }
     }
 
-    /// The name with its package, where a definition of `package` uses it.
+    /// The name with its package, as used in a definition of `package`.
     #[must_use]
     pub fn within(&self, package: &str) -> Self {
         Self { package: Some(self.package.as_deref().unwrap_or(package).to_owned()), name: self.name.clone() }
@@ -83,7 +83,7 @@ impl TypeName {
 }
 
 impl Base {
-    /// The simple types by their names. Texts are here without a bound.
+    /// The simple types by name. Strings are listed without a bound.
     pub(super) const SIMPLE: [(&str, Self); 15] = [
         ("bool", Self::Bool),
         ("byte", Self::Byte),
