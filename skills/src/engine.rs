@@ -97,7 +97,7 @@ fn refuse(source: &str) -> Result<(), ExpressionProblem> {
     let mark = |piece: Piece| piece == Piece::Mark(b'*');
     for (index, (piece, at)) in pieces.iter().enumerate() {
         let text = &source[at.clone()];
-        // The contents of templates are not analysed: anything there that looks like a problem is refused.
+        // The contents of templates are not analyzed: anything there that looks like a problem is refused.
         let hidden = *piece == Piece::Text && text.contains("${");
         let next = pieces.get(index + 1).filter(|(next, place)| mark(*next) && place.start == at.end);
         if mark(*piece) && next.is_some() || hidden && text.contains("**") {

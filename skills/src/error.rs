@@ -98,7 +98,7 @@ pub enum SkillError {
     },
 }
 
-/// Warnings about a machine that can run nevertheless: to be rendered, not an error.
+/// Warnings about a machine that can run; to be rendered, not an error.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
 #[error("the skill {file} can run, with warnings: {}", count(.problems))]
 #[diagnostic(severity(Warning))]
@@ -129,7 +129,7 @@ impl SkillError {
         }
     }
 
-    /// The error of a machine's file with these problems; `forgivable` of them are no errors in standard SCXML.
+    /// The error of a machine's file with these problems; `forgivable` of them are not errors in standard SCXML.
     pub(crate) fn load(text: Source, problems: Vec<Problem>, forgivable: usize) -> Self {
         let errors = problems.iter().filter(|problem| problem.is_error()).count();
         let help = (errors == forgivable)

@@ -135,7 +135,7 @@ pub use shipped::{ORIGINAL, SHIPPED, shipped};
 /// How to treat an expression that cannot be compiled, an unknown name, or an invalid delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strictness {
-    /// The file is refused: an error that is known when the file is loaded need not wait until the robot drives.
+    /// The file is refused: an error that is known when the file is loaded should not wait until the robot drives.
     #[default]
     Strict,
     /// As in the recommendation: a warning, and `error.execution` when the machine gets there.

@@ -45,7 +45,7 @@ impl Chart {
     /// that has no name.
     ///
     /// # Errors
-    /// [`SkillError::Load`] with everything that is wrong with the file.
+    /// [`SkillError::Load`] with all problems of the file.
     ///
     /// ```
     /// use skills::Chart;
@@ -65,7 +65,7 @@ impl Chart {
     /// Compiles a machine with the given strictness.
     ///
     /// # Errors
-    /// [`SkillError::Load`] with everything that is wrong with the file.
+    /// [`SkillError::Load`] with all problems of the file.
     pub fn load_with(file: &str, text: &str, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
         Self::load_from(file, text, strictness, None, false)
     }
@@ -74,10 +74,10 @@ impl Chart {
     /// translation to SCXML, in which a transition may also have the attribute `chance` of the namespace
     /// `urn:steward:chance`: the probability that it counts as enabled when its event and its condition allow it, drawn
     /// from the sequence of [`Machine::set_seed`](crate::Machine::set_seed). `place` maps ranges of `plain` to `text`,
-    /// so that all messages point into what the author wrote.
+    /// so that all messages point to what the author wrote.
     ///
     /// # Errors
-    /// [`SkillError::Load`] with everything that is wrong with the file.
+    /// [`SkillError::Load`] with all problems of the file.
     pub fn load_translated(
         file: &str,
         text: &str,
@@ -97,7 +97,7 @@ impl Chart {
     /// Reads and compiles a machine's file. Its attributes `src` and `srcexpr` name files in the same folder.
     ///
     /// # Errors
-    /// [`SkillError::Read`] if the file cannot be read, [`SkillError::Load`] with everything that is wrong with it.
+    /// [`SkillError::Read`] if the file cannot be read, [`SkillError::Load`] with all its problems.
     pub fn open(path: &Path, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
         Self::open_with(path, strictness, true)
     }

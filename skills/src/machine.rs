@@ -62,7 +62,7 @@ pub struct Machine {
     configuration: BitSet,
     /// The states that history states remember; empty for a machine without history states.
     remembered: Vec<Option<BitSet>>,
-    /// States whose data have been initialised; empty with early binding.
+    /// States whose data have been initialized; empty with early binding.
     initialised: BitSet,
     data: Memory,
     event: Option<Event>,
@@ -82,9 +82,9 @@ pub struct Machine {
     generation: u32,
     /// The position in the sequence of `Math.random`.
     random: u64,
-    /// Where the sequence begins.
+    /// The start of that sequence.
     seed: u64,
-    /// Whether the caller has set that.
+    /// Whether the caller has set it.
     is_seeded: bool,
     /// The data of the final state in which it ended.
     result: Datum,
@@ -255,7 +255,7 @@ impl Machine {
         }
     }
 
-    /// Whether it has room for another event. The caller's events and errors are taken in any case.
+    /// Whether it has room for another event. Events from the caller and errors are always accepted.
     fn has_room(&self) -> bool {
         self.internal.len() + self.external.len() + self.timers.len() < MAX_WAITING
     }

@@ -15,9 +15,9 @@ const WAY_OUT: &str =
     "compare it with constants and continue with the result; a proof distinguishes levels only by such comparisons";
 
 impl Chart {
-    /// The constants with which the machine compares a quantity that events bring as `_event.data.FIELD`, in no order.
-    /// `given` are the initial values of its data that its caller sets, and `open` the data whose values the caller
-    /// sets later.
+    /// The constants with which the machine compares a quantity that events carry as `_event.data.FIELD`, in no
+    /// particular order. `given` are the initial values of its data that its caller sets, and `open` the data whose
+    /// values the caller sets later.
     ///
     /// # Errors
     /// Everything else that the machine does with it, each at its place: it computes with it, or passes it on.
@@ -203,7 +203,7 @@ impl<'a> Following<'a> {
         Some(all)
     }
 
-    /// Whether a script or a loop changes the datum in another way than by an assignment.
+    /// Whether a script or a loop changes the datum other than by an assignment.
     fn is_updated(&self, data: DataId) -> bool {
         let mut is_updated = false;
         for block in self.chart.blocks() {

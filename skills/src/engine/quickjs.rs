@@ -44,7 +44,7 @@ pub(super) fn run(code: &Code, world: &mut World<'_>, argument: Option<&Datum>) 
         evaluate().map_err(|failure: Failure| failure.told(&ctx, &turns))
     });
     *world.random = random.get();
-    // A program that does not end has used everything up.
+    // A program that does not end has used up everything.
     let taken = if turns.are_over() { world.steps.left() } else { STEPS_TO_BEGIN + turns.taken.get() * STEPS_PER_TURN };
     let counted = world.steps.take(taken);
     outcome.and_then(|value| counted.map(|()| value))

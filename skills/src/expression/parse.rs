@@ -187,7 +187,7 @@ impl<'s, 't> Parser<'s, 't> {
         let unknown_before = self.unknown.len();
         let operand = self.expression(UNARY_POWER)?;
         if op == UnaryOp::TypeOf && matches!(operand, Expr::Unknown(_)) {
-            // `typeof nothing` is "undefined" and not an error: people write it for this purpose.
+            // `typeof nothing` is "undefined" and not an error: people write it to test for that.
             self.unknown.truncate(unknown_before);
             return Ok(Expr::Constant("undefined".into()));
         }

@@ -17,7 +17,7 @@ use crate::chart::{
 };
 use crate::expression::{Expr, Names};
 
-/// Compiles a machine with a valid structure, and reports its remaining problems; also how many of them the
+/// Compiles a machine with a valid structure, and reports its remaining problems. Also returns how many of them the
 /// recommendation would forgive.
 pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> (Chart, usize) {
     let is_sound = !problems.iter().any(Problem::is_error);
@@ -93,7 +93,7 @@ pub(super) struct Compiler<'p> {
     pub(super) mentions: Mentions,
     /// Whether an unknown state or event is named, or a name is ambiguous.
     pub(super) leads_nowhere: bool,
-    /// How many problems would let the machine run nevertheless, by the recommendation.
+    /// The number of problems with which the machine could still run, according to the recommendation.
     pub(super) forgivable: usize,
     pub(super) problems: &'p mut Vec<Problem>,
 }

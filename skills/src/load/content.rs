@@ -151,7 +151,7 @@ impl Compiler<'_> {
         Action { kind, span: name_span(node).into() }
     }
 
-    /// A script from a file. A machine whose script cannot be read is refused (SCXML 5.8).
+    /// A script from a file. If it cannot be read, the machine is refused (SCXML 5.8).
     fn script_file(&mut self, src: &Written<'_>) -> ActionKind {
         let text = match self.origin.read(src.value) {
             Ok(text) => text,

@@ -74,7 +74,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         let name = written.value;
         if name.is_empty() || name.contains(char::is_whitespace) {
             let problem = Problem::new("a state's id must be one word").at(written.span(), "not one word");
-            problems.push(problem.with_help("transitions name their targets by id, separated by blanks"));
+            problems.push(problem.with_help("transitions name their targets by id, separated by spaces"));
         } else if let Some(first) = self.defined.get(name) {
             let problem = Problem::new(format!("there are two states named `{name}`"));
             problems.push(problem.at(written.span(), "once more").at(first.clone(), "the first"));

@@ -201,7 +201,8 @@ impl<'c> Ends<'c> {
     }
 }
 
-/// The states that can be entered, assuming that every transition is taken at some time unless it is known never to be.
+/// The states that can be entered, assuming that every transition is taken at some point unless it is known never to
+/// be.
 fn reached(chart: &Chart, never: &[Option<Problem>]) -> BitSet {
     let mut reached = BitSet::new(chart.states.len());
     let mut open = vec![StateId::ROOT];

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Machine, Outgoing};
 
-/// The environment that runs a machine: takes the events it sends and the notes it makes.
+/// The environment that runs a machine: receives the events it sends and the notes it makes.
 pub trait Host {
     /// Delivers an event that the machine sends through an event I/O processor other than its own.
     ///
@@ -29,7 +29,7 @@ pub trait Host {
 #[error("{0}")]
 pub struct Undelivered(pub String);
 
-/// A message of a machine for people.
+/// A message from a machine to people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Note {

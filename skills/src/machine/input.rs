@@ -10,7 +10,7 @@ use crate::datum::Memory;
 use crate::steps::Steps;
 
 impl Machine {
-    /// Initialises the data, enters the initial states and runs until the machine comes to rest. Does nothing if the
+    /// Initializes the data, enters the initial states and runs until the machine comes to rest. Does nothing if the
     /// machine has been started before.
     pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Ready {

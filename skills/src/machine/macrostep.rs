@@ -169,7 +169,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.machine.invoked.clear();
     }
 
-    /// Initialises the data: all of them with early binding, those of the machine with late binding.
+    /// Initializes the data: all of them with early binding, those of the machine with late binding.
     pub(super) fn initialise_all(&mut self) {
         match self.chart.binding {
             Binding::Early => (0..self.chart.data.len()).for_each(|index| self.initialise(DataId::new(index))),
@@ -177,7 +177,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         }
     }
 
-    /// Initialises a state's data when it is entered for the first time (late binding).
+    /// Initializes a state's data when it is entered for the first time (late binding).
     pub(super) fn initialise_state(&mut self, state: StateId) {
         if !self.machine.initialised.contains(state.index()) {
             self.machine.initialised.insert(state.index());

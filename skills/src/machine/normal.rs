@@ -12,12 +12,11 @@ use crate::unobserved::Unobserved;
 
 impl Machine {
     /// Brings the machine, which is at rest, into [normal form](NormalForm): delayed events are due relative to now,
-    /// the last event is forgotten if nothing can look at it any more, and the machines that it has invoked are
-    /// numbered anew.
+    /// the last event is forgotten if nothing can read it anymore, and the machines that it has invoked are renumbered.
     ///
     /// # Errors
-    /// [`NoNormalForm`] if it draws random numbers, looks at the time of the run or at ids that are generated anew, or
-    /// if too many delayed events wait.
+    /// [`NoNormalForm`] if it draws random numbers, reads the time of the run or generated ids, or if too many delayed
+    /// events wait.
     pub fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.check()?;
         self.scratch.taken.clear();
@@ -38,7 +37,7 @@ impl Machine {
         if self.generation == 0 && self.has_generated_ids() {
             if self.looks_at_generated_ids() {
                 return unsupported(
-                    "it looks at ids that are generated whenever a machine is invoked or an event is sent",
+                    "it reads ids that are generated whenever a machine is invoked or an event is sent",
                     "give `<send>` an `id` of its own, and do not keep where an event came from",
                 );
             }
@@ -56,15 +55,15 @@ impl Machine {
         }
         if self.chart.mentions.clock {
             return unsupported(
-                "it looks at the time of the run, which never returns to what it was",
+                "it reads the time of the run, which never repeats",
                 "measure time with a `<send>` that has a `delay`",
             );
         }
         Ok(())
     }
 
-    /// Whether something can look at the last event before the next one comes: a transition without an event, which
-    /// new data can enable, or the end of an invoked machine.
+    /// Whether something can read the last event before the next one comes: a transition without an event, which new
+    /// data can enable, or the end of an invoked machine.
     fn may_look_back(&self) -> bool {
         let is_eventless = |id: &_| self.chart.transition(*id).descriptors.is_empty();
         let mut active = self.configuration().map(|state| self.chart.state(state));
@@ -111,14 +110,14 @@ impl Machine {
             Parcel::Away(..) => None,
         });
         for event in of_timers.chain(&mut self.event) {
-            // Nothing looks at them; they only must not differ.
+            // Nothing reads these, but they must not differ.
             event.origin = event.origin.as_ref().map(|_| Arc::clone(location));
             event.invoke_id = None;
         }
     }
 }
 
-/// Whether a value has the address of a machine in it.
+/// Whether a value contains the address of a machine.
 fn holds_address(value: &Datum) -> bool {
     match value {
         Datum::Text(text) => text.contains(ADDRESS),

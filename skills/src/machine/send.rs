@@ -82,7 +82,7 @@ impl Macrostep<'_, '_> {
         self.route(Outgoing { processor, target, event, send_id, data, repeated }, send.span)
     }
 
-    /// The way of an event: by channel to another process, or by SCXML's own processor to this machine.
+    /// The route of an event: by channel to another process, or by SCXML's own processor to this machine.
     fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Parcel, String> {
         if &*outgoing.processor == CHANNEL_PROCESSOR {
             return Ok(Parcel::Away(outgoing, Spot(span)));

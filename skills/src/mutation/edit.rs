@@ -41,7 +41,7 @@ pub(super) fn edits(site: &Site<'_>, mutation: &Mutation) -> Result<Vec<Edit>, P
         Mutation::DropGuard { transition } => {
             let guard = guard(site, transition)?.span();
             let text = site.node(site.transition(transition)?).document().input_text();
-            // Including the name, the equals sign and the quotes.
+            // The name, the equals sign and the quotes are included.
             let start = text[..guard.start].rfind("cond").unwrap_or(guard.start);
             vec![blank(text, start..guard.end + 1)]
         }
@@ -121,7 +121,7 @@ fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {
     if let Some(old) = Written::attribute(node, "expr") {
         return Ok(vec![(old.span(), escaped(expr))]);
     }
-    // The text between the tags may be a text; an attribute is always an expression.
+    // The content between the tags may be text, but an attribute is always an expression.
     let text = node.document().input_text();
     let between = node.first_child().zip(node.last_child());
     let between = between.map(|(first, last)| blank(text, first.range().start..last.range().end));

@@ -29,7 +29,8 @@ impl Subject {
 }
 
 /// Applies all mutations to a machine's text. Each refers to the original machine, whatever the others change, so their
-/// order does not matter. The same mutation given twice counts once. Otherwise as [`mutate`](super::mutate).
+/// order does not matter. The same mutation given twice counts once. Otherwise, this works like
+/// [`mutate`](super::mutate).
 ///
 /// # Errors
 /// As for [`mutate`](super::mutate), and [`SkillError::Mutation`] if two of them change the same place differently.

@@ -106,7 +106,7 @@ impl ChannelAdapter {
     }
 
     /// Takes one of the transitions. Returns the event that a received message becomes; `None` for a message that was
-    /// sent, and for an answer that nobody waits for any more.
+    /// sent, and for an answer that nobody is waiting for anymore.
     pub fn take(&mut self, transition: TransitionId, received: Option<&Envelope>) -> Option<Event> {
         let index = transition.0 as usize;
         match index.checked_sub(self.wiring.incoming.len()) {
@@ -202,8 +202,7 @@ impl ChannelAdapter {
         }
     }
 
-    /// Appends what this process has asked and not been answered, as
-    /// [`Process::awaits`](channels::Process::awaits) does.
+    /// Appends the unanswered requests of this process, as [`Process::awaits`](channels::Process::awaits) does.
     pub fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
         for (out, asked) in self.wiring.outgoing.iter().zip(&self.asked) {
             let mut asked = asked.clone();

@@ -91,7 +91,7 @@ struct Check<'a> {
     wiring: &'a Wiring,
     topology: &'a Topology,
     constants: Constants<'a>,
-    /// Unknown processes to which something is sent: the answers of the intended processes have no channel.
+    /// Unknown processes to which the machine sends: the answers of the intended processes then have no channel.
     missed: Vec<&'a str>,
     problems: Vec<Problem>,
 }
@@ -228,7 +228,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Whether this process would answer if its name were not misspelt in a request.
+    /// Whether this process would answer if its name were not misspelled in a request.
     fn is_missed(&self, peer: &str) -> bool {
         let is_heard = self.wiring.incoming.iter().any(|incoming| &*incoming.peer == peer);
         let is_meant = |missed: &&str| did_you_mean(missed, [peer]).is_some();

@@ -16,7 +16,7 @@ pub struct Mishap {
     pub state: Option<String>,
     /// The error, in words.
     pub message: String,
-    /// How often it happened.
+    /// The number of times that it has happened.
     pub times: u64,
 }
 

@@ -37,7 +37,7 @@ pub(super) fn data(message: &Message, shape: Option<&Shape>) -> Datum {
     };
     let fields = message.fields().iter().enumerate().filter(is_there);
     let members = fields.map(|(index, value)| (name(index), datum(value)));
-    // Only a text of megabytes is too large; the machine then sees no fields.
+    // Only a text of several megabytes is too large; the machine then sees no fields.
     Datum::object(members).unwrap_or_default()
 }
 

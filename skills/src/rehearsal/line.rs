@@ -1,4 +1,4 @@
-//! The output about a machine that runs alone, as text and as JSON.
+//! The output of a machine that runs alone, as text and as JSON.
 
 use std::fmt;
 use std::time::Duration;

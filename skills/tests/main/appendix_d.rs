@@ -1,4 +1,4 @@
-//! The algorithm of Appendix D again, literally and with sets, to check the fast one against.
+//! A literal implementation of Appendix D, with sets, against which the fast one is checked.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

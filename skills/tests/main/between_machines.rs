@@ -187,13 +187,16 @@ fn a_goal_ends_once_and_a_cancel_is_answered_once() {
             let (reached, given_up) =
                 (count(&events, "Arm pick.succeeded One"), count(&events, "Arm pick.canceled One"));
             assert!(goals >= 9, "{patience} ms, seed {seed}: {goals} goals");
-            assert!(goals - reached - given_up <= 1, "{patience} ms, seed {seed}: a goal has not ended, or twice");
+            assert!(
+                goals - reached - given_up <= 1,
+                "{patience} ms, seed {seed}: a goal has ended twice or not at all"
+            );
             assert!(given_up <= cancels, "{patience} ms, seed {seed}");
             if patience != 400 {
                 assert_eq!(given_up > 0, canceled, "{patience} ms, seed {seed}");
                 assert_eq!(reached > 0, !canceled, "{patience} ms, seed {seed}");
             }
-            // Between a goal and its end there is nothing of another goal.
+            // No message of another goal comes between a goal and its end.
             let mut open = false;
             for (what, _) in events.iter().filter(|(what, _)| what.contains("pick.")) {
                 match what.as_str() {
@@ -263,7 +266,7 @@ fn unpublished_topics_and_messages_that_no_channel_carries_are_refused() {
     assert_eq!(refused(&send("targetexpr='_event.origin' event='okay'")), "no channel from Arm carries <okay>");
 }
 
-/// Has each request carried out by a machine of its own, which is cancelled if it takes too long.
+/// Invokes a separate machine for each request, which is cancelled if it takes too long.
 const FOREMAN: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
 <state id='idle'>
     <transition event='say' target='busy'>
@@ -358,7 +361,7 @@ fn a_machine_without_a_normal_form_says_why() {
             <transition event='say'><send event='later' delay='1s' {what}/></transition></state>"
         )
     };
-    let ids = "Arm: it looks at ids that are generated whenever a machine is invoked or an event is sent";
+    let ids = "Arm: it reads ids that are generated whenever a machine is invoked or an event is sent";
     assert_eq!(refusal(&keeps("idlocation='kept'")), ids);
     let greets = "<datamodel><data id='kept'/></datamodel><state id='s'>
         <invoke><content><scxml version='1.0'>
@@ -370,7 +373,7 @@ fn a_machine_without_a_normal_form_says_why() {
     #[cfg(feature = "ecmascript")]
     for (expression, reason) in [
         ("Math.random() &lt; 2", "it draws random numbers"),
-        ("Date.now() >= 0", "it looks at the time of the run, which never returns to what it was"),
+        ("Date.now() >= 0", "it reads the time of the run, which never repeats"),
     ] {
         let arm = format!("<state id='s'><transition event='say' cond='{expression}'/></state>");
         assert_eq!(refusal(&arm), format!("Arm: {reason}"));

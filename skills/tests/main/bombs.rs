@@ -1,4 +1,4 @@
-//! Scripts that would use up all time, memory or stack.
+//! Scripts that would exhaust time, memory or stack.
 
 use skills::{Datum, Status};
 

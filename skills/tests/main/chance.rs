@@ -28,7 +28,7 @@ fn each_transition_with_a_chance_is_taken_as_often_as_it_says() {
     let chart = chart.expect("a sound machine");
     let ends: Vec<String> = (0..10_000).map(|seed| ends_in(&chart, seed)).collect();
     let count = |state: &str| ends.iter().filter(|end| *end == state).count();
-    // 0.2, and of the rest one half each; five standard deviations to either side.
+    // 0.2, and half of the rest each; within five standard deviations.
     for (state, expected) in [("one", 2000_usize), ("two", 4000), ("three", 4000)] {
         assert!(count(state).abs_diff(expected) < 250, "{state}: {}", count(state));
     }

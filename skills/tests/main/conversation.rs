@@ -53,7 +53,7 @@ pub(crate) fn topology() -> Topology {
     topology
 }
 
-/// The same, and then those of the Blackboard, which the published system has.
+/// The same, followed by those of the Blackboard in the published system.
 pub(crate) fn topology_with_blackboard() -> Topology {
     let entry = |request| [("request", request), ("skill", FieldKind::Text), ("key", symbols(["navigation"]))];
     let [request, skill, key] = entry(symbols(["write_data"]));
@@ -196,7 +196,7 @@ impl Conversation {
 }
 
 #[test]
-fn a_successor_of_a_skill_starts_then_and_continues_its_numbers() {
+fn a_successor_of_a_skill_starts_at_that_time_and_continues_its_numbers() {
     let mut talk = Conversation::with("GoToDestination");
     assert_eq!(talk.at_ms(3_000), [""; 0]);
     assert_eq!(talk.tick(), ["Navigation [<start_navigation>, <Destination>]"]);
@@ -205,9 +205,9 @@ fn a_successor_of_a_skill_starts_then_and_continues_its_numbers() {
     talk.process = fresh.succeeding(&talk.process, Duration::from_secs(3));
     assert_eq!((talk.location().as_str(), talk.process.next_timer()), ("idle", None));
     assert_eq!(talk.tick(), ["Navigation [<start_navigation>, <Destination>]"]);
-    assert!(talk.last_request("Navigation") > asked, "two requests with one number");
+    assert!(talk.last_request("Navigation") > asked, "two requests with the same number");
     assert_eq!(talk.process.next_timer(), Some(Duration::from_secs(5)), "the parameters are those of the successor");
-    // The answer that the predecessor waits for is nobody's.
+    // Nobody expects the answer for which the predecessor was waiting.
     talk.tell("Navigation", ok_state("success"), asked);
     assert_eq!(talk.said(), [""; 0]);
     assert_eq!(talk.reply("Navigation", ok_state("running")), ["BT [<running>]"]);

@@ -303,7 +303,7 @@ fn shipped_names_are_leaves() {
     assert!(SHIPPED.iter().all(|(leaf, text)| shipped(leaf) == Some(*text)));
 }
 
-/// A file of another kind is reported as that, once, whatever else in it is not SCXML.
+/// A file of another kind is reported once, as such, whatever else in it is not SCXML.
 #[test]
 fn a_foreign_dialect_is_named_once() {
     let roaml = |namespace: &str| {

@@ -21,7 +21,8 @@ enum Shape {
 fn shape() -> impl Strategy<Value = Shape> {
     let leaf = prop_oneof![4 => Just(Shape::State), 1 => Just(Shape::Final)];
     leaf.prop_recursive(4, 20, 4, |inner| {
-        let regions = inner.clone().prop_filter("a region is no final state", |shape| !matches!(shape, Shape::Final));
+        let regions =
+            inner.clone().prop_filter("a region is not a final state", |shape| !matches!(shape, Shape::Final));
         let history = || prop::option::of(any::<bool>());
         prop_oneof![
             (prop::collection::vec(inner, 1..4), history())

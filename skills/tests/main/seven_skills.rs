@@ -33,7 +33,7 @@ fn twins_differ_only_in_name_and_place() {
 }
 
 #[test]
-fn battery_level_succeeds_above_thirty_per_cent() {
+fn battery_level_succeeds_above_thirty_percent() {
     for (level, answer) in [(83.2, SUCCESS), (30.1, SUCCESS), (30.0, FAILURE), (10.0, FAILURE)] {
         let mut skill = Conversation::with("BatteryLevel");
         assert_eq!(skill.tick(), ["BatteryReader [<get_level>]"]);
@@ -98,7 +98,7 @@ fn conditions_fail_without_an_answer_in_time_and_drop_late_answers() {
     assert_eq!(skill.at_ms(500), [FAILURE]);
     assert_eq!(skill.tick(), ["BatteryReader [<get_level>]"]);
     skill.tell("BatteryReader", ok(80.0), late);
-    assert_eq!(skill.said(), [""; 0], "the answer to the request before is nobody's");
+    assert_eq!(skill.said(), [""; 0], "nobody expects the answer to the previous request");
     assert_eq!(skill.location(), "get");
     assert_eq!(skill.reply("BatteryReader", ok(20.0)), [FAILURE]);
 }
@@ -155,7 +155,7 @@ fn go_to_starts_once_and_asks_once_per_tick() {
     }
     assert_eq!(skill.tick(), [STATUS]);
     assert_eq!(skill.reply("Navigation", ok_state("success")), [SUCCESS]);
-    assert_eq!(skill.tick(), [START], "what has ended is started anew");
+    assert_eq!(skill.tick(), [START], "a trip that has ended is started again");
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn go_to_returns_from_a_halt_when_navigation_is_silent() {
 }
 
 #[test]
-fn go_to_drops_the_running_of_a_halted_trip() {
+fn go_to_drops_a_running_status_of_a_halted_trip() {
     let mut skill = under_way();
     skill.tick();
     let status = skill.last_request("Navigation");

@@ -231,7 +231,7 @@ fn charts_know_the_kinds_of_their_states() {
 
 #[test]
 fn spec_3_10_a_transition_to_its_own_history_enters_everything_it_exited() {
-    // Appendix D, taken by the word, enters s2 alone here.
+    // Appendix D, taken literally, enters only s2 here.
     let mut stage = stage(
         "<parallel id='p'><history id='h' type='deep'><transition target='s1'/></history>
            <state id='s1'><transition event='e' target='h' type='internal'/><state id='s2'/></state></parallel>",
@@ -421,7 +421,7 @@ fn spec_3_13_states_are_exited_then_content_runs_then_states_are_entered() {
 
 #[test]
 fn spec_3_13_all_transitions_of_a_microstep_run_before_any_state_is_entered() {
-    // One of the two traps of issue 4: what the second region assigns is seen by what the first region's target does.
+    // One of the two traps of issue 4: the content of the first region's target sees what the second region assigns.
     let mut stage = stage(
         "<datamodel><data id='x' expr='0'/><data id='seen'/></datamodel>
          <parallel id='p'>

@@ -20,7 +20,7 @@ pub(crate) fn stage(content: &str) -> Stage {
     stage_with("", content, Strictness::Strict)
 }
 
-/// The same for a machine with mistakes that the recommendation makes errors at run time.
+/// The same for a machine with mistakes that are only run-time errors according to the recommendation.
 pub(crate) fn lenient(content: &str) -> Stage {
     stage_with("", content, Strictness::Standard)
 }

@@ -12,7 +12,7 @@ fn topology() -> Topology {
     topology.channel(tree, skill, Capacity::One, head(["tick", "halt"])).unwrap();
     topology.channel(skill, tree, Capacity::One, head(["success", "halted"]).in_role(Role::Reply)).unwrap();
     topology.channel(skill, reader, Capacity::One, head(["get", "stop"])).unwrap();
-    // Two shapes begin alike.
+    // Two shapes begin with the same symbol.
     let level = Shape::new([("m", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
     let answers = [Shape::new([("m", FieldKind::symbols(["ok", "error"]))]), level];
     topology.channel(reader, skill, Capacity::One, Domain::new(answers).in_role(Role::Reply)).unwrap();

@@ -1,9 +1,9 @@
 // Limits on the engine's own objects: nothing may depend on the machine, and everything must be counted.
 //
-// The engine counts calls and rounds of loops and is stopped when there are too many. Its built-in functions count only
-// some of theirs, so what they have to do is counted here before they do it; where that cannot be known beforehand, the
-// function is written here, in code that the engine counts. `Proxy`, `BigInt` and typed arrays are left out: with them
-// sizes could not be known, or work could not be counted. `now` is in milliseconds, `allowance` in about nanoseconds.
+// The engine counts calls and loop iterations, and is stopped when there are too many. Its built-in functions count
+// only part of their work, so it is counted here before they do it; where it cannot be known beforehand, the function
+// is written here, in code that the engine counts. `Proxy`, `BigInt` and typed arrays are left out, because their sizes
+// could not be known or their work not counted. `now` is in milliseconds, `allowance` roughly in nanoseconds.
 (function (now, allowance) {
   'use strict';
   const root = globalThis;
@@ -20,7 +20,7 @@
   }
   Error.stackTraceLimit = 0;
 
-  // Puts what `make` makes of a function in its place.
+  // Replaces a function by what `make` makes of it.
   const replace = (object, name, make) => {
     const native = object[name];
     if (native !== undefined) object[name] = make(native);
@@ -42,7 +42,7 @@
     }
   };
 
-  // No text becomes code.
+  // Text cannot become code.
   const refuse = function Function() { throw new EvalError('text cannot be run as code'); };
   refuse.prototype = Function.prototype;
   for (const code of [function () {}, async function () {}, function* () {}, async function* () {}]) {
@@ -50,7 +50,7 @@
   }
   defineProperty(root, 'Function', { value: refuse });
 
-  // The engine's own `bind` crashes when memory ends in it.
+  // The engine's own `bind` crashes if memory runs out in it.
   replace(Function.prototype, 'bind', () => ({
     built_in(self, ...first) {
       const target = this;
@@ -65,7 +65,7 @@
     },
   }).built_in);
 
-  // --- Time: it is that of the run, and the place is nowhere, so that local time is UTC.
+  // --- Time: that of the run. There is no time zone: local time is UTC.
   {
     const Native = Date;
     const { getTime, toUTCString } = Native.prototype;
@@ -128,7 +128,7 @@
   }
 
   // --- Arrays
-  // The number of items of what an array's method is called on, which no getter may tell.
+  // The number of items of the object on which an array's method is called; a getter may not provide it.
   const extent = (list) => {
     if (isArray(list) || typeof list === 'string') return list.length;
     if (list === null || list === undefined) return 0;
@@ -142,7 +142,7 @@
   const isObject = (value) => typeof value === 'object' && value !== null;
   {
     const own = Array.prototype;
-    // More items than fit into memory are holes, each of which takes longer.
+    // More items than fit into memory must be holes, and each hole takes longer.
     const shifted = (list) => {
       const count = extent(list);
       return count > 1e6 ? count * 32 : count;
@@ -239,7 +239,7 @@
       }
     };
     const expression = RegExp.prototype;
-    // A text to look for; a regular expression counts by itself.
+    // A text to search for; a regular expression is counted elsewhere.
     const sought = (given) => {
       if (isObject(given[0]) && apply(isPrototypeOf, expression, [given[0]])) return 0;
       given[0] = given.length === 0 ? 'undefined' : text(given[0]);
@@ -296,7 +296,7 @@
     const source = getOwnPropertyDescriptor(own, 'source').get;
     const { exec } = own;
     const count = /\{(\d+)(?:,(\d*))?\}/g;
-    // What is counted out in braces lies in each other, for all that is known here.
+    // Repetitions in braces are assumed to be nested.
     let known = '';
     const checked = (source) => {
       if (source === known) return;
@@ -367,7 +367,7 @@
         return native(given, revive);
       },
     }).built_in);
-    // With a function to be asked about every part, the engine counts the parts.
+    // If there is a function to call for every part, the engine counts the parts.
     replace(JSON, 'stringify', (native) => ({
       built_in(value, change, indent) {
         let ask = change;
@@ -390,7 +390,7 @@
     }).built_in);
   }
 
-  // What the host asks about values, whatever the program has done to the engine's objects.
+  // What the host asks about values; it works whatever the program has done to the engine's objects.
   const { toString: written } = refuse.prototype;
   const { toWellFormed, startsWith } = String.prototype;
   const classes = [Error, Date, Map, Set, WeakMap, WeakSet, RegExp, Promise, Number, String, Boolean, Symbol,

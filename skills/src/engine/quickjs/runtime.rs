@@ -28,7 +28,7 @@ type Intrinsics = (
     intrinsic::Promise,
 );
 
-/// How often the engine has asked whether it may continue.
+/// The number of times that the engine has asked whether it may continue.
 #[derive(Clone)]
 pub(super) struct Turns {
     pub(super) taken: Rc<Cell<u64>>,
