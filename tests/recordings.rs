@@ -185,7 +185,7 @@ fn an_incomplete_recording_is_refused_with_one_message() {
     };
     let has = |said: String, words: &str| assert!(said.contains(words), "{said}");
     has(said_of(&whole[..whole.len() - 1]), "ends before its run does, at ");
-    has(said_of(&whole[..15]), "ends before its run does, and says nothing about it");
+    has(said_of(&whole[..15]), "ends before its run does, and contains no step of it");
     has(said_of(b""), "is not a recording of a run");
     has(said_of(b"{\"scenario\":\"nominal\"}\n"), "is not a recording of a run");
     let mut other = whole.clone();

@@ -1,6 +1,6 @@
 //! Checks properties on a bag, as `steward verify` does: `check_bag BAG MAPPING PROPERTIES`.
 
-#![expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#![expect(clippy::print_stdout, reason = "a program for manual use")]
 
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use monitors::Outcome;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
     let [bag, mapping, properties] = arguments.as_slice() else {
-        return Err("which bag, which mapping, which properties?".into());
+        return Err("usage: check_bag BAG MAPPING PROPERTIES".into());
     };
     let read = |path: &Path| from_disk(path);
     let (bag, mapping) = (Bag::open(bag)?, Mapping::load(mapping, &read)?);

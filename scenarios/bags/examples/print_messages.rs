@@ -1,5 +1,5 @@
-//! Prints the messages of a bag as JSON, one per line, with all their fields: `print_messages BAG [FOLDER…]`, where the
-//! folders have definitions that the bag lacks.
+//! Prints the messages of a bag as JSON, one per line, with all their fields: `print_messages BAG [FOLDER…]`. The
+//! folders contain definitions that the bag lacks.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -53,7 +53,7 @@ fn of_message(message: &Value, layout: &Layout) -> serde_json::Value {
 fn of_item(value: &Value, item: &Item) -> serde_json::Value {
     match (value, item) {
         (Value::Bool(truth), _) => json!(truth),
-        // JSON has neither infinite numbers nor NaN.
+        // JSON has neither infinity nor NaN.
         (Value::Real(number), _) if !number.is_finite() => json!(number.to_string()),
         (Value::Real(number), _) => json!(number),
         (Value::Int(number), _) => {

@@ -7,15 +7,15 @@ use crate::layout::{Item, Layout, Slot};
 /// A decoded value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// It was not wanted.
+    /// A value that was not wanted.
     Passed,
-    /// A truth value.
+    /// A Boolean.
     Bool(bool),
     /// An integer of up to 64 bits.
     Int(i128),
-    /// A number; those of 32 bits are exact, too.
+    /// A floating-point number of 64 or 32 bits.
     Real(f64),
-    /// A text. What is not UTF-8 or UTF-16 in it is replaced.
+    /// A string. Invalid UTF-8 or UTF-16 in it is replaced.
     Text(String),
     /// The items of an array.
     List(Vec<Self>),
@@ -23,7 +23,7 @@ pub enum Value {
     Message(Vec<Self>),
 }
 
-/// What is wanted of a value. The rest is passed without being stored.
+/// Which parts of a value are wanted. The rest is skipped.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Want {
     /// Nothing.
@@ -31,49 +31,49 @@ pub enum Want {
     Nothing,
     /// All of it.
     All,
-    /// That much of each field of the message, or of the messages in the array.
+    /// These parts of each field of the message, or of the messages in the array.
     Fields(Vec<Want>),
 }
 
 /// Why bytes are not a message of that type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum Mismatch {
-    /// They end too early.
+    /// The bytes end too early.
     #[error("they end before their definition does")]
     Short,
-    /// They go on.
+    /// The bytes do not end there.
     #[error("they are longer than their definition")]
     Long,
-    /// A truth value is neither 0 nor 1.
+    /// A Boolean is neither 0 nor 1.
     #[error("they have a Boolean that is neither true nor false")]
     Bool,
-    /// An array or a text has more items than its definition allows.
+    /// An array or a string has more items than its definition allows.
     #[error("they have more items than their definition allows")]
     Bound,
-    /// They are encoded in another way.
+    /// The bytes have another encoding.
     #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
     Encoding,
 }
 
-/// Decodes what is wanted of a message.
+/// Decodes the wanted parts of a message.
 ///
 /// # Errors
-/// [`Mismatch`] if the bytes are not a message of that type, whatever is wanted of it.
+/// [`Mismatch`] if the bytes are not a message of that type, even in the unwanted parts.
 pub fn decode(bytes: &[u8], layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
     let mut value = Value::Passed;
     decode_into(bytes, layout, want, &mut value).map(|()| value)
 }
 
-/// The same into a value, whose memory is used again if a message of that type is in it.
+/// The same, but reuses the memory of `value` if it has a message of that type.
 pub(crate) fn decode_into(bytes: &[u8], layout: &Layout, want: &Want, value: &mut Value) -> Result<(), Mismatch> {
     let [0, order @ (0 | 1), _, _, body @ ..] = bytes else { return Err(Mismatch::Encoding) };
     let mut cdr = Cdr { bytes: body, at: 0, is_big: *order == 0 };
     cdr.message(layout, want.of(value))?;
-    // Some writers fill the last eight bytes.
+    // Some writers pad the message to a multiple of eight bytes.
     if cdr.bytes.len() - cdr.at < 8 { Ok(()) } else { Err(Mismatch::Long) }
 }
 
-/// What is wanted of a value, and where it goes; none if it is passed.
+/// The wanted parts of a value, and where they go; none if the value is skipped.
 type Place<'p> = Option<(&'p Want, &'p mut Value)>;
 
 impl Want {
@@ -81,7 +81,7 @@ impl Want {
         if *self == Self::Nothing { None } else { Some((self, value)) }
     }
 
-    /// What is wanted of a field of the message.
+    /// The wanted parts of a field of the message.
     fn field(&self, index: usize) -> &Self {
         match self {
             Self::Fields(wants) => &wants[index],
@@ -91,7 +91,7 @@ impl Want {
 }
 
 impl Value {
-    /// As a message with that many fields.
+    /// Turns this into a message with `count` fields.
     fn fields(&mut self, count: usize) -> &mut [Self] {
         if !matches!(self, Self::Message(fields) if fields.len() == count) {
             *self = Self::Message(vec![Self::Passed; count]);
@@ -100,7 +100,7 @@ impl Value {
         fields
     }
 
-    /// As an array with that many items.
+    /// Turns this into an array with `count` items.
     fn items(&mut self, count: usize) -> &mut [Self] {
         if !matches!(self, Self::List(_)) {
             *self = Self::List(Vec::new());
@@ -127,7 +127,7 @@ struct Cdr<'b> {
     is_big: bool,
 }
 
-/// Takes a number of that type.
+/// Reads a number of that type.
 macro_rules! number {
     ($cdr:expr, $type:ty) => {{
         let bytes = *$cdr.aligned::<{ size_of::<$type>() }>()?;
@@ -152,7 +152,7 @@ impl<'b> Cdr<'b> {
     }
 
     fn message(&mut self, layout: &Layout, place: Place<'_>) -> Result<(), Mismatch> {
-        // In IDL, a struct without members has one of one byte.
+        // In IDL, an empty struct gets a dummy member of one byte.
         if layout.fields.is_empty() {
             self.take(1)?;
         }
@@ -222,7 +222,8 @@ impl<'b> Cdr<'b> {
             Base::Float32 => Value::Real(number!(self, f32).into()),
             Base::Float64 => Value::Real(number!(self, f64)),
             Base::String(bound) => {
-                // The length includes a zero at the end. Some writers leave both out of an empty text.
+                // The length includes a terminating zero. For an empty string, some writers leave out the zero and
+                // write the length 0.
                 let length = self.length(bound.map_or(usize::MAX, |bound| bound.saturating_add(1)))?;
                 let text = self.take(length)?;
                 if let Some(value) = place {
@@ -248,7 +249,7 @@ impl<'b> Cdr<'b> {
     }
 }
 
-/// The bytes of an item, and the multiple at which it begins; none if it has no fixed size.
+/// The size and the alignment of an item in bytes; none if it has no fixed size.
 fn size(base: &Base) -> Option<usize> {
     match base {
         Base::Byte | Base::Char | Base::Int8 | Base::Uint8 => Some(1),

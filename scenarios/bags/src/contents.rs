@@ -9,12 +9,12 @@ use crate::layout::Definitions;
 use crate::path::{End, Leaf, leaves};
 use crate::storage::Bag;
 
-/// What a bag has.
+/// What a bag contains.
 #[derive(Clone, Debug)]
 pub struct Contents {
     /// The topics, by name.
     pub topics: Vec<Listed>,
-    /// When the first message was recorded, in nanoseconds since 1970; none without messages.
+    /// When the first message was recorded, in nanoseconds since 1970, if there is any.
     pub start_ns: Option<i64>,
     /// From the first message to the last, in seconds.
     pub duration_s: f64,
@@ -29,16 +29,16 @@ pub struct Listed {
     pub name: String,
     /// The type of its messages.
     pub kind: String,
-    /// How many there are.
+    /// The number of messages.
     pub messages: u64,
-    /// How many of them per second, over the whole bag; none if that says nothing.
+    /// The average number of messages per second, if it is meaningful.
     pub rate_hz: Option<f64>,
-    /// The paths of fields that can be values, with their contents; or why there are none.
+    /// The paths of fields that can be values, with the kinds of their values; or why there are none.
     pub fields: Result<Vec<(String, &'static str)>, String>,
     entry: String,
 }
 
-/// More fields than this are not proposed: nobody reads on.
+/// No more fields than this are proposed: nobody would read them.
 const MOST_FIELDS: usize = 16;
 
 impl Contents {
@@ -78,7 +78,7 @@ impl Contents {
         Self { topics, start_ns: survey.span_ns.map(|(first, _)| first), duration_s, lost: survey.lost.clone() }
     }
 
-    /// A mapping of everything that has fields for it, to be cut down; none if nothing has.
+    /// A mapping of all topics that can be mapped, as a starting point; none if no topic can.
     #[must_use]
     pub fn proposal(&self) -> Option<String> {
         let entries: String =
@@ -98,7 +98,7 @@ fn what(end: End) -> &'static str {
     }
 }
 
-/// The entry of a topic in a mapping; empty if it has no fields for it.
+/// The entry of a topic in a mapping; empty if no field can be mapped.
 fn entry(topic: &str, kind: &str, leaves: &[Leaf<'_>]) -> String {
     let leaves: Vec<&Leaf<'_>> =
         leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
@@ -127,7 +127,7 @@ fn entry(topic: &str, kind: &str, leaves: &[Leaf<'_>]) -> String {
     text
 }
 
-/// A process named after a topic.
+/// The name of a process for a topic.
 fn process(topic: &str) -> String {
     let letters = topic.trim_matches('/').chars();
     let name: String = letters.map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' }).collect();

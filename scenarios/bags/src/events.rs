@@ -10,23 +10,23 @@ use crate::mapping::{Clock, Compiled, Entry, Mapping, Rule};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
 
-/// A pause of more ticks than this is taken for a wrong stamp.
+/// A stamp that is more ticks away than this is considered wrong.
 const LONGEST_PAUSE: i64 = 10_000_000;
 
-/// The ticks and messages of a bag, one after the other, as a mapping makes them of its messages.
+/// The ticks and messages of a bag, one after the other, as a mapping makes them from the bag's messages.
 ///
-/// The first mapped message is at time 0, and with it the first tick. Messages that are no event, for whatever reason,
-/// are [counted](Self::notes).
+/// The first mapped message and the first tick are at time 0. Messages that do not become events are
+/// [counted](Self::notes).
 pub struct Events {
     messages: Messages,
     compiled: Compiled,
     topics: Vec<String>,
     body: Vec<u8>,
-    /// By topic, the last message decoded: its memory is used again.
+    /// The last decoded message of each topic, whose memory is reused.
     decoded: Vec<cdr::Value>,
-    /// What has been read and not yet given, by time and order in the bag.
+    /// What has been read but not returned, by time and order in the bag.
     waiting: VecDeque<(i64, ChannelId, Message)>,
-    /// The latest time that has been read.
+    /// The latest time read.
     newest_ns: i64,
     is_over: bool,
     tick_ns: i64,
@@ -36,16 +36,16 @@ pub struct Events {
     ticks: u64,
     steps: u64,
     left_out: BTreeMap<(usize, Reason), (u64, String)>,
-    /// How many messages came too late, and the latest of them by how much.
+    /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
 }
 
-/// Why a message is no event.
+/// Why a message does not become an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reason {
     /// It is not a message of its type.
     Mismatch(cdr::Mismatch),
-    /// It has no stamp, or one of another age.
+    /// It has no stamp, or one that is far from the others.
     Stamp,
     /// A value has no symbol.
     Symbol,
@@ -80,20 +80,20 @@ impl Events {
         }
     }
 
-    /// The time of the first event, in nanoseconds since 1970 if the stamps are; none before it.
+    /// The time of the first event, if there was one: in nanoseconds since 1970 if the stamps are.
     #[must_use]
     pub fn start_ns(&self) -> Option<i64> {
         self.start_ns
     }
 
-    /// What is missing in the events so far, in words: what is damaged, and which messages are no events, and why.
+    /// What is missing from the events so far, in words: damage, and which messages did not become events and why.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
             let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
             let why = match reason {
                 Reason::Mismatch(mismatch) => {
-                    format!("their bytes do not fit the definition: {mismatch}; the first is of {first}")
+                    format!("their bytes do not fit the definition: {mismatch}; the first is from {first}")
                 }
                 Reason::Stamp => format!("their stamps are 0, or far from those of other messages; the first: {first}"),
                 Reason::Symbol => format!("the mapping has no symbol for their value; the first: {first}"),
@@ -103,7 +103,7 @@ impl Events {
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
-                "{} messages come up to {} s too late, and get the time of the message before them; `reorder_s` sets \
+                "{} messages come up to {} s too late and get the time of the message before them; `reorder_s` sets \
                  how long to wait for them",
                 self.late.0,
                 crate::seconds(self.late.1)
@@ -191,7 +191,7 @@ fn note(
     left_out.entry((topic, reason)).or_insert_with(|| (0, first())).0 += 1;
 }
 
-/// The time and the message of an event; none if the mapping's tests say that it is none.
+/// The time and the message of an event; none if the mapping's conditions exclude it.
 fn event(
     entry: &Entry,
     head: Head,
@@ -210,10 +210,10 @@ fn event(
     let time_ns = match &entry.clock {
         Clock::Log => head.log_ns,
         Clock::Publish => head.publish_ns,
-        // The item that has the stamp may be missing.
+        // The array item with the stamp may be missing.
         Clock::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
     };
-    // Collected at once, values need no memory but that of the message.
+    // Collecting the values directly needs no memory besides that of the message.
     let mut refused = None;
     let message = Message::new(entry.fields.iter().map(|rule| match rule {
         Rule::Constant(value) => value.clone(),
@@ -233,7 +233,7 @@ fn event(
     refused.map_or(Ok(Some((time_ns, message))), Err)
 }
 
-/// The value at a path. What no value of a channel can be is `<none>`.
+/// The value at a path; `<none>` if no channel could carry it.
 fn value_at(message: &cdr::Value, path: &Path, scale: Option<f64>) -> Value {
     let value = match (path.find(message), path.end) {
         (Some(cdr::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
@@ -270,7 +270,7 @@ fn is_same(wanted: &Value, value: &Value) -> bool {
     }
 }
 
-/// A value as the key of a table writes it.
+/// A value as written in a table's key.
 fn as_written(value: &Value) -> String {
     match value {
         Value::Text(text) => text.to_string(),

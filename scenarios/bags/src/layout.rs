@@ -1,4 +1,4 @@
-//! Message types with everything in them resolved: what CDR needs to know.
+//! Message types with all nested types resolved, as CDR needs them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub struct Slot {
 /// The type of one item.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
-    /// A number, a text, a truth value.
+    /// A number, a string or a Boolean.
     Plain(Base),
     /// A message.
     Message(Arc<Layout>),
@@ -50,29 +50,29 @@ pub struct Undefined {
     pub help: String,
 }
 
-/// Deeper messages are refused: they contain themselves.
+/// Messages nested deeper are rejected: they must contain themselves.
 const DEEPEST: usize = 50;
 
-/// Where definitions are found that a topic lacks.
+/// Where to find the definitions that a topic lacks.
 pub struct Definitions<'r> {
     /// The topics of the bag: what one of them defines, another may use.
     pub topics: &'r [Topic],
-    /// Folders of packages, or of definitions.
+    /// Folders with packages or with definitions.
     pub folders: &'r [PathBuf],
     /// Reads their files.
     pub read: ReadFile<'r>,
 }
 
 impl Definitions<'_> {
-    /// The type of a topic: by the definition in the bag, or by one in the folders.
+    /// The type of a topic: from the definition in the bag, or from one in the folders.
     ///
     /// # Errors
-    /// [`Undefined`] if neither has it, or it is wrong.
+    /// [`Undefined`] if neither has a definition, or the definition is wrong.
     pub fn layout(&self, topic: &Topic) -> Result<Arc<Layout>, Undefined> {
         let undefined = |why: String, help: &str| Undefined { why, help: help.to_owned() };
         if topic.encoding != "cdr" {
             let why = format!("the messages of {} are encoded as `{}`, not as CDR", topic.name, topic.encoding);
-            return Err(undefined(why, "only recordings of ROS 2 can be read"));
+            return Err(undefined(why, "only ROS 2 recordings can be read"));
         }
         let name = type_name(&topic.kind).ok_or_else(|| {
             undefined(format!("`{}` is not the name of a type", topic.kind), "for example `geometry_msgs/msg/Twist`")
@@ -85,14 +85,14 @@ impl Definitions<'_> {
                 "ros2idl" => Bundle::parse_idl(&name, text),
                 other => {
                     let why = format!("{title} is in `{other}`");
-                    return Err(undefined(why, "definitions in `ros2msg` and `ros2idl` can be read"));
+                    return Err(undefined(why, "only definitions in `ros2msg` and `ros2idl` can be read"));
                 }
             };
             let bundle = bundle.map_err(|problems| {
                 undefined(problems.plain().trim_end().to_owned(), "the definition in the bag is wrong")
             })?;
             types = bundle.types;
-            // Where rosbag2 finds no definition, it writes an empty one. But there are messages without fields.
+            // If rosbag2 finds no definition, it writes an empty one. But there are also messages without fields.
             if text.trim().is_empty() {
                 let package = name.package.as_deref().unwrap_or_default();
                 types.extend(self.on_disk(package, &name.name)?);
@@ -116,7 +116,7 @@ impl Definitions<'_> {
             return Ok(Arc::clone(layout));
         }
         if depth > DEEPEST {
-            let help = "no message of ROS contains itself".to_owned();
+            let help = "a ROS message cannot contain itself".to_owned();
             return Err(Undefined { why: format!("{name} contains itself"), help });
         }
         let package = name.package.clone().unwrap_or_default();
@@ -137,7 +137,7 @@ impl Definitions<'_> {
         for field in message.fields {
             let item = match field.kind.base {
                 Base::Message(used) => {
-                    // Before ROS 2, this name needed no package.
+                    // In ROS 1, this name needed no package.
                     let is_header = used.package.is_none() && used.name == "Header" && package != "std_msgs";
                     let used = used.within(if is_header { "std_msgs" } else { &package });
                     Item::Message(self.resolve(&used, types, made, depth + 1)?)
@@ -151,7 +151,7 @@ impl Definitions<'_> {
         Ok(layout)
     }
 
-    /// The definition of a type that another topic has or uses.
+    /// The definition of a type, from the definitions of the other topics.
     fn elsewhere(&self, name: &TypeName) -> Option<Message> {
         self.topics.iter().find_map(|topic| {
             let definition = topic.definition.as_ref().filter(|definition| definition.language == "ros2msg")?;
@@ -163,7 +163,7 @@ impl Definitions<'_> {
         })
     }
 
-    /// The definition of this name in the folders. A service and an action define several messages.
+    /// The definitions with this name in the folders. A service or an action defines several messages.
     fn on_disk(&self, package: &str, name: &str) -> Result<Vec<(TypeName, Message)>, Undefined> {
         let whole = name.split_once('_').map_or(name, |(whole, _)| whole);
         for (kind, name) in [("msg", name), ("srv", whole), ("action", whole)] {
@@ -200,7 +200,8 @@ impl Definitions<'_> {
     }
 }
 
-/// `geometry_msgs/msg/Twist`, or a type that ROS makes: `nav2_msgs/action/NavigateToPose_FeedbackMessage`.
+/// A type such as `geometry_msgs/msg/Twist`, or one that ROS generates:
+/// `nav2_msgs/action/NavigateToPose_FeedbackMessage`.
 fn type_name(kind: &str) -> Option<TypeName> {
     match *kind.split('/').collect::<Vec<_>>() {
         [package, "msg" | "srv" | "action", name] | [package, name] if !package.is_empty() && !name.is_empty() => {

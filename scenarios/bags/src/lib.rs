@@ -1,16 +1,16 @@
-//! Recordings of ROS 2: their messages as the events of channels.
+//! Reads ROS 2 recordings: their messages become events on channels.
 //!
-//! A [`Bag`] is what rosbag2 writes: MCAP files with any of their compressions, SQLite files (with the feature
-//! `sqlite`), folders of several. It need not have been closed: everything before the damage is read, and the loss is
-//! described in words.
+//! A [`Bag`] is what rosbag2 writes: an MCAP file with any of its compressions, an SQLite file (with the feature
+//! `sqlite`), or a folder of several files. It need not have been closed: everything before the damage is read, and the
+//! loss is described in words.
 //!
-//! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields are
-//! the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are decoded by
-//! the [definitions](Definitions) in the bag itself, or in folders. [`Events`] then gives the ticks and messages one
-//! after the other, as an event log does, so the same monitors judge them. Only mapped topics are decoded, and memory
-//! does not grow with the bag.
+//! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields
+//! become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are
+//! decoded with the [definitions](Definitions) in the bag itself or in folders. [`Events`] then yields the ticks and
+//! messages one after the other, as an event log does, so the same monitors can judge them. Only mapped topics are
+//! decoded, and memory does not grow with the bag.
 //!
-//! [`Contents`] lists what a bag has, and proposes a mapping.
+//! [`Contents`] lists what a bag contains, and proposes a mapping.
 
 mod cdr;
 mod contents;
@@ -43,7 +43,7 @@ pub enum Error {
     /// It is neither a file of a known format nor a folder with one.
     #[error("{} is not a bag", .0.display())]
     NoBag(PathBuf),
-    /// It has no byte.
+    /// It is empty.
     #[error("{} is empty", .0.display())]
     Empty(PathBuf),
     /// The whole file is compressed.
@@ -87,7 +87,7 @@ impl Error {
     }
 }
 
-/// Nanoseconds since 1970 as seconds, exactly.
+/// Nanoseconds since 1970 as seconds, without rounding.
 #[must_use]
 pub fn seconds(ns: i64) -> String {
     let sign = if ns < 0 { "-" } else { "" };

@@ -1,4 +1,4 @@
-//! Mapping files: which messages of a bag are which messages of channels.
+//! Mapping files: which messages of a bag become which messages on channels.
 
 mod compile;
 
@@ -12,7 +12,7 @@ use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 pub use compile::Compiled;
 pub(crate) use compile::{Clock, Entry, Rule};
 
-/// A mapping file, read and not yet compared with a bag.
+/// A mapping file that has been read but not yet compared with a bag.
 #[derive(Clone, Debug)]
 pub struct Mapping {
     /// Time between ticks.
@@ -20,7 +20,7 @@ pub struct Mapping {
     /// How late messages may come.
     pub(crate) reorder: Duration,
     time: Spanned<String>,
-    /// Folders that have definitions.
+    /// Folders with definitions.
     folders: Vec<PathBuf>,
     messages: Vec<Mapped>,
 }
@@ -88,14 +88,14 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
     let fields = fields(table);
     let (from, to) = (from?, to?);
     if from.value == to.value {
-        let problem = to.span.problem("a process does not send to itself").with_label("the same as `from`");
+        let problem = to.span.problem("a process cannot send to itself").with_label("the same as `from`");
         table.report(problem.with_help("choose two names: the publisher and the listener"));
         return None;
     }
     Some(Mapped { topic: topic?, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
 }
 
-/// The keys of a table in the order in which they are written.
+/// The keys of a table, in the order of the file.
 fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
     let mut keys: Vec<_> = table.keys().collect();
     keys.sort_by_key(|(_, place)| place.range().start);

@@ -8,7 +8,7 @@ use crate::layout::{Item, Layout};
 /// A path that leads to a field of a message type.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
-    /// The fields, each with the item of its array; negative items are counted from the end.
+    /// The fields, each with an item if it is an array; negative items count from the end.
     steps: Vec<(usize, Option<i64>)>,
     pub(crate) end: End,
 }
@@ -30,7 +30,7 @@ pub(crate) enum End {
 const MOST_BYTES: usize = 64;
 
 impl Path {
-    /// The path in that type, if it leads to a value.
+    /// The path in a type, if it leads to a value.
     pub(crate) fn resolve(text: &str, layout: &Layout) -> Result<Self, String> {
         let (mut steps, mut at) = (Vec::new(), Some(layout));
         let mut end = Err(format!("`{text}` is not a path"));
@@ -62,7 +62,7 @@ impl Path {
         Ok(Self { steps, end: end? })
     }
 
-    /// Adds to the wanted parts of a message.
+    /// Adds the path to the wanted parts of a message.
     pub(crate) fn want(&self, layout: &Layout, want: &mut Want) {
         want_below(&self.steps, layout, want);
     }
@@ -128,16 +128,16 @@ fn want_below(steps: &[(usize, Option<i64>)], layout: &Layout, want: &mut Want) 
     }
 }
 
-/// A field that can be one value of a channel's message.
+/// A field that can be a value in a channel's message.
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf<'l> {
     pub(crate) path: String,
     pub(crate) end: End,
-    /// The constants of the message in which the field is.
+    /// The constants of the message that contains the field.
     pub(crate) constants: &'l [Constant],
 }
 
-/// The fields of a type that can be one value; of the messages in an array, those of the last.
+/// The fields of a type that can be a value; for an array of messages, those of the last message.
 pub(crate) fn leaves<'l>(layout: &'l Layout, below: &str, found: &mut Vec<Leaf<'l>>) {
     for slot in &layout.fields {
         let path = if below.is_empty() { slot.name.clone() } else { format!("{below}.{}", slot.name) };

@@ -1,4 +1,4 @@
-//! The files of a bag: which topics they have, and their messages, one after the other.
+//! The files of a bag: their topics, and their messages one after the other.
 
 mod files;
 mod mcap;
@@ -14,7 +14,7 @@ use files::Format;
 pub use files::is_bag;
 pub use survey::{Definition, Head, Survey, Topic};
 
-/// A recording of ROS 2: a file, or a folder of them.
+/// A ROS 2 recording: a file, or a folder of files.
 #[derive(Clone, Debug)]
 pub struct Bag {
     files: Vec<(PathBuf, Format)>,
@@ -26,7 +26,7 @@ impl Bag {
     /// has none and is read once in full.
     ///
     /// # Errors
-    /// If it is not a bag, or cannot be read at all. Damage is not an error: everything before it is read.
+    /// If it is not a bag or cannot be read at all. Damage is not an error: everything before it is read.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut survey = Survey::default();
         let files = files::of(path, &mut survey.lost)?;
@@ -42,13 +42,13 @@ impl Bag {
         Ok(Self { files, survey })
     }
 
-    /// What the bag has.
+    /// What the bag contains.
     #[must_use]
     pub fn survey(&self) -> &Survey {
         &self.survey
     }
 
-    /// Reads the messages of some topics, given by their indices, in the order in which they are recorded.
+    /// Reads the messages of the topics with the indices `wanted`, in the order in which they were recorded.
     #[must_use]
     pub fn messages(&self, wanted: &[usize]) -> Messages {
         let wanted = (0..self.survey.topics.len()).map(|topic| wanted.contains(&topic)).collect();
@@ -90,7 +90,7 @@ impl Reader {
 }
 
 impl Messages {
-    /// Reads the next message into `body`, and says which one it is; none at the end.
+    /// Reads the next message into `body`. Returns its time and topic; none at the end.
     pub fn next_into(&mut self, body: &mut Vec<u8>) -> Option<Head> {
         loop {
             let next = match &mut self.current {
@@ -121,7 +121,7 @@ impl Messages {
     }
 }
 
-/// Unpacks a message that rosbag2 has compressed on its own: CDR never begins as Zstandard does.
+/// Unpacks a message that rosbag2 compressed individually. CDR never begins like Zstandard.
 fn unpack(body: &mut Vec<u8>, lost: &mut Vec<String>) {
     const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
     if !body.starts_with(&ZSTANDARD) {

@@ -1,4 +1,4 @@
-//! Decoded messages, asked by the names of their fields.
+//! Access to decoded messages by field name.
 
 use crate::cdr::Value;
 use crate::layout::{Item, Layout};
@@ -23,7 +23,7 @@ impl<'v> Structure<'v> {
         Some((&self.layout.fields[index].item, self.fields.get(index)?))
     }
 
-    /// The message in a field; `path` may lead through several: `pose.pose`.
+    /// The message in a field; `path` may contain several names: `pose.pose`.
     #[must_use]
     pub fn part(&self, path: &str) -> Option<Self> {
         path.split('.').try_fold(*self, |at, name| match at.field(name)? {

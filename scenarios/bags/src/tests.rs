@@ -1,4 +1,4 @@
-//! Bags that are made here, byte by byte; `tests/bags/foreign.py` reads those of other programs.
+//! Tests with bags that are made here, byte by byte; `tests/bags/foreign.py` tests those of other programs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -164,7 +164,7 @@ fn messages_become_events_with_ticks_between_them() {
             ("/odd", ODD, 5200, odd(false, 1, 1, &[("a", 1.0), ("b", f32::NAN)])),
             ("/odd", ODD, 5300, odd(false, 1, 0, &[])),
             ("/odd", ODD, 5400, odd(true, 1, 1, &[("c", 1.0), ("d", 0.1)])),
-            // This one was recorded too late, and is put in order.
+            // This one was recorded too late and is put in order.
             ("/cmd_vel", TWIST, 5100, twist(f64::NAN)),
             ("/odd", ODD, 5500, odd(false, 1, 2, &[])),
             ("/cmd_vel", TWIST, 7000, twist(1.0)),
@@ -185,7 +185,7 @@ fn messages_become_events_with_ticks_between_them() {
     assert_eq!(events, expected);
     let expected = [
         "1 message of /cmd_vel is left out: their bytes do not fit the definition: they end before their definition does; \
-         the first is of 7.500000000 s",
+         the first is from 7.500000000 s",
         "1 message of /odd is left out: the mapping has no symbol for their value; the first: `mode` is 2",
     ];
     assert_eq!(notes, expected);
@@ -232,7 +232,7 @@ fn what_does_not_fit_the_bag_is_refused_at_its_place() {
         problems("/go", "\"goal_id.uuid\""),
     ];
     insta::assert_snapshot!(all.concat());
-    // With the folder that has it, it is defined.
+    // It is defined if the right folder is given.
     let action = "int8 to\n---\nbool done\n---\nfloat32 left\n";
     let read = |path: &Path| match path.ends_with("share/odd_msgs/action/Go.action") {
         true => Ok(action.as_bytes().to_vec()),
@@ -278,7 +278,7 @@ fn the_proposed_mapping_works_as_it_is() {
 }
 
 #[test]
-fn wherever_a_file_is_cut_off_everything_before_is_read() {
+fn everything_before_the_point_where_a_file_is_cut_off_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let messages: Vec<Written<'_>> = (0..12).map(|ms| ("/cmd_vel", TWIST, ms, twist(1.0))).collect();
     for options in [
@@ -391,7 +391,7 @@ proptest! {
         for kind in [TWIST, ODD] {
             let layout = definitions.layout(&topic(kind)).expect("a definition");
             let bytes = [&[0, u8::from(!is_big), 0, 0], bytes.as_slice()].concat();
-            // What is wanted of a message does not change whether it is one.
+            // Whether bytes are a message does not depend on which parts are wanted.
             let all = decode(&bytes, &layout, &Want::All).map(drop);
             prop_assert_eq!(all, decode(&bytes, &layout, &Want::Nothing).map(drop));
         }

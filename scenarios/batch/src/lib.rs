@@ -13,14 +13,13 @@ pub use order::InOrder;
 /// How far jobs may run ahead of the earliest unfinished one: bounds the number of waiting results.
 const AHEAD: u64 = 4096;
 
-/// The stack of each thread: that of a main thread on most systems, so that all threads behave the same.
+/// The stack size of each thread: that of a main thread on most systems, so that all threads behave alike.
 const STACK_BYTES: usize = 8 << 20;
 
 /// More threads per core than this only get in each other's way.
 const MOST_PER_CORE: usize = 16;
 
-/// The number of threads: one per core, or the number in the environment variable `RAYON_NUM_THREADS`, as is usual for
-/// such programs.
+/// The number of threads: one per core, or the number in the environment variable `RAYON_NUM_THREADS`, as is common.
 #[must_use]
 pub fn threads() -> usize {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -32,8 +31,8 @@ fn threads_of(asked: Option<&str>, cores: usize) -> usize {
     asked.unwrap_or(cores).min(MOST_PER_CORE * cores)
 }
 
-/// Runs all jobs and returns their results in the order of the jobs, for any number of cores. `progress` gets the
-/// number of finished jobs, on the thread that finished one.
+/// Runs all jobs and returns their results in the order of the jobs, for any number of cores. `progress` is called with
+/// the number of finished jobs, on the thread that finished one.
 pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress: impl Fn(usize) + Sync) -> Vec<R> {
     let (done, never) = (AtomicUsize::new(0), AtomicBool::new(false));
     let one = |place: u64| {
@@ -50,8 +49,8 @@ pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress
 }
 
 /// Runs the jobs with these numbers on `threads` threads, and passes the results to `take` in order, on this thread.
-/// `take` decides whether to continue. Once `interrupted` is set, no job begins; the results of those that have begun
-/// are still taken.
+/// `take` decides whether to continue. Once `interrupted` is set, no further job begins; the results of those that have
+/// begun are still taken.
 ///
 /// If the operating system provides fewer threads, these do all the work; if it provides none, this thread does.
 pub fn in_order<T: Send, E>(
@@ -214,7 +213,7 @@ mod tests {
                 Ok::<bool, Infallible>(true)
             })
             .unwrap();
-            // Each thread may already be at work when the first reports it.
+            // Each thread may already be busy when the first reports a result.
             assert!((21..=20 + threads.max(1)).contains(&taken.len()), "{} on {threads} threads", taken.len());
             assert_eq!(taken, (0..*begun.lock().unwrap()).collect::<Vec<u64>>());
         }

@@ -123,7 +123,10 @@ struct Shared {
 
 impl Cockpit {
     /// Starts a session, and listens on the loopback address at this port (0 for any free port). The session is made on
-    /// the thread of the run.  # Errors If the port is not available, or the session cannot be started.
+    /// the thread of the run.
+    ///
+    /// # Errors
+    /// If the port is not available, or the session cannot be started.
     pub fn open<F>(session: F, port: u16) -> Result<Self, Error>
     where
         F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,

@@ -48,8 +48,10 @@ impl Steered {
         self.session.view().time() + STEP
     }
 
-    /// Performs the steps that are due, until the deadline. Returns the reason if the run cannot go on.  # Errors If a
-    /// record cannot be stored.
+    /// Performs the steps that are due, until the deadline. Returns the reason if the run cannot go on.
+    ///
+    /// # Errors
+    /// If a record cannot be stored.
     pub(crate) fn go_on(&mut self, side: &mut Side, deadline: Instant) -> io::Result<Option<String>> {
         let mut failure = None;
         while self.is_due() && now() < deadline {
@@ -79,7 +81,10 @@ impl Steered {
         self.session.take_records().into_iter().try_for_each(|record| side.push(record))
     }
 
-    /// Obeys the command, and returns the answer.  # Errors If a record cannot be stored.
+    /// Obeys the command, and returns the answer.
+    ///
+    /// # Errors
+    /// If a record cannot be stored.
     pub(crate) fn obey(&mut self, command: Command, side: &mut Side) -> io::Result<Value> {
         let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
         if self.clock.obey(&command, time, ticks) {

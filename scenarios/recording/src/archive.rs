@@ -1,4 +1,4 @@
-//! A run on its way to a file, in the form that the file's name asks for.
+//! Writes a run to a file, in the format that the file's name asks for.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,8 @@ use diagnostics::Unfinished;
 use crate::mcap_file::McapWriter;
 use crate::{EventLogWriter, Header, RecordRef, RunView, Step, Writer};
 
-/// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools open, too, and any
-/// other file a recording. Unless it is finished, nothing remains of it.
+/// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools can open, too, and
+/// any other file a recording. If it is not finished, nothing remains of it.
 pub struct Archive {
     path: PathBuf,
     form: Form,
@@ -55,7 +55,7 @@ impl Archive {
         written.map_err(|source| unwritten(&self.path, source))
     }
 
-    /// Adds what the file has besides records. Call it at the start and after every step; after the last one, once the
+    /// Adds what the file has besides records. Call it at the start and after every step; after the last step, once the
     /// view has its end.
     ///
     /// # Errors

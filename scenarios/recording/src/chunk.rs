@@ -1,4 +1,4 @@
-//! Several records at a time, compressed: what all recordings consist of.
+//! Chunks: several records at a time, compressed. All recordings consist of them.
 
 use std::io::{self, Read, Write};
 
@@ -6,22 +6,22 @@ use lz4_flex::frame::{BlockSize, FrameDecoder, FrameEncoder, FrameInfo};
 
 use crate::RecordRef;
 
-/// No chunk takes more bytes than this, compressed or not; a step is at most a part of one.
+/// No chunk has more bytes than this, compressed or not; a step is never larger than a chunk.
 pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
 /// A chunk is full once its records take this many bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
 
-/// Records on their way to a file, several at a time.
+/// Collects records for a file, several at a time.
 pub(crate) struct Chunk {
     records: Vec<u8>,
-    /// Compresses one chunk after the other in the same memory.
+    /// Compresses each chunk in the same memory.
     packer: FrameEncoder<Vec<u8>>,
 }
 
 impl Default for Chunk {
     fn default() -> Self {
-        // Damage would show in the checksum.
+        // The checksum reveals damage.
         let info = FrameInfo::new().content_checksum(true).block_size(BlockSize::Max256KB);
         Self { records: Vec::new(), packer: FrameEncoder::with_frame_info(info, Vec::new()) }
     }

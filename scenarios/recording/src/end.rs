@@ -34,13 +34,13 @@ pub enum Ended {
     Arrival(String),
     /// This property was violated, and the scenario stops then.
     Violation(String),
-    /// Every property had its verdict, and the scenario stops then.
+    /// Every property had a verdict, and the scenario stops then.
     Settled,
     /// The scenario's limit of simulated time was reached.
     TimeLimit(Duration),
     /// The schedule that it followed was over.
     Scheduled,
-    /// Whoever ran it broke it off.
+    /// Whoever ran it interrupted it.
     Interrupted,
     /// It was not a run of a simulation, and its recording ends here.
     Recorded,
@@ -85,14 +85,14 @@ pub struct MonitorEnd {
     pub open: Vec<OpenObligation>,
     /// The clauses whose antecedent never held.
     pub vacuous: Vec<Vacuity>,
-    /// Errors in the scripts of a monitor that is a machine, each error once.
+    /// Errors in the scripts, if the monitor is a machine; each error once.
     pub errors: Vec<String>,
     /// How often each location of the monitor's graph was entered, if the monitor counts visits.
     pub visits: Vec<u64>,
 }
 
 impl MonitorEnd {
-    /// The final state of a monitor, but for the errors of one that is a machine.
+    /// The final state of a monitor, without script errors.
     #[must_use]
     pub fn of(monitor: &dyn Monitor) -> Self {
         let scope = scope_monitor(monitor);

@@ -90,7 +90,7 @@ impl<W: Write> EventLogWriter<W> {
 }
 
 impl EventLogWriter<Vec<u8>> {
-    /// The lines since the last call.
+    /// Writes the lines since the last call.
     pub(crate) fn lines(&mut self) -> io::Result<Vec<u8>> {
         self.output.flush()?;
         Ok(std::mem::take(self.output.get_mut()))

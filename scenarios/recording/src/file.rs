@@ -1,4 +1,4 @@
-//! Recordings in a file of their own.
+//! Recordings in their own file format.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};

@@ -31,7 +31,7 @@ pub struct Header {
     pub seed: u64,
     /// Time between ticks.
     pub tick: Duration,
-    /// Time between steps; zero if they follow the events of a model.
+    /// Time between steps; zero if the steps are the events of a model.
     pub dt: Duration,
     /// Whether the scenario has properties that were not watched in this run.
     pub unwatched: bool,
@@ -44,11 +44,11 @@ pub struct Header {
     pub skills: Vec<String>,
     /// The processes that are components, by name.
     pub components: Vec<String>,
-    /// The machines of those of them that have one.
+    /// The machines of the skills and components that have one.
     pub machines: Vec<Machine>,
     /// The watched properties, in the order of the scenario.
     pub monitors: Arc<[Monitor]>,
-    /// The faults of the scenario, whether they take effect or not.
+    /// The faults of the scenario, even those that never take effect.
     pub faults: Vec<Arc<Fault>>,
     /// Where the run takes place; none if tree, skills and components run without a map.
     pub premises: Option<Premises>,
@@ -111,7 +111,7 @@ pub struct Origin {
     pub text: String,
     /// What the command line changed, in the syntax of `--set`.
     pub overrides: Vec<String>,
-    /// If it is no scenario but a recording of something else: the command line that judges it again. The text is then
+    /// If it is not a scenario but a recording of something else: the command line that judges it again. `text` is then
     /// the mapping of its messages, if it has one.
     pub recorded: Option<String>,
 }
@@ -132,7 +132,7 @@ pub struct Node {
     pub parent: Option<usize>,
     /// The name of its process, or its label.
     pub process: String,
-    /// Its symbol in pictures; none for kinds that are drawn by their name.
+    /// Its symbol in pictures; none for kinds that are shown by name.
     pub symbol: Option<String>,
     /// Whether it is a leaf.
     pub is_leaf: bool,
@@ -163,7 +163,7 @@ pub struct Machine {
 pub struct MachineState {
     /// The index of the state around it, which comes before it.
     pub parent: Option<usize>,
-    /// Its id, as in the location of the process; of the machine itself its name.
+    /// Its id, as in the location of the process; the name for the machine itself.
     pub name: String,
     /// Its transitions, in words.
     pub transitions: Vec<String>,

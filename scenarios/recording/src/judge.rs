@@ -1,4 +1,4 @@
-//! Records of what was recorded elsewhere, such as by a real robot: events, and what monitors say of them.
+//! Records of what was recorded elsewhere, such as by a real robot: events, and the verdicts of monitors.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use crate::{
     Snapshots, Step, TraceHash, event_line,
 };
 
-/// Lets monitors judge events, and makes the records of a run of them. What only a simulation could know is missing.
+/// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
 #[derive(Debug)]
 pub struct Judge {
     topology: Arc<Topology>,
@@ -22,8 +22,8 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Begins with events on these channels; `name` and `about` say where they come from. Also gives the first two
-    /// records.
+    /// Starts to judge events on these channels; `name` and `about` say where they come from. Also returns the first
+    /// two records.
     #[must_use]
     pub fn begin(
         [name, about]: [String; 2],
@@ -64,7 +64,7 @@ impl Judge {
         (judge, header, start)
     }
 
-    /// Lets the monitors judge an event, and gives its record.
+    /// Lets the monitors judge an event, and returns its record.
     pub fn step(&mut self, event: Event, properties: &mut [Property]) -> Step {
         match event.kind {
             EventKind::Tick => self.end.ticks += 1,
@@ -103,7 +103,7 @@ impl Judge {
         }
     }
 
-    /// What there was so far.
+    /// How far the events go.
     #[must_use]
     pub fn end(&self) -> LogEnd {
         self.end

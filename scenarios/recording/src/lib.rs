@@ -36,7 +36,7 @@
 //!
 //! A recording in [MCAP](https://mcap.dev) has the same chunks as messages of type `steward_msgs/msg/Records` on the
 //! topic `/steward/records`, each with the version of the format. All its other topics are for other programs.
-//! [`Recording`] reads both files, and an [`Archive`] writes the one that the name of the file asks for.
+//! [`Recording`] reads both formats, and an [`Archive`] writes the one that the file's name asks for.
 //!
 //! ```
 //! use std::time::Duration;

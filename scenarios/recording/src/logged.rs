@@ -1,4 +1,4 @@
-//! A recording, read as an event log.
+//! Reads a recording as an event log.
 
 use std::io::{self, BufRead, Cursor, Read};
 
@@ -10,7 +10,7 @@ pub struct LoggedRecording<F> {
     view: RunView,
     log: EventLogWriter<Vec<u8>>,
     lines: Cursor<Vec<u8>>,
-    /// Told once that the recording ends before its run does.
+    /// Called once if the recording ends before its run does.
     truncated: Option<F>,
 }
 

@@ -16,7 +16,7 @@ use crate::{FORMAT, RecordRef, RunView};
 
 /// The topic with the records.
 const TOPIC: &str = "/steward/records";
-/// No more than this is lost of a run that is killed.
+/// A killed run loses at most this much.
 const FLUSH: Duration = Duration::from_secs(1);
 
 /// Writes a recording in MCAP.
@@ -40,8 +40,8 @@ impl<W: Write> McapWriter<W> {
         self.chunk.push(record)
     }
 
-    /// Writes what other tools show of the records so far. The first message of the file has records, so that readers
-    /// can tell it from other files at once.
+    /// Writes the records so far, and the topics for other tools. The first message of the file has records, so that
+    /// readers can immediately tell it from other files.
     pub(crate) fn follow(&mut self, view: &RunView) -> io::Result<()> {
         let time = view.time();
         let is_due = view.end().is_some() || self.flushed.is_none_or(|flushed| time >= flushed + FLUSH);
@@ -71,7 +71,7 @@ impl<W: Write> McapWriter<W> {
     }
 }
 
-/// Reads the chunks of records from a file in MCAP, from start to end: no index is needed.
+/// Reads the chunks of records from an MCAP file, from start to end, without an index.
 pub(crate) struct McapChunks {
     input: BufReader<File>,
     reader: LinearReader,
@@ -104,14 +104,14 @@ impl McapChunks {
         }
     }
 
-    /// The next chunk of records; none if the file ends first, even in the middle of something. If it is the `first`
-    /// message that is asked for, no other may precede it.
+    /// The next chunk of records; none if the file ends first, even in the middle of something. With `first`, no other
+    /// message may precede it.
     fn message(&mut self, first: bool) -> Result<Option<Vec<u8>>, ChunkError> {
         while let Some(event) = self.reader.next_event() {
             let (opcode, data) = match event {
                 Ok(LinearReadEvent::ReadRequest(bytes)) => {
                     match self.input.read(self.reader.insert(bytes))? {
-                        // The rest may be there later.
+                        // The rest may come later.
                         0 => break,
                         read => self.reader.notify_read(read),
                     }
@@ -134,7 +134,7 @@ impl McapChunks {
     }
 }
 
-/// The chunk in a message, which must be of this version.
+/// The chunk in a message, which must have this version.
 fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
     let number = |from: usize| {
         let bytes = message.get(from..from + 4).ok_or(ChunkError::Damaged)?;
@@ -205,7 +205,7 @@ mod tests {
         Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
     }
 
-    /// How far a file tells of its run.
+    /// How much of its run a file contains.
     fn read(bytes: &[u8]) -> Result<Duration, RecordingError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_on_the_disk_ends_at_most_a_second_before() {
+    fn the_file_on_disk_lags_behind_by_at_most_a_second() {
         let disk = Disk::default();
         let mut writer = McapWriter::begin(disk.clone()).unwrap();
         let start = step(Duration::ZERO);
@@ -258,7 +258,7 @@ mod tests {
         writer.follow(&view).unwrap();
         writer.finish().unwrap();
         let whole = disk.0.borrow().clone();
-        // Wherever it is cut, it is read up to there, or is no recording yet.
+        // Wherever it is cut off, it can be read up to there, or is not a recording yet.
         for length in (0..whole.len()).step_by(97) {
             let cut = read(&whole[..length]);
             let fits = matches!(cut, Ok(_) | Err(RecordingError::Foreign(_) | RecordingError::Truncated { .. }));

@@ -1,4 +1,4 @@
-//! How values of other crates are written: as numbers, bit for bit.
+//! How values from other crates are written: as numbers, bit for bit.
 
 use maps::{Cell, OccupancyGrid, Point, Pose};
 use nalgebra::{Complex, Translation2, UnitComplex};
@@ -91,8 +91,8 @@ pub(crate) mod lasers {
 
     use super::*;
 
-    /// Name; pose in `base_link`; angle of the first beam and between beams, in radians; number of beams; time between
-    /// scans; shortest and longest range, in metres.
+    /// Name; pose in `base_link`; angle of the first beam and angle between beams, in radians; number of beams; time
+    /// between scans; shortest and longest range, in metres.
     type Plain = (String, [f64; 4], f64, f64, usize, Duration, f64, f64);
 
     pub(crate) fn serialize<S: Serializer>(lasers: &[LaserSpec], serializer: S) -> Result<S::Ok, S::Error> {
@@ -239,7 +239,7 @@ mod tests {
         topology.channel(tree, leaf, Capacity::One, answers).unwrap();
         topology.publish(leaf, Shape::new([("topic", FieldKind::symbols(["news"]))]).with_role(Role::Topic));
         let cells = vec![Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Free, Cell::Free, Cell::Occupied];
-        // The bits are kept even if the rotation is not quite normalized.
+        // The bits stay the same even if the rotation is not quite normalized.
         let pose = of_numbers([-0.0, 0.1 + 0.2, 1.0 + f64::EPSILON, 1e-300]);
         All {
             pose,

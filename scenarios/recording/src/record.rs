@@ -19,7 +19,7 @@ pub enum Record {
 }
 
 impl Record {
-    /// The record on its way to a file.
+    /// The same record, borrowed.
     #[must_use]
     pub fn borrowed(&self) -> RecordRef<'_> {
         match self {
@@ -30,7 +30,7 @@ impl Record {
     }
 }
 
-/// A [`Record`] on its way to a file, which is written alike.
+/// A borrowed [`Record`], which is written in the same way.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub enum RecordRef<'r> {
     /// What does not change during the run; the first record.

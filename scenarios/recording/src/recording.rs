@@ -58,7 +58,7 @@ pub enum RecordingError {
 pub struct Recording {
     path: PathBuf,
     chunks: Chunks,
-    /// The records of a chunk, and how much of it has been read.
+    /// The records of a chunk, and how many of their bytes have been read.
     chunk: Vec<u8>,
     read: usize,
     /// The next record, if it has been peeked at.
@@ -90,7 +90,7 @@ impl Chunks {
 }
 
 impl Recording {
-    /// Opens a recording: a file of its own, or one in MCAP.
+    /// Opens a recording, in its own format or in MCAP.
     ///
     /// # Errors
     /// [`RecordingError`], if the file cannot be read or is not a recording in this version of the format.
@@ -100,7 +100,7 @@ impl Recording {
     }
 
     /// The next record; none at the end of the file, even in the middle of a chunk. If the file is still being written,
-    /// the record may be there later.
+    /// the record may come later.
     ///
     /// # Errors
     /// [`RecordingError`], if the file cannot be read or is damaged.
@@ -135,7 +135,7 @@ impl Recording {
     fn start(&mut self) -> Result<(Header, Step), RecordingError> {
         match (self.next_record()?, self.next_record()?) {
             (Some(Record::Header(header)), Some(Record::Step(start))) => Ok((*header, start)),
-            (None | Some(Record::Header(_)), None) => Err(self.truncated("and says nothing about it".to_owned())),
+            (None | Some(Record::Header(_)), None) => Err(self.truncated("and contains no step of it".to_owned())),
             _ => Err(self.damaged()),
         }
     }
@@ -179,8 +179,8 @@ impl Recording {
         applied.map_err(|Inconsistent| self.damaged())
     }
 
-    /// Plays the whole run. `follow` is called at the start and after every step. If there is a `record`, the run is
-    /// written to it, as an [`Archive`].
+    /// Plays the whole run, and calls `follow` at the start and after every step. If `record` is given, writes the run
+    /// to that file, as an [`Archive`] does.
     ///
     /// # Errors
     /// [`RecordingError`]; a file that could not be written; an error of `follow`.

@@ -1,4 +1,4 @@
-//! When a run is shown, apart from the moments at which something happens.
+//! When pictures of a run are taken, apart from the moments at which something happens.
 
 use std::time::Duration;
 
@@ -9,8 +9,8 @@ const FRAME_PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_sec
 
 /// Decides at which steps a picture may be wanted because of the time.
 ///
-/// The writer of a run asks one clock where a [`Scene`](crate::Scene) is needed, and the reader asks another one where
-/// to take pictures: both get the same answers.
+/// The writer of a run asks one clock when a [`Scene`](crate::Scene) is needed, and the reader asks another when to
+/// take pictures: both get the same answers.
 #[derive(Clone, Debug)]
 pub struct SceneClock {
     frame: Duration,
@@ -54,7 +54,7 @@ impl SceneClock {
 
     /// Whether it is time for a picture of any kind.
     pub fn is_any(&mut self, now: Duration, charging: bool) -> bool {
-        // Each clock has to be asked.
+        // All three have to be called.
         let due = [self.is_frame(now, charging), self.is_named(now), self.is_regular(now)];
         due.contains(&true)
     }

@@ -14,13 +14,13 @@ use crate::{Fault, MonitorState, plain};
 /// How much detail each step contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// Only what determines the results of the run: for reports alone.
+    /// Only what determines the results of the run: enough for reports.
     #[default]
     Verdicts,
-    /// [Details], too, with a scene where a [`SceneClock`](crate::SceneClock) asks for one: for everything that shows a
-    /// run.
+    /// Also [details](Details), with a scene where a [`SceneClock`](crate::SceneClock) asks for one: for everything
+    /// that shows a run.
     Full,
-    /// The same with a scene in each step.
+    /// The same, with a scene in each step.
     Scenes,
 }
 
@@ -43,7 +43,7 @@ pub struct Step {
     pub details: Option<Box<Details>>,
 }
 
-/// The state of the robot at the end of a step; nothing if there is no robot.
+/// The state of the robot at the end of a step; empty if there is no robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotState {
     /// Facts that only a simulation can know.
@@ -56,7 +56,7 @@ pub struct RobotState {
 }
 
 impl RobotState {
-    /// Where the robot is, in the `map` frame: where it really is if that is known, or else where it believes to be.
+    /// Where the robot is, in the `map` frame: where it really is if that is known, or else where it believes it is.
     #[must_use]
     pub fn pose(&self) -> Option<Pose> {
         self.truth.map(|truth| truth.pose).or(self.estimate)
@@ -93,7 +93,7 @@ pub struct Battery {
 /// Something that has happened in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Happening {
-    /// Somebody interfered by hand: the [header](crate::Header::faults) gets another fault, as its last one.
+    /// Somebody interfered manually: this fault is appended to those of the [header](crate::Header::faults).
     FaultAdded(Arc<Fault>),
     /// A fault took effect.
     FaultBegan {
@@ -101,7 +101,7 @@ pub enum Happening {
         fault: usize,
         /// When.
         time: Duration,
-        /// The last tick that had been generated; none if none had.
+        /// The last tick that had been generated, if any.
         tick: Option<u64>,
         /// Where the robot was, in the `map` frame, if that is known.
         #[serde(with = "plain::point_if_any")]
@@ -198,12 +198,12 @@ pub struct Navigation {
     pub status: String,
     /// Why it has given up or has no path, in words.
     pub reason: Option<String>,
-    /// The recovery behaviour that is running: `back_up`.
+    /// The recovery behavior that is running: `back_up`.
     pub recovery: Option<String>,
 }
 
 impl Navigation {
-    /// The status with the reason and the recovery behaviour, in words: `failing (back up): there is no path to the
+    /// The status with the reason and the recovery behavior, in words: `failing (back up): there is no path to the
     /// goal`.
     #[must_use]
     pub fn words(&self) -> String {

@@ -1,4 +1,4 @@
-//! A recording that is read while it is written.
+//! A recording that can be read while it is being written.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -6,8 +6,8 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use crate::chunk::{Chunk, unpack};
 use crate::{Record, RecordRef};
 
-/// The records of a run so far, in a file of its own, which grows instead of the memory. They are read chunk by chunk,
-/// from any of them on.
+/// The records of a run so far, in a file, so that memory does not grow. They are read chunk by chunk, starting
+/// anywhere.
 #[derive(Debug)]
 pub struct Tape {
     file: File,
@@ -33,7 +33,7 @@ impl Tape {
         if self.chunk.is_full() { self.complete() } else { Ok(()) }
     }
 
-    /// Completes the present chunk, if it has records.
+    /// Completes the current chunk, if it has records.
     fn complete(&mut self) -> io::Result<()> {
         let begin = self.length();
         let Some(packed) = self.chunk.pack()? else { return Ok(()) };
@@ -47,13 +47,13 @@ impl Tape {
         self.ends.last().copied().unwrap_or(0)
     }
 
-    /// How many chunks are complete: the next record is not in any of them.
+    /// The number of complete chunks: the next record will be in none of them.
     #[must_use]
     pub fn chunks(&self) -> usize {
         self.ends.len()
     }
 
-    /// The records of a chunk; none if there are no more. Reading the present one completes it.
+    /// The records of a chunk; none if there are no more. Reading the current one completes it.
     ///
     /// # Errors
     /// If the file cannot be read or written.
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_on_a_tape_can_be_read_while_it_grows() {
+    fn a_tape_can_be_read_while_it_grows() {
         let mut tape = Tape::new(tempfile::tempfile().unwrap());
         assert!(tape.read(0).unwrap().is_empty());
         for number in 0..100_000 {
@@ -103,7 +103,7 @@ mod tests {
         }
         let complete = tape.chunks();
         assert!(complete > 2, "{complete} chunks");
-        // Backwards, and the present one as well.
+        // Backward, including the current chunk.
         let mut parts: Vec<Vec<u64>> = (0..=complete).rev().map(|chunk| ticks(&tape.read(chunk).unwrap())).collect();
         parts.reverse();
         assert_eq!(parts.concat(), (0..100_000).collect::<Vec<_>>());

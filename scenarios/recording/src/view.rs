@@ -35,7 +35,7 @@ pub struct RunView {
     decisions: Vec<Option<Decision>>,
     navigation: Option<Navigation>,
     scene: Scene,
-    /// Where the robot was in that scene.
+    /// Where the robot was at that moment.
     seen_from: Option<Pose>,
     /// Whether the last step had it.
     has_new_scene: bool,
@@ -228,7 +228,7 @@ impl RunView {
         Ok(())
     }
 
-    /// What does not change.
+    /// The header of the run.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
@@ -363,7 +363,7 @@ impl RunView {
         &self.scene
     }
 
-    /// Where the robot was in the last scene, in the `map` frame: what its lasers saw, they saw from there.
+    /// Where the robot was in the last scene, in the `map` frame: the scans of that scene were taken there.
     #[must_use]
     pub fn seen_from(&self) -> Option<Pose> {
         self.seen_from
@@ -479,7 +479,7 @@ pub struct FaultRecord {
     pub time: Duration,
     /// When it ended; none if it is still active or was momentary.
     pub until: Option<Duration>,
-    /// The last tick that had been generated; none if none had.
+    /// The last tick that had been generated, if any.
     pub tick: Option<u64>,
     /// The fault.
     pub fault: Arc<Fault>,

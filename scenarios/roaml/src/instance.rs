@@ -1,4 +1,4 @@
-//! The machines of a model, by the names of their processes.
+//! The machines of a model, with the names of their processes.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,11 @@ pub(crate) type Fields = Vec<(String, Kind)>;
 /// The event of the topic `clock`, a `builtin_interfaces/Time`.
 pub(crate) const CLOCK_EVENT: &str = "topic_clock_msg";
 
-/// The names of the processes that every model has.
+/// The names of processes that every model has.
 const TICK_GENERATOR: &str = "TickGenerator";
 pub(crate) const CLOCK: &str = "Clock";
 pub(crate) const RECORDER: &str = "Recorder";
-/// The names that no machine may have.
+/// Names that no machine may have.
 pub(crate) const RESERVED: [&str; 4] = [TREE, TICK_GENERATOR, CLOCK, RECORDER];
 
 /// A machine with its name.

@@ -1,20 +1,20 @@
-//! RoAML: the models of AS2FM, read, checked, and made processes of a channel system.
+//! Reads and checks RoAML, the models of AS2FM, and turns them into processes of a channel system.
 //!
-//! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (nodes of ROS, and
-//! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything
-//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors of
-//! its properties. A scenario runs them.
+//! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (ROS nodes, and plugins
+//! for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything that is
+//! wrong, with its location. [`Wiring`] makes processes and channels from it, and [`Model::monitors`] makes the
+//! monitors of its properties. A scenario runs them.
 //!
 //! # From RoAML to channels
-//! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of
-//!   the leaf. A thread of an action server is one, too: `server thread 0`.
+//! - Every ROS node is a process with the name of its machine, and every leaf of the tree is a process with the name of
+//!   the leaf. A thread of an action server is a process, too: `server thread 0`.
 //! - Each element that RoAML adds to SCXML stands for a transition or a `<send>`. The events have AS2FM's names:
 //!   `topic_level_msg`, `srv_adder_request`, `action_go_to_goal_result`, `timer_my_timer`. A message on a channel is
-//!   the event's name and its fields: `[<topic_level_msg>, 99]`. Arrays and structures are text in JSON.
-//! - What a topic carries goes to each subscriber; none of it is lost. A server gets the next request when it has
-//!   answered. A server of an action knows its clients by `goal_id`.
-//! - A machine is a [`skills::SkillProcess`] with an adapter of its own. It never blocks: it always receives, and drops
-//!   what the current state has no transition for.
+//!   the event's name and its fields: `[<topic_level_msg>, 99]`. Arrays and structures are JSON texts.
+//! - A message on a topic goes to each subscriber; none is lost. A server gets the next request once it has answered.
+//!   An action server identifies its clients by `goal_id`.
+//! - A machine is a [`skills::SkillProcess`] with its own kind of adapter. It never blocks: it always receives, and
+//!   drops messages for which the current state has no transition.
 //! - The process `Clock` has the timers. The process `Recorder` gets a copy of each message that a property is about.
 //!
 //! # Chance

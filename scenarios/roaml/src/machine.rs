@@ -1,4 +1,4 @@
-//! A machine of a model: an `.ascxml` file, as a node of ROS or as the plugin of a leaf of the tree.
+//! A machine of a model: an `.ascxml` file, for a ROS node or as the plugin for a leaf of the tree.
 
 mod declarations;
 mod expression;
@@ -26,11 +26,11 @@ pub(crate) use xml::{is, parse, value_span};
 use declarations::Declarations;
 use translate::Translator;
 
-/// A machine of a model: compiled, and what it exchanges with others.
+/// A compiled machine of a model, and what it exchanges with others.
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub(crate) chart: Arc<Chart>,
-    /// The machine in SCXML.
+    /// The machine as SCXML.
     scxml: Arc<str>,
     /// The constant values of a leaf's input ports, and the names of the model's own types.
     given: (BTreeMap<String, String>, Vec<String>),
@@ -57,7 +57,7 @@ impl Machine {
         &self.chart
     }
 
-    /// The machine in SCXML, which the chart was compiled from.
+    /// The machine as SCXML, from which the chart was compiled.
     #[must_use]
     pub fn scxml(&self) -> &str {
         &self.scxml
@@ -72,11 +72,11 @@ impl Machine {
         Self::load(file, text, ports, structures)
     }
 
-    /// Reads a machine. `ports` are the constant values of a leaf's input ports, as the tree's file has them, and
+    /// Reads a machine. `ports` are the constant values of a leaf's input ports, as written in the tree's file, and
     /// `structures` the names of the model's own types.
     ///
     /// # Errors
-    /// Everything that is wrong with the file, each at its place.
+    /// Everything that is wrong with the file, with locations.
     pub fn load(
         file: &str,
         text: &str,
@@ -117,7 +117,7 @@ impl Machine {
     }
 }
 
-/// Translates and compiles one machine: the whole file's, or that of a thread.
+/// Translates and compiles one machine: that of the whole file, or that of a thread.
 fn build(
     file: &str,
     text: &str,

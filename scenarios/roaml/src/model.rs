@@ -36,11 +36,11 @@ pub struct Model {
     pub parameters: Parameters,
     /// The behavior tree, if it has one.
     pub tree: Option<Arc<Tree>>,
-    /// The nodes of ROS, and then the leaves of the tree.
+    /// The ROS nodes, then the leaves of the tree.
     pub(crate) machines: Vec<Instance>,
     /// The properties.
     pub properties: Vec<Property>,
-    /// Warnings, to be rendered; of files that are accepted nevertheless.
+    /// Warnings about files that are accepted nevertheless.
     pub warnings: Vec<Problem>,
 }
 
@@ -61,14 +61,14 @@ pub fn is_model(text: &str) -> bool {
     parse(text).is_ok_and(|document| ROOTS.contains(&document.root_element().tag_name().name()))
 }
 
-/// The names of the root element; the second is AS2FM's older one.
+/// The names of the root element; the second is AS2FM's older name.
 const ROOTS: [&str; 2] = ["roaml", "convince_mc_tc"];
 
 impl Model {
-    /// Loads a model from its main file. `read` reads this file and those that it names.
+    /// Loads a model from its main file. `read` reads this file and the files that it names.
     ///
     /// # Errors
-    /// Everything that is wrong with the file and those that it names, each at its place.
+    /// Everything that is wrong with the file and the files that it names, with locations.
     pub fn load(path: &Path, read: &dyn Fn(&Path) -> io::Result<String>) -> Result<Self, FileProblems> {
         let name = path.display().to_string();
         let text = read(path)
@@ -88,7 +88,7 @@ impl Model {
         Ok(Self { warnings, ..model.expect("a file that could not be loaded was reported") })
     }
 
-    /// The processes that run a machine, with their names: first those of nodes, then those of the tree's leaves.
+    /// The processes that run a machine, with their names: first those of ROS nodes, then those of the tree's leaves.
     pub fn processes(&self) -> impl Iterator<Item = ModelProcess<'_>> {
         parts(&self.machines).into_iter().map(|part| ModelProcess {
             name: part.name,
@@ -219,7 +219,7 @@ impl Reader<'_> {
                     }
                     match value.trim().parse::<u64>().ok().zip(unit_ns).and_then(|(value, ns)| value.checked_mul(ns)) {
                         Some(ns) => max_time = Some(Duration::from_nanos(ns)),
-                        None if unit_ns.is_some() => self.report(wrong("a whole number of this unit")),
+                        None if unit_ns.is_some() => self.report(wrong("a whole number in this unit")),
                         None => {}
                     }
                 }
@@ -248,7 +248,7 @@ impl Reader<'_> {
         max_time.map(|max_time| Parameters { max_time, tick, tick_if_not_running })
     }
 
-    /// The files of a section, as far as they can be read. `types` are those that it accepts.
+    /// The files of a section that can be read. `types` are the types that it accepts.
     fn inputs<'t>(&mut self, section: Node<'t, 't>, types: &[&str]) -> Vec<Named<'t>> {
         let mut files = Vec::new();
         for node in section.children().filter(Node::is_element) {
@@ -309,7 +309,7 @@ impl Reader<'_> {
         nodes
     }
 
-    /// The tree; its leaves' machines are added to the others.
+    /// Loads the tree, and adds the machines of its leaves to the others.
     fn tree(
         &mut self,
         section: Node<'_, '_>,

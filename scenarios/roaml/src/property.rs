@@ -1,4 +1,4 @@
-//! Properties: those of JANI that ask for the probability of a formula about the latest messages.
+//! Properties: JANI properties that ask for the probability of a formula about the latest messages.
 
 mod formula;
 mod read;
@@ -17,12 +17,12 @@ use formula::{Path, State, Variable};
 use crate::instance::{Fields, RECORDER};
 use crate::machine::nested;
 
-/// A property of a model: in a run it becomes true or false, and over many runs it has a probability.
+/// A property of a model: in a run it is true or false, and over many runs it has a probability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Property {
     /// Its name.
     pub name: String,
-    /// Its formula, in signs.
+    /// Its formula, as text.
     pub formula: String,
     path: Path,
 }
@@ -31,7 +31,7 @@ impl Property {
     /// Reads the properties of a file.
     ///
     /// # Errors
-    /// Everything that is wrong with the file, and what of JANI does not fit.
+    /// Everything that is wrong with the file, and what is not supported in JANI.
     pub(crate) fn read(text: &str, events: &BTreeMap<String, Fields>) -> Result<Vec<Self>, Vec<Problem>> {
         let read = read::properties(text, events)?;
         Ok(read.into_iter().map(|(name, path)| Self { name, formula: path.to_string(), path }).collect())
@@ -64,7 +64,7 @@ impl Property {
 #[derive(Clone, Debug)]
 pub struct PropertyMonitor {
     property: Arc<Property>,
-    /// The channels on which the messages arrive that the formula is about, and the fields of these.
+    /// The channels that carry the formula's messages, and the fields of these messages.
     channels: Arc<[ChannelId]>,
     fields: Arc<BTreeMap<String, Fields>>,
     state: State,
@@ -88,7 +88,7 @@ impl PropertyMonitor {
         monitor
     }
 
-    /// Sees the nodes of the tree, which has finished a tick, after `step` communications.
+    /// Updates the status of the tree's nodes after a tick has finished, after `step` communications.
     pub fn see_tree(&mut self, nodes: &[NodeState], step: u64) {
         self.state.nodes.resize(nodes.len(), 0);
         for (known, node) in self.state.nodes.iter_mut().zip(nodes) {
@@ -102,7 +102,7 @@ impl PropertyMonitor {
         self.judge(step);
     }
 
-    /// Judges the present state, after `step` communications.
+    /// Judges the current state, after `step` communications.
     fn judge(&mut self, step: u64) {
         if self.verdict.is_none() {
             self.verdict = self.property.path.verdict(&self.state, step);
@@ -157,7 +157,7 @@ impl Monitor for PropertyMonitor {
             Err(NoNormalForm::Unsupported { reason: reason.to_owned(), help: Some(help.to_owned()) })
         };
         if self.property.path.counts_steps() {
-            return refused("it counts steps, which never return to what they were", "leave out `step-bounds`");
+            return refused("it counts steps, which never repeat", "leave out `step-bounds`");
         }
         if self.property.asks_for_nodes() {
             return refused(

@@ -20,7 +20,7 @@ use crate::instance::{CLOCK, CLOCK_EVENT, Fields, Part, RECORDER, events, parts}
 use crate::machine::{Role, Way};
 use crate::model::Model;
 
-/// The channels of a model, declared: what its processes need to know.
+/// The declared channels of a model, as its processes need them.
 #[derive(Debug)]
 pub struct Wiring<'m> {
     model: &'m Model,
@@ -37,12 +37,12 @@ pub struct Wiring<'m> {
     ways: Vec<Ways>,
 }
 
-/// The receivers of each event that a part sends: the indices of parts, in the order of their numbers.
+/// The receivers of each event that a part sends, as indices of parts. The position of a receiver is its number.
 type Ways = BTreeMap<String, (Way, Vec<usize>)>;
 
 impl<'m> Wiring<'m> {
-    /// Declares the processes of a model that run its machines, its clock and its recorder, and their channels. `tree`
-    /// are the processes of its ticks and of its tree, if it has one.
+    /// Declares the processes that run a model's machines, its clock and its recorder, and their channels. `tree` are
+    /// the processes of its ticks and of its tree, if it has one.
     ///
     /// # Errors
     /// [`WiringError`] if the model's parts do not fit together.
@@ -183,7 +183,7 @@ impl<'m> Wiring<'m> {
         Ok(())
     }
 
-    /// The adapter between a part's machine and its channels.
+    /// The wiring between a part's machine and its channels.
     fn wiring(&self, index: usize, topology: &Topology, recorded: &[&str]) -> adapter::Wiring {
         let (id, part) = (self.ids[index], &self.parts[index]);
         let outgoing = outgoing(topology, id);
@@ -218,7 +218,7 @@ impl<'m> Wiring<'m> {
         }
     }
 
-    /// The number of a sender among the clients of each interface that it uses, by event; of a thread, its own.
+    /// The number of a sender among the clients of each interface that it uses, by event; for a thread, its own number.
     fn numbers(&self, sender: usize) -> BTreeMap<String, usize> {
         let number = |(event, (way, _)): (&String, &(Way, Vec<usize>))| {
             let interface = self.parts[sender].machine.sends.get(event)?.interface.as_deref();

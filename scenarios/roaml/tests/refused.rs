@@ -1,4 +1,4 @@
-//! Problems of a model are reported with their locations.
+//! Problems in a model are reported with their locations.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -36,7 +36,7 @@ fn problems_are_located_in_the_original_text() {
 }
 
 #[test]
-fn problems_of_the_translation_are_located_there_too() {
+fn problems_in_the_translation_are_located_there_too() {
     let said = problems(
         "<ros_topic_subscriber topic=\"level\" type=\"std_msgs/Int32\"/>
 <datamodel><data id=\"low\" type=\"bool\" expr=\"false\"/></datamodel>
@@ -59,7 +59,7 @@ fn probabilities_add_up_to_one() {
 }
 
 #[test]
-fn what_is_not_roaml_is_named() {
+fn errors_name_what_is_not_roaml() {
     let said = problems("<state id=\"a\"><bt_tick_child id=\"0\"/></state>");
     assert!(said[0].contains("control nodes cannot be machines"), "{said:?}");
     let said = problems("<datamodel><data id=\"x\" type=\"int23\" expr=\"0\"/></datamodel><state id=\"a\"/>");

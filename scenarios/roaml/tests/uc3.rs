@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use roaml::Machine;
 
-/// The skills that cannot be loaded, with the places and the reasons.
+/// The skills that cannot be loaded, with locations and reasons.
 const REFUSED: [&str; 2] = [
     "IsAtChargingStationSkill.scxml:84:40: no <ros_service_server> is named `/IsAtCurrentPoiSkill/tick`",
     "IsTimerDoneSkill.scxml:9:33: unknown type `boolean`",

@@ -1,4 +1,4 @@
-//! A mapping compared with a bag: which bytes become which events.
+//! Compares a mapping with a bag: which bytes become which events.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub(crate) enum Rule {
 }
 
 impl Entry {
-    /// Makes real numbers of integers where the channel has them.
+    /// Turns integers into real numbers where the channel has real numbers.
     fn suit(&mut self, shape: &Shape, domain: &Domain) {
         let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return };
         for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
@@ -72,8 +72,8 @@ impl Entry {
 }
 
 impl Mapping {
-    /// Compares the mapping with what a bag has. The channels are those of `topology`, or those that the mapping itself
-    /// declares.
+    /// Compares the mapping with the contents of a bag. The channels are those of `topology`, or else those that the
+    /// mapping itself declares.
     ///
     /// # Errors
     /// Everything that does not fit, at its place in the mapping.
@@ -99,7 +99,7 @@ impl Mapping {
             }
         }
         FileProblems::none_of(std::mem::take(&mut problems))?;
-        // Processes in the order of the file.
+        // Processes are declared in the order of the file.
         for (mapped, ..) in topology.is_none().then_some(&found).into_iter().flatten() {
             let ends = [&mapped.from, &mapped.to].map(|end| match own.find_process(&end.value) {
                 Some(process) => Ok(process),
@@ -127,7 +127,7 @@ impl Mapping {
         Ok(Compiled { topology, entries })
     }
 
-    /// An entry for each topic of that name, which may have several types in a bag, and the shape of its messages.
+    /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.
     fn entries_of(
         &self,
         mapped: &Mapped,
@@ -249,7 +249,7 @@ fn rule(
                 End::Text | End::Bytes => FieldKind::Text,
             };
             let scale = scale.as_ref().map(|scale| scale.value);
-            // NaN, a number beyond 64 bits and an item that is not there are `<none>`.
+            // NaN, an integer that does not fit into 64 bits, and a missing item become `<none>`.
             Some((Rule::Path { path, scale }, optional(kind)))
         }
     }
@@ -277,13 +277,13 @@ fn channel_of(mapped: &Mapped, shape: &Shape, topology: &Topology, problems: &mu
     Some(channel)
 }
 
-/// Whether messages of one shape may have the other.
+/// Whether messages of one shape fit the other.
 fn fits(ours: &Shape, theirs: &Shape) -> bool {
     let mut fields = ours.fields().iter().zip(theirs.fields());
     ours.fields().len() == theirs.fields().len() && fields.all(|((_, ours), (_, theirs))| may_be(ours, theirs))
 }
 
-/// Whether a value of one kind may be one of the other.
+/// Whether a value of one kind fits the other.
 fn may_be(ours: &FieldKind, theirs: &FieldKind) -> bool {
     match (ours, theirs) {
         (FieldKind::Optional(ours), theirs) => may_be(ours, theirs),

@@ -14,7 +14,7 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// By the first bytes of the file, or else by its name.
+    /// The format of a file, by its first bytes or else by its name.
     fn of(path: &Path) -> Option<Self> {
         let mut first = Vec::new();
         let _ = File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
@@ -32,7 +32,7 @@ impl Format {
     }
 }
 
-/// Whether a path is that of a bag: a folder, or a file of one of the formats.
+/// Whether a path names a bag: a folder, or a file in one of the formats.
 #[must_use]
 pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.is_file() && Format::of(path).is_some()
@@ -67,7 +67,7 @@ pub(super) fn of(path: &Path, lost: &mut Vec<String>) -> Result<Vec<(PathBuf, Fo
     if files.is_empty() { Err(Error::NoBag(path.to_owned())) } else { Ok(files) }
 }
 
-/// A name with its last number apart, so that `bag_10.mcap` comes after `bag_9.mcap`.
+/// A sort key in which the last number of a name is separate, so that `bag_10.mcap` comes after `bag_9.mcap`.
 fn in_order(name: &str) -> (String, u64, String) {
     let stem = name.split_once('.').map_or(name, |(stem, _)| stem);
     let digits = stem.len() - stem.trim_end_matches(|letter: char| letter.is_ascii_digit()).len();

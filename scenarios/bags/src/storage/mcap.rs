@@ -1,8 +1,8 @@
-//! Files in the format MCAP.
+//! MCAP files.
 //!
 //! A file is read from start to end, record by record, and large chunks as a stream, so memory does not depend on the
-//! size of either. Chunks of unwanted topics are passed over without reading them, as far as the file has an index of
-//! its chunks, and so are unwanted messages where nothing is compressed or has a checksum.
+//! size of either. If the file has an index of its chunks, chunks without wanted topics are skipped. Unwanted messages
+//! are skipped, too, where there is neither compression nor a checksum.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -15,16 +15,16 @@ use mcap::records::{ChunkIndex, MessageHeader, Record, op};
 use super::survey::{Definition, Head, Survey, Topic};
 use crate::Error;
 
-/// Larger records are read only if they are messages: no definition is that long.
+/// Larger records are read only if they are messages: no definition is longer.
 const LONGEST: u64 = 1 << 26;
 
-/// Chunks of up to this size are in memory as a whole; larger ones are read twice if they have a checksum.
+/// Chunks of up to this size are read into memory as a whole; larger ones are read twice if they have a checksum.
 const LARGEST_WHOLE: u64 = 1 << 24;
 
-/// The bytes of a message's record before its data.
+/// The number of bytes in a message's record before its data.
 const MESSAGE_HEAD: u64 = 22;
 
-/// Adds what a file has.
+/// Adds the contents of a file.
 pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let mut walk = Walk::open(path)?;
     if let Some(summary) = walk.summary() {
@@ -48,7 +48,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
         let (first, last) = seen.unwrap_or((head.log_time, head.log_time));
         seen = Some((first.min(head.log_time), last.max(head.log_time)));
     }
-    // Reading the messages will say what is lost.
+    // What is lost will be reported when the messages are read.
     for (channel, topic) in &walk.known.channels {
         let topic = survey.topic(topic.clone());
         survey.counts[topic] += counts.get(channel).copied().unwrap_or(0);
@@ -102,7 +102,7 @@ impl Reader {
     }
 }
 
-/// What a file says of itself at its end.
+/// The summary at the end of a file.
 struct Summary {
     counts: BTreeMap<u16, u64>,
     span: Option<(u64, u64)>,
@@ -117,7 +117,7 @@ enum Reading {
     Body,
 }
 
-/// Says how much of a message on this channel is read.
+/// Decides how much of a message on a channel is read.
 trait Chooses: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading {}
 
 impl<F: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading> Chooses for F {}
@@ -127,13 +127,13 @@ struct Walk {
     path: PathBuf,
     file: BufReader<File>,
     length: u64,
-    /// The chunk that is being read, unless its records are simply the next ones of the file.
+    /// The chunk that is being read, unless its records can be read from the file like any others.
     chunk: Option<Chunk>,
-    /// Memory for the next chunk.
+    /// Memory to reuse for the next chunk.
     spare: Vec<u8>,
-    /// Where the file goes on after the last chunk.
+    /// The position in the file after the last chunk.
     after_chunk: u64,
-    /// Where chunks begin that have no wanted message.
+    /// The positions of chunks without wanted messages.
     needless: BTreeSet<u64>,
     known: Known,
     /// When the last message was recorded.
@@ -143,12 +143,12 @@ struct Walk {
 
 /// The records of a chunk, decompressed.
 enum Chunk {
-    /// All of them, and why they end too early, if they do.
+    /// All records, and the error if they end too early.
     Whole(Cursor<Vec<u8>>, Option<io::Error>),
     Stream(BufReader<Box<dyn Read>>),
 }
 
-/// What messages refer to.
+/// The schemas and channels to which messages refer.
 #[derive(Default)]
 struct Known {
     schemas: BTreeMap<u16, (String, Definition)>,
@@ -182,8 +182,8 @@ impl Walk {
         })
     }
 
-    /// What the file says at its end, with all its channels; none if it was not closed, or says too little. Goes back
-    /// to the first record.
+    /// The summary, after adding all its channels; none if the file was not closed or the summary is incomplete. Goes
+    /// back to the first record.
     fn summary(&mut self) -> Option<Summary> {
         let summary = self.read_summary();
         if self.file.seek(SeekFrom::Start(mcap::MAGIC.len() as u64)).is_err() {
@@ -229,7 +229,7 @@ impl Walk {
         })
     }
 
-    /// The next message of which anything is to be read. What is damaged ends the chunk, or the file.
+    /// The next message that is to be read at least in part. Damage ends the chunk, or the file.
     fn next_message(
         &mut self,
         mut chooses: impl Chooses,
@@ -344,7 +344,7 @@ impl Walk {
     }
 }
 
-/// The records of a chunk whose bytes are at that place of a file.
+/// The records of a chunk, whose bytes are at that position of a file.
 fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Result<Box<dyn Read>> {
     let mut file = File::open(path)?;
     file.seek(SeekFrom::Start(at))?;
@@ -374,7 +374,7 @@ fn size_and_checksum(input: &mut impl Read) -> io::Result<(u64, u32)> {
 }
 
 impl Known {
-    /// Remembers schemas and channels.
+    /// Adds a schema or a channel.
     fn note(&mut self, record: Record<'_>) {
         match record {
             Record::Schema { header, data } => {
@@ -433,7 +433,7 @@ enum Step {
     End,
 }
 
-/// What can be passed over.
+/// An input that can skip bytes.
 trait Pass {
     fn pass(&mut self, length: u64) -> io::Result<()>;
 }
@@ -453,14 +453,14 @@ impl Pass for BufReader<Box<dyn Read>> {
     }
 }
 
-/// What is behind the end of the file is noticed by the next reader.
+/// Skipping beyond the end of the file shows at the next read.
 impl Pass for BufReader<File> {
     fn pass(&mut self, length: u64) -> io::Result<()> {
         self.seek_relative(i64::try_from(length).map_err(io::Error::other)?)
     }
 }
 
-/// The kind of the next record and its length; none at the end.
+/// The kind and the length of the next record; none at the end.
 fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
     if input.fill_buf()?.is_empty() {
         return Ok(None);
@@ -473,7 +473,7 @@ fn record_head(input: &mut impl BufRead) -> io::Result<Option<(u8, u64)>> {
 
 fn read_body(input: &mut impl BufRead, length: u64, body: &mut Vec<u8>) -> io::Result<()> {
     body.clear();
-    // Most are in the buffer.
+    // Most records are completely in the buffer.
     if let Some(whole) = input.fill_buf()?.get(..usize::try_from(length).unwrap_or(usize::MAX)) {
         body.extend_from_slice(whole);
         input.consume(body.len());

@@ -1,4 +1,4 @@
-//! Files of SQLite, the first format of rosbag2.
+//! SQLite files, rosbag2's first format.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,7 +11,7 @@ use tempfile::{NamedTempFile, TempPath};
 use super::survey::{Definition, Head, Survey, Topic};
 use crate::Error;
 
-/// Adds what a file has.
+/// Adds the contents of a file.
 pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let Opened { file, _copy, .. } = open(path)?;
     let refused = |error: rusqlite::Error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() };
@@ -19,7 +19,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
         let index = survey.topic(topic);
         let counted =
             file.query_row("SELECT COUNT(*) FROM messages WHERE topic_id = ?1", [id], |row| row.get::<_, i64>(0));
-        // A damaged file contains whatever can be read of it.
+        // Whatever can be read of a damaged file counts.
         survey.counts[index] += counted.map_or(0, |count| count.max(0) as u64);
     }
     let span = file.query_row("SELECT MIN(timestamp), MAX(timestamp) FROM messages", [], |row| {
@@ -31,7 +31,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     Ok(())
 }
 
-/// A file that is read; of one that is cut off, a copy of its whole pages.
+/// An open file; if it is cut off within a page, a copy of its whole pages.
 struct Opened {
     file: Connection,
     is_cut_off: bool,
@@ -45,18 +45,18 @@ fn open(path: &Path) -> Result<Opened, Error> {
     }
     let refused = |problem: String| Error::Sqlite { path: path.to_owned(), problem };
     let (page, pages) = pages_of(path).ok_or_else(|| refused("it ends within its first page".to_owned()))?;
-    // SQLite reads the missing part of a page as zeros, and so would read messages that nobody has sent.
+    // SQLite reads the missing part of a page as zeros, and so would read messages that nobody sent.
     let copy = if length.is_multiple_of(page) { None } else { Some(whole_pages(path, length - length % page)) };
     let copy = copy.transpose().map_err(|error| refused(error.to_string()))?;
     let opened: &Path = copy.as_deref().unwrap_or(path);
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let file = Connection::open_with_flags(opened, flags).map_err(|error| refused(error.to_string()))?;
-    // Otherwise nothing is read of a file that is shorter than it says.
+    // Otherwise SQLite refuses a file that is shorter than its header says.
     file.pragma_update(None, "writable_schema", true).map_err(|error| refused(error.to_string()))?;
     Ok(Opened { file, is_cut_off: length < page * pages, _copy: copy })
 }
 
-/// The size of a file's pages, and how many it says that it has.
+/// The page size and the number of pages, according to the file's header.
 fn pages_of(path: &Path) -> Option<(u64, u64)> {
     let mut head = [0; 32];
     File::open(path).ok()?.read_exact(&mut head).ok()?;
@@ -73,7 +73,7 @@ fn whole_pages(path: &Path, length: u64) -> io::Result<TempPath> {
     Ok(copy.into_temp_path())
 }
 
-/// The topics of a file by their numbers. Until Humble, rosbag2 wrote no definitions.
+/// The topics of a file by their ids. Up to Humble, rosbag2 wrote no definitions.
 fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
     let has_definitions =
         file.prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
@@ -99,10 +99,10 @@ fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
 pub(super) struct Reader {
     path: PathBuf,
     opened: Opened,
-    /// The wanted topics by their numbers in the file.
+    /// The wanted topics by their ids in the file.
     topics: BTreeMap<i64, usize>,
     query: String,
-    /// The row that was read last, and when its message was recorded.
+    /// The last row read, and when its message was recorded.
     last: (i64, Option<i64>),
 }
 

@@ -1,6 +1,6 @@
-//! The contents of a bag, and the identity of its messages.
+//! The contents of a bag, and the heads of its messages.
 
-/// A topic as a bag has it.
+/// A topic as described in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
     /// Its name: `/cmd_vel`.
@@ -22,21 +22,21 @@ pub struct Definition {
     pub text: String,
 }
 
-/// What a bag has.
+/// What a bag contains.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// The topics.
     pub topics: Vec<Topic>,
     /// The number of messages on each.
     pub counts: Vec<u64>,
-    /// When the first message and the last one were recorded, in nanoseconds since 1970; none without messages.
+    /// When the first and the last message were recorded, in nanoseconds since 1970, if there are any.
     pub span_ns: Option<(i64, i64)>,
     /// Damaged or missing parts, in words.
     pub lost: Vec<String>,
 }
 
 impl Survey {
-    /// The index of a topic, which is added if it is new.
+    /// The index of a topic. Adds it if it is new.
     pub(super) fn topic(&mut self, topic: Topic) -> usize {
         let known = self.topics.iter().position(|known| *known == topic);
         known.unwrap_or_else(|| {
@@ -52,13 +52,13 @@ impl Survey {
     }
 }
 
-/// When a message was recorded, and its topic.
+/// When a message was recorded and sent, and its topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
     /// The topic's index in the [`Survey`].
     pub topic: usize,
     /// When it was received and recorded, in nanoseconds since 1970.
     pub log_ns: i64,
-    /// When it was sent, if the bag says that; else as `log_ns`.
+    /// When it was sent, if the bag says so; otherwise the same as `log_ns`.
     pub publish_ns: i64,
 }

@@ -12,13 +12,13 @@ use super::port::input_datum;
 use super::vocabulary::{Role, sanitized};
 use super::xml::{is, value_span};
 
-/// An interface of ROS, or a timer, that a machine declares.
+/// A ROS interface or a timer that a machine declares.
 #[derive(Clone, Debug)]
 pub(crate) struct Interface {
     pub(crate) role: Role,
     /// The name by which the machine refers to it.
     pub(crate) alias: String,
-    /// The name that all machines know; of a timer, its own.
+    /// The name that all machines know; for a timer, its own name.
     pub(crate) name: String,
     /// The type, such as `std_msgs/Bool`.
     pub(crate) of: String,
@@ -50,7 +50,7 @@ pub(super) struct Port {
 pub(super) struct Declarations {
     pub(super) interfaces: Vec<Interface>,
     pub(super) ports: Vec<Port>,
-    /// The kinds of data, by name, those of input ports included.
+    /// The kinds of data, by name, including those of input ports.
     pub(super) data: BTreeMap<String, Kind>,
 }
 
@@ -120,7 +120,7 @@ impl Declarations {
             let Some(rate) = required(node, "rate_hz", problems) else { return };
             let rate = rate.parse().ok().filter(|rate: &f64| *rate > 0.0 && *rate <= 1e9);
             let Some(rate) = rate else {
-                let problem = Problem::new("the rate of a timer is a number greater than 0, in Hz");
+                let problem = Problem::new("the rate of a timer must be a number greater than 0, in Hz");
                 problems.push(problem.at(value_span(node, "rate_hz"), "not a rate"));
                 return;
             };
@@ -150,7 +150,7 @@ impl Declarations {
         self.interfaces.push(Interface { role, alias, name, of: of.to_owned(), period_ns: 0 });
     }
 
-    /// The name of an interface that a port determines.
+    /// The name of an interface that is determined by a port.
     fn configured(&self, node: Node<'_, '_>, attribute: &str, problems: &mut Vec<Problem>) -> Option<String> {
         let child = node.children().find(|child| is(child, attribute));
         let input = child.and_then(|child| child.descendants().find(|inner| is(inner, "bt_get_input")));
@@ -165,7 +165,7 @@ impl Declarations {
             return None;
         }
         let value = self.ports.iter().find(|port| port.key == key).and_then(|port| port.value.as_ref());
-        // Without a leaf around it, the machine can only be checked.
+        // Without a leaf, the machine can only be checked.
         Some(value.map_or_else(
             || format!("port_{key}"),
             |value| match value {

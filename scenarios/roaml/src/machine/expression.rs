@@ -8,7 +8,7 @@ use super::kind::Kind;
 /// The names by which an expression refers to the message that it handles.
 const MESSAGE: [&str; 7] = ["_msg", "_req", "_res", "_goal", "_feedback", "_action", "_wrapped_result"];
 
-/// The words of an expression outside of strings that refer to the message, as ranges of bytes: each stands for
+/// The byte ranges of the words in an expression, outside strings, that refer to the message. Each word stands for
 /// `_event.data`.
 pub(super) fn mentions(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
@@ -22,7 +22,7 @@ pub(super) fn mentions(text: &str) -> Vec<Range<usize>> {
     found
 }
 
-/// The identifiers of an expression outside of strings, without those that follow a dot.
+/// The identifiers in an expression, except inside strings and after a dot.
 fn words(text: &str) -> Vec<(&str, Range<usize>)> {
     let mut words = Vec::new();
     let (mut quote, mut start, mut before) = (None, None, ' ');
@@ -68,7 +68,7 @@ pub(super) fn kind(text: &str, data: &BTreeMap<String, Kind>) -> Kind {
     if text.contains('.') || kinds.any(|kind| kind == Some(Kind::Real)) { Kind::Real } else { Kind::Int }
 }
 
-/// Whether one of these operators occurs outside of strings and brackets.
+/// Whether one of these operators occurs outside strings and brackets.
 fn outside(text: &str, operators: &[&str]) -> bool {
     let (mut quote, mut depth) = (None, 0_i32);
     for (place, letter) in text.char_indices() {
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_the_message_are_found_outside_of_strings() {
+    fn names_of_the_message_are_found_outside_strings() {
         let found = |text| mentions(text).into_iter().map(|range| &text[range]).collect::<Vec<_>>();
         assert_eq!(found("_msg.data < 30 && x_msg._msg != '_msg'"), ["_msg"]);
         assert_eq!(

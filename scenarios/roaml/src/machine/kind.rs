@@ -18,7 +18,7 @@ pub(crate) enum Kind {
     Any,
 }
 
-/// The types of data, with their kinds.
+/// The basic types of data, with their kinds.
 const TYPES: [(&str, Kind); 12] = [
     ("bool", Kind::Bool),
     ("float32", Kind::Real),
@@ -61,7 +61,7 @@ impl Kind {
         .filter(|_| !name.ends_with("Array"))
     }
 
-    /// The kind of values of either kind.
+    /// The kind that includes both kinds.
     pub(crate) fn or(self, other: Self) -> Self {
         match (self, other) {
             (one, same) if one == same => one,
@@ -94,7 +94,7 @@ impl Kind {
         }
     }
 
-    /// The value of a field that nobody has set, as in ROS.
+    /// The value of an unset field, as in ROS.
     pub(crate) fn default(self) -> Value {
         match self {
             Self::Bool => Value::Bool(false),
@@ -117,7 +117,7 @@ impl Kind {
         }
     }
 
-    /// The datum that a text in a tree's file means.
+    /// The datum that a text in a tree's file stands for.
     pub(crate) fn parse(self, text: &str) -> Option<Datum> {
         Some(match self {
             Self::Bool => match text.trim() {

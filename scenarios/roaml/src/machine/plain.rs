@@ -1,8 +1,8 @@
-//! A text made of parts of another, with the place of each part.
+//! A text made from parts of another text, with the place of each part.
 
 use std::ops::Range;
 
-/// The translation of a file: parts of it, and words in their place.
+/// The translation of a file: copied parts, and words that replace others.
 #[derive(Debug, Default)]
 pub(crate) struct Plain {
     text: String,
@@ -15,12 +15,12 @@ struct Piece {
     start: usize,
     /// The text in the file to which it corresponds.
     from: Range<usize>,
-    /// Whether it is a copy, so that positions inside it can be distinguished.
+    /// Whether it is a copy, so that positions inside it are exact.
     copied: bool,
 }
 
 impl Plain {
-    /// Appends a part of the file as it is.
+    /// Appends a part of the file unchanged.
     pub(crate) fn copy(&mut self, file: &str, from: Range<usize>) {
         let copy = file.get(from.clone()).unwrap_or_default();
         self.pieces.push(Piece { start: self.text.len(), from, copied: true });

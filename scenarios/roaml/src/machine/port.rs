@@ -1,11 +1,11 @@
-//! Where the values of a leaf's ports are while its machine runs.
+//! Where a leaf's machine keeps the values of ports while it runs.
 
-/// The data of a machine in which the value of an input port arrives.
+/// The datum of a machine that receives the value of an input port.
 pub(crate) fn input_datum(port: &str) -> String {
     format!("bt_in__{port}")
 }
 
-/// The data of a machine in which it leaves the value of an output port.
+/// The datum of a machine that holds the value of an output port.
 pub(crate) fn output_datum(port: &str) -> String {
     format!("bt_out__{port}")
 }

@@ -33,7 +33,7 @@ pub(crate) struct Sent {
     pub(crate) fields: Vec<(String, Kind)>,
 }
 
-/// The elements of SCXML that stay unchanged.
+/// The SCXML elements that stay unchanged.
 const KEPT: [&str; 14] = [
     "state",
     "final",
@@ -102,7 +102,7 @@ impl<'p> Translator<'p> {
         self.out
     }
 
-    /// Data for the values of ports.
+    /// Writes data for the values of ports.
     fn ports(&mut self, place: &Range<usize>) {
         if self.declared.ports.is_empty() {
             return;
@@ -169,7 +169,7 @@ impl<'p> Translator<'p> {
         self.problems.push(Problem::new(message).at(name_span(node), "not here").with_help_if(help));
     }
 
-    /// An element of SCXML, with its expressions translated.
+    /// Writes an SCXML element, with its expressions translated.
     fn kept(&mut self, node: Node<'_, '_>) {
         self.open(node, |name| !DROPPED.contains(&name));
         self.close(node);
@@ -182,7 +182,7 @@ impl<'p> Translator<'p> {
         self.write("/>", &name_span(node));
     }
 
-    /// The start tag without its end.
+    /// Writes the start tag without its end.
     fn open(&mut self, node: Node<'_, '_>, keeps: impl Fn(&str) -> bool) {
         self.write("<", &name_span(node));
         self.write(node.tag_name().name(), &name_span(node));
@@ -193,7 +193,7 @@ impl<'p> Translator<'p> {
         }
     }
 
-    /// The end of the start tag, the children, and the end tag.
+    /// Writes the end of the start tag, the children, and the end tag.
     fn close(&mut self, node: Node<'_, '_>) {
         self.write(">", &name_span(node));
         for child in node.children() {
@@ -239,7 +239,7 @@ impl<'p> Translator<'p> {
         Some(input_datum(key))
     }
 
-    /// An attribute, with its expression translated.
+    /// Writes an attribute, with its expression translated.
     fn attribute(&mut self, attribute: Attribute<'_, '_>) {
         let (name, value) = (attribute.range_qname(), attribute.range_value());
         let quote = &self.text[value.start - 1..value.start];
@@ -266,7 +266,7 @@ impl<'p> Translator<'p> {
         self.out.plain.copy(self.text, from..range.end);
     }
 
-    /// A transition of SCXML.
+    /// Writes an SCXML transition.
     fn transition(&mut self, node: Node<'_, '_>) {
         let event = node.attribute_node("event");
         let event = event.map(|event| (event.value().to_owned(), event.range_value()));
@@ -274,7 +274,7 @@ impl<'p> Translator<'p> {
         self.branches(node, event, None);
     }
 
-    /// An element that reacts to an event.
+    /// Writes an element that reacts to an event.
     fn reaction(&mut self, node: Node<'_, '_>, reaction: &Reaction) {
         let known: &[&str] = if reaction.role.is_some() { &["name", "cond", "target"] } else { &["cond", "target"] };
         self.known_attributes(node, known);
@@ -301,7 +301,7 @@ impl<'p> Translator<'p> {
         }
     }
 
-    /// A transition for each target: all but the last are left to chance.
+    /// Writes one transition per target: all but the last are left to chance.
     fn branches(&mut self, node: Node<'_, '_>, event: Option<(String, Range<usize>)>, also: Option<&str>) {
         let targets: Vec<Node<'_, '_>> = node.children().filter(|child| is(child, "target")).collect();
         if targets.is_empty() {
@@ -350,7 +350,7 @@ impl<'p> Translator<'p> {
         number
     }
 
-    /// One transition. `branch` has the target and the content: `node` itself, or one of its targets.
+    /// Writes one transition. `branch` has the target and the content: `node` itself, or one of its targets.
     fn branch(
         &mut self,
         node: Node<'_, '_>,
@@ -385,7 +385,8 @@ impl<'p> Translator<'p> {
         if let Some(chance) = chance {
             self.write(&format!(" steward:chance=\"{chance}\""), &value_span(branch, "prob"));
         }
-        // A branch without an event, a condition and a target would be refused; this one says why in the file.
+        // A transition without an event, a condition and a target would be rejected; this one explains itself in the
+        // file.
         self.write(">", &name_span(branch));
         for child in branch.children() {
             self.node(child, branch);
@@ -393,7 +394,7 @@ impl<'p> Translator<'p> {
         self.write("</transition>", &name_span(branch));
     }
 
-    /// Both outcomes of a request for a goal.
+    /// Writes both outcomes of a goal request.
     fn goal_response(&mut self, node: Node<'_, '_>) {
         self.known_attributes(node, &["name", "accept", "reject"]);
         let Some(interface) = self.interface(node, Role::ActionClient) else { return };
@@ -408,7 +409,7 @@ impl<'p> Translator<'p> {
         }
     }
 
-    /// An element that sends an event.
+    /// Writes an element that sends an event.
     fn sending(&mut self, node: Node<'_, '_>, sending: &Sending) {
         let known: Vec<&str> = ["name"].into_iter().chain(sending.attributes.iter().copied()).collect();
         self.known_attributes(node, &known);
@@ -447,7 +448,7 @@ impl<'p> Translator<'p> {
         self.sent(name, sending.way, Some(interface.name.clone()), fields);
     }
 
-    /// A `<send>` of SCXML: to every other machine that takes the event, unless it says otherwise.
+    /// Writes a `<send>` of SCXML: to every other machine that takes the event, unless it says otherwise.
     fn plain_send(&mut self, node: Node<'_, '_>) {
         let known = ["event", "target", "id", "delay", "delayexpr"];
         self.known_attributes(node, &known);
@@ -518,7 +519,7 @@ impl<'p> Translator<'p> {
         }
     }
 
-    /// The answer to a tick.
+    /// Writes the answer to a tick.
     fn status(&mut self, node: Node<'_, '_>) {
         self.known_attributes(node, &["status"]);
         let Some(status) = required(node, "status", self.problems) else { return };
@@ -527,7 +528,7 @@ impl<'p> Translator<'p> {
                 self.answer(node, &format!("event=\"{}\"", status.to_lowercase()), None);
             }
             name if self.declared.data.contains_key(name) => {
-                // As AS2FM numbers them.
+                // These are AS2FM's numbers.
                 let words = format!("eventexpr=\"['', 'success', 'failure', 'running'][{name}]\"");
                 self.answer(node, &words, Some(value_span(node, "status")));
             }
@@ -549,7 +550,7 @@ impl<'p> Translator<'p> {
         self.write("/>", &name_span(node));
     }
 
-    /// The value of an output port: kept until the answer.
+    /// Writes the assignment of an output port: its value is kept until the answer.
     fn output(&mut self, node: Node<'_, '_>) {
         self.known_attributes(node, &["key", "expr"]);
         let Some(key) = required(node, "key", self.problems) else { return };

@@ -11,7 +11,7 @@ pub(crate) enum Role {
     Client,
     /// Provides a service.
     Server,
-    /// Sends goals of an action.
+    /// Sends goals to an action server.
     ActionClient,
     /// Provides an action.
     ActionServer,
@@ -63,11 +63,11 @@ impl Role {
 pub(crate) enum Way {
     /// To every other machine that has a transition for it.
     Everyone,
-    /// To the server, which takes the next request when it has answered.
+    /// To the server, which takes the next request once it has answered.
     Request,
     /// To the client whose request the server is answering.
     Response,
-    /// To the server, which learns which client sent it as `goal_id`.
+    /// To the server, which gets the sender's number as `goal_id`.
     Goal,
     /// To the client with this `goal_id`.
     Client,
@@ -117,13 +117,13 @@ const REACTIONS: [Reaction; 15] = [
     reaction("ros_action_handle_thread_start", Role::ActionServer, "action_{}_thread_start"),
     reaction("ros_action_handle_thread_free", Role::ActionServer, "action_{}_thread_free"),
     reaction("ros_rate_callback", Role::Timer, "timer_{}"),
-    // Both outcomes of a request for a goal; the second is `…_rejected`.
+    // The events for both outcomes of a goal request; the second is `…_rejected`.
     reaction(GOAL_RESPONSE, Role::ActionClient, "action_{}_goal_accepted"),
     Reaction { element: "bt_tick", role: None, event: "bt_tick", code: None },
     Reaction { element: "bt_halt", role: None, event: "bt_halt", code: None },
 ];
 
-/// The element that waits for the answer to a goal.
+/// The element that waits for the answer to a goal request.
 pub(super) const GOAL_RESPONSE: &str = "ros_action_handle_goal_response";
 
 impl Reaction {

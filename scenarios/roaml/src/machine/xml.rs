@@ -16,7 +16,7 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, Problem> {
     })
 }
 
-/// Whether a node is an element with this name, in whatever namespace: models are not careful with it.
+/// Whether a node is an element with this name, in any namespace: models are careless about namespaces.
 pub(crate) fn is(node: &Node<'_, '_>, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name
 }

@@ -5,15 +5,15 @@ use std::fmt;
 
 use skills::Datum;
 
-/// `left U right`, and what follows from it: `right` must hold in some state with a number of steps within the bounds,
-/// and `left` until then.
+/// `left U right`, or a formula defined by it: `right` must hold in some state with a number of steps within the
+/// bounds, and `left` until then.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Path {
     pub(super) left: Expression,
     pub(super) right: Expression,
-    /// The verdict as soon as `right` holds; `left` must not fail before.
+    /// The verdict as soon as `right` holds, if `left` has held until then.
     pub(super) reached: bool,
-    /// The verdict of a run that ends before.
+    /// The verdict if the run ends before that.
     pub(super) at_end: bool,
     pub(super) from: u64,
     pub(super) to: Option<u64>,
@@ -37,7 +37,7 @@ impl Path {
     }
 }
 
-/// The number that AS2FM gives to the first node of a tree.
+/// AS2FM's number for the first node of a tree.
 pub(super) const FIRST_NODE: usize = 1000;
 
 /// A variable of a formula.
@@ -45,7 +45,7 @@ pub(super) const FIRST_NODE: usize = 1000;
 pub(super) enum Variable {
     /// Whether an event has been sent.
     Valid(String),
-    /// A field of its latest message; a member of a member is written with a dot.
+    /// A field of an event's latest message; dots lead to nested members.
     Field(String, String),
     /// The last status of a node of the tree, by its place in the file: 1 success, 2 failure, 3 running; 0 before the
     /// end of the first tick that reaches it.
@@ -143,7 +143,7 @@ impl Expression {
         match self.value(state) {
             Datum::Number(number) => number,
             Datum::Bool(truth) => f64::from(u8::from(truth)),
-            // A value that has not been sent yet is 0, as in AS2FM.
+            // A value that has not been sent yet counts as 0, as in AS2FM.
             _ => 0.0,
         }
     }
@@ -221,7 +221,7 @@ fn binary(operator: Operator, left: &Expression, right: &Expression, state: &Sta
 fn are_equal(left: &Expression, right: &Expression, state: &State) -> bool {
     match (left.value(state), right.value(state)) {
         (Datum::Text(left), Datum::Text(right)) => left == right,
-        // AS2FM writes a text as the array of its bytes.
+        // AS2FM writes a string as the array of its bytes.
         (Datum::Text(text), Datum::Array(bytes)) | (Datum::Array(bytes), Datum::Text(text)) => {
             let bytes = bytes.items().iter().map(|byte| byte.to_text().parse::<u8>().ok());
             bytes.eq(text.bytes().map(Some))
@@ -263,7 +263,7 @@ impl fmt::Display for Path {
             (true, false, Expression::Bool(true)) => write!(f, "F{bounds} {}", self.right),
             (true, false, left) => write!(f, "{left} U{bounds} {}", self.right),
             (true, true, left) => write!(f, "{left} W{bounds} {}", self.right),
-            // G is written as: no state violates it.
+            // G is written as "no state violates it".
             (false, _, _) => match &self.right {
                 Expression::Not(inner) => write!(f, "G{bounds} {inner}"),
                 right => write!(f, "G{bounds} ¬{right}"),

@@ -1,4 +1,4 @@
-//! Reading properties from a JANI file.
+//! Reads properties from a JANI file.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use crate::instance::Fields;
 /// The events that a model's machines send, with their fields.
 type Events = BTreeMap<String, Fields>;
 
-/// A problem found by a reader: the message, the words of the file that it is about, and help.
+/// A problem found while reading: the message, the words of the file that it is about, and help.
 struct Unfit {
     message: String,
     words: Option<String>,
@@ -52,7 +52,7 @@ pub(super) fn properties(text: &str, events: &Events) -> Result<Vec<(String, Pat
     if problems.is_empty() { Ok(properties) } else { Err(problems) }
 }
 
-/// The place of a string of the file.
+/// The place of a string in the file.
 fn find(text: &str, words: &str, from: usize) -> Option<Range<usize>> {
     let quoted = format!("\"{words}\"");
     let start = from + text.get(from..)?.find(&quoted)? + 1;
@@ -72,7 +72,7 @@ fn path(property: &Json, events: &Events) -> Result<Path, Unfit> {
         let words = operator(values).map(str::to_owned);
         return Err(Unfit { words, ..unfit("only `Pmin` and `Pmax`, the probability of a formula, are supported") });
     };
-    let formula = values.get("exp").ok_or_else(|| unfit("of what is this the probability?"))?;
+    let formula = values.get("exp").ok_or_else(|| unfit("the formula is missing"))?;
     let operand = |name: &str| {
         let operand = formula.get(name).ok_or_else(|| unfit(format!("`{name}` is missing")))?;
         truth(operand, events)
@@ -96,7 +96,7 @@ fn operator(json: &Json) -> Option<&str> {
     json.get("op").and_then(Json::as_str)
 }
 
-/// The bounds of the number of steps.
+/// The bounds for the number of steps.
 fn bounds(formula: &Json) -> Result<(u64, Option<u64>), Unfit> {
     if let Some(other) = ["time-bounds", "reward-bounds"].into_iter().find(|name| formula.get(name).is_some()) {
         let words = Some(other.to_owned());
@@ -151,7 +151,7 @@ fn expression(json: &Json, events: &Events) -> Result<Expression, Unfit> {
     })
 }
 
-/// The variable with AS2FM's name for it.
+/// The variable with this name in AS2FM.
 fn variable(name: &str, events: &Events) -> Result<Expression, Unfit> {
     let node = name.strip_prefix("bt_").and_then(|rest| rest.split_once("_response"));
     let node = node.filter(|(_, member)| ["__status", ".status"].contains(member));

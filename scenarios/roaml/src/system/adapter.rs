@@ -13,14 +13,14 @@ use skills::{Adapter, Datum, Event, Machine, Undelivered};
 use crate::instance::Fields;
 use crate::machine::{Kind, PortDirection, TREE, Way, input_datum, nested, output_datum};
 
-/// More messages than this may not wait for one channel.
+/// The most messages that may wait for one channel.
 const MAX_WAITING: usize = 4096;
 
-/// The connections of a machine with the other processes.
+/// A machine's connections to the other processes.
 #[derive(Debug, Default)]
 pub(super) struct Wiring {
     pub(super) name: String,
-    /// Its channels from other processes, and to them.
+    /// Its channels from and to other processes.
     pub(super) incoming: Vec<Incoming>,
     pub(super) outgoing: Vec<ChannelId>,
     /// The index of the channel to the process that properties listen to.
@@ -28,7 +28,7 @@ pub(super) struct Wiring {
     pub(super) routes: BTreeMap<String, Route>,
     /// The fields of all events of the model.
     pub(super) events: Arc<BTreeMap<String, Fields>>,
-    /// A leaf's connection with the tree.
+    /// The connection to the tree, for a leaf.
     pub(super) leaf: Option<Leaf>,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Incoming {
 #[derive(Debug)]
 pub(super) struct Route {
     pub(super) way: Way,
-    /// For [`Way::Response`], [`Way::Client`] and [`Way::Thread`], by number; else all receive it.
+    /// By number for [`Way::Response`], [`Way::Client`] and [`Way::Thread`]; otherwise, all of them receive it.
     pub(super) receivers: Vec<Option<usize>>,
     /// Whether a property is about it.
     pub(super) is_recorded: bool,
@@ -59,10 +59,11 @@ pub(super) struct Leaf {
     pub(super) out: usize,
 }
 
-/// The messages of a machine on their way. It always receives; what it sends waits in order until its channel is free.
+/// Passes messages between a machine and its channels. It always receives; what the machine sends waits in order until
+/// its channel is free.
 #[derive(Clone, Debug)]
 pub(super) struct RosAdapter {
-    /// The wiring is constant: two adapters of one run with the same name have the same.
+    /// The wiring is constant: in one run, adapters with the same name have the same wiring.
     wiring: Arc<Wiring>,
     post: Post,
 }
@@ -71,9 +72,9 @@ pub(super) struct RosAdapter {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 struct Post {
     outboxes: Vec<VecDeque<Envelope>>,
-    /// The client that each service answers next, by the service's events without their last word.
+    /// The client that each service answers next, by the common part of the service's event names.
     serving: BTreeMap<String, usize>,
-    /// Requests that came meanwhile.
+    /// Requests that came in the meantime.
     waiting: VecDeque<(String, usize, Datum)>,
     /// The tree's request that has not been answered yet.
     pending: Option<RequestNumber>,
@@ -98,7 +99,7 @@ impl RosAdapter {
         let values = envelope.message.fields().get(1..).unwrap_or_default();
         let values = fields.zip(values).map(|((name, kind), value)| (name.clone(), kind.datum(value)));
         let client = incoming.client.get(head).copied();
-        // A goal arrives with the number of its client; a thread that is free says which one it is.
+        // A goal arrives with the number of its client; a free thread says which one it is.
         let number = client.filter(|_| head.starts_with("action_")).map(|client| {
             let name = if head.ends_with("_thread_free") { "thread_id" } else { "goal_id" };
             (name.to_owned(), (client as f64).into())
@@ -114,13 +115,13 @@ impl RosAdapter {
         }
     }
 
-    /// A client's request for the machine.
+    /// Passes a client's request to the machine.
     fn serve(&mut self, service: &str, client: usize, data: Datum) -> Event {
         self.post.serving.insert(service.to_owned(), client);
         Event::external(format!("srv_{service}_request")).with_data(data)
     }
 
-    /// A tick or a halt from the tree, with the values of input ports.
+    /// Takes a tick or a halt from the tree, with the values of input ports.
     fn take_request(&mut self, wiring: &Wiring, head: &str, envelope: &Envelope, machine: &mut Machine) -> Event {
         self.post.pending = Some(envelope.request);
         if let Some(leaf) = &wiring.leaf
@@ -139,7 +140,7 @@ impl RosAdapter {
         Event::external(if head == "halt" { "bt_halt" } else { "bt_tick" })
     }
 
-    /// The message of an event with these data.
+    /// The message for an event with this data.
     fn message(&self, event: &str, data: &Datum) -> Result<Message, Undelivered> {
         let mut values = vec![Value::symbol(event)];
         for (field, kind) in self.wiring.events.get(event).into_iter().flatten() {
@@ -161,7 +162,7 @@ impl Adapter for RosAdapter {
             let action = Action::Receive(incoming.channel, Pattern::Any);
             offers.push(Offer { transition: TransitionId(index as u32), action });
         }
-        // A property sees sent messages at once, before anything follows from them.
+        // A property sees a sent message first, before the message has any effect.
         let first = self.wiring.recorder.filter(|recorder| !self.post.outboxes[*recorder].is_empty());
         for (index, (out, waiting)) in self.wiring.outgoing.iter().zip(&self.post.outboxes).enumerate() {
             if let Some(envelope) = waiting.front().filter(|_| first.is_none_or(|first| first == index)) {
@@ -182,7 +183,7 @@ impl Adapter for RosAdapter {
         }
     }
 
-    /// The next request of a service that has answered.
+    /// The next request for a service that is free again.
     fn waiting(&mut self) -> Option<Event> {
         let serving = &self.post.serving;
         let next = self.post.waiting.iter().position(|(service, ..)| !serving.contains_key(service))?;

@@ -26,22 +26,22 @@ pub(super) struct Timer {
 pub(super) struct Wiring {
     pub(super) outgoing: Vec<ChannelId>,
     pub(super) timers: Vec<Timer>,
-    /// The channels to those who take the time itself, the topic `clock`.
+    /// The channels to the subscribers of the topic `clock`.
     pub(super) listeners: Vec<usize>,
-    /// The time between two messages on that topic: the greatest that divides all periods.
+    /// The time between two messages on that topic: the greatest common divisor of all periods.
     pub(super) step_ns: u64,
 }
 
-/// The clock. At a time at which several timers are due, it fires one per call of
+/// The clock. When several timers are due at the same time, it fires one per call of
 /// [`fire_timers`](Process::fire_timers), in the order of their declarations: everything that follows from one happens
 /// before the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Clock {
     wiring: Arc<Wiring>,
     outboxes: Vec<VecDeque<Envelope>>,
-    /// When each timer is due next, in nanoseconds.
+    /// When each timer is next due, in nanoseconds.
     due_ns: Vec<u64>,
-    /// The next message on the topic `clock`.
+    /// When the next message on the topic `clock` is due, in nanoseconds.
     tick_ns: u64,
 }
 
@@ -105,7 +105,7 @@ impl Process for Clock {
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         if !self.wiring.listeners.is_empty() {
             return Err(NoNormalForm::Unsupported {
-                reason: "it publishes the time of the run, which never returns to what it was".to_owned(),
+                reason: "it publishes the time of the run, which never repeats".to_owned(),
                 help: Some("remove the subscriptions to the topic `clock`, and use `<ros_time_rate>`".to_owned()),
             });
         }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use channels::{Action, ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Pattern, Process, TransitionId, Use};
 
-/// Receives everything that is sent to it.
+/// Receives everything sent to it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Recorder {
     pub(super) incoming: Vec<ChannelId>,
