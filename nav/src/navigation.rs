@@ -9,8 +9,8 @@
 //! ```
 //!
 //! While it is failing, it performs recovery behaviors one after another ([`Recovery`]) and keeps searching for a path.
-//! From every state, `stop` leads to idle and `pause` to paused; a silent laser that alone looks ahead, or an unknown
-//! pose, leads to error.
+//! From every state, `stop` leads to idle and `pause` to paused; an unknown pose leads to error, as does a silent laser
+//! if no other looks ahead.
 
 mod goal;
 mod machine;
@@ -222,7 +222,7 @@ impl Navigator {
         self.smoother.step(wanted, odometry, passed_s.min(LONGEST_STEP_S))
     }
 
-    /// Continues its activity and returns the wanted velocity.
+    /// Continues the current activity and returns the desired velocity.
     fn wanted(&mut self, now: &Now<'_>) -> VelocityCommand {
         let Some(mut trip) = self.trip.take() else { return VelocityCommand::STOP };
         let started = *trip.started.get_or_insert(now.time);

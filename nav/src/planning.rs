@@ -23,7 +23,7 @@ const ESCAPE_M: f64 = 1.0;
 /// The distance from a goal where the robot just fits to a cell that it fits anywhere in, in cells.
 const BESIDE_CELLS: f64 = 1.5;
 
-/// The distance from the centroid of an area within which a goal inside it is searched, in metres.
+/// The distance from the centroid of an area within which a goal inside it is searched for, in metres.
 const WITHIN_AREA_M: f64 = 10.0;
 
 /// Why there is no path.
@@ -215,7 +215,7 @@ mod tests {
                 prop_assert!((pair[1] - pair[0]).norm() < 0.11);
                 for step in 0..10 {
                     let point = pair[0] + (pair[1] - pair[0]) * (f64::from(step) / 10.0);
-                    // A start that is too near is left.
+                    // The path may still be leaving a start that is too near.
                     if (point - start).norm() > ESCAPE_M {
                         let distance_m = distance_m(&map, &point);
                         // Half a cell's diagonal from a cell's centre, minus the error of a line between two samples.

@@ -7,7 +7,7 @@ use maps::heading;
 use robot::recorded::{OdometryErrors, RecordedRobot, Recording};
 use robot::{Reading, Robot, Streams};
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("which log?")?;
     let recording = Arc::new(Recording::read(&std::fs::read(path)?)?);

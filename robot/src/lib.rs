@@ -58,7 +58,7 @@ impl Reading {
 /// use maps::pose;
 /// use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
 ///
-/// /// A base that is at once as fast as it is told to be, and senses nothing else.
+/// /// A base that reaches the commanded speed at once, and senses nothing else.
 /// struct Base(RobotModel, Odometry);
 ///
 /// impl Robot for Base {
@@ -81,7 +81,7 @@ impl Reading {
 /// assert!(matches!(readings[0], Reading::Odometry(odometry) if odometry.linear_mps == 0.4));
 /// ```
 pub trait Robot {
-    /// The software's knowledge of the robot's hardware.
+    /// What the software knows about the robot's hardware.
     fn model(&self) -> &RobotModel;
 
     /// Appends the readings received since the last call, oldest first.

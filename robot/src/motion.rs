@@ -6,7 +6,7 @@ use maps::{Pose, pose};
 
 use crate::LaserSpec;
 
-/// The software's knowledge of a differential-drive robot's hardware.
+/// What the software knows about a differential-drive robot's hardware.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
     /// Radius of the body, in metres: its footprint is a disc.

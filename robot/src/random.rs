@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 /// The source of all random numbers of a run.
 ///
 /// Each consumer asks once for its own stream by name (`"sim/laser_front"`). So an additional consumer, or more draws
-/// in one place, do not affect other streams.
+/// in one place, does not affect other streams.
 ///
 /// ```
 /// use robot::{Streams, normal};

@@ -88,7 +88,7 @@ impl Recording {
     /// [complaints](Self::complaints).
     ///
     /// # Errors
-    /// [`RecordingError`] if the file is not a log, or if so much of it is unusable that the rest means nothing.
+    /// [`RecordingError`] if the file is not a log, or if so much of it is unusable that the rest is meaningless.
     pub fn read(bytes: &[u8]) -> Result<Self, RecordingError> {
         let mut complaints = Complaints::default();
         let text = text::decompressed(bytes, &mut complaints)?;
@@ -105,13 +105,13 @@ impl Recording {
         Ok(Self { model, records, complaints: complaints.into_sorted() })
     }
 
-    /// Data recorded in another format than a log, in order. The lines of the records increase.
+    /// A recording of data in a format other than a log, in order. The records' line numbers must increase.
     #[must_use]
     pub fn of(model: RobotModel, records: Vec<Record>) -> Self {
         Self { model, records, complaints: Vec::new() }
     }
 
-    /// The knowledge about the robot: its lasers. The rest is as in the default robot.
+    /// What is known about the robot: its lasers. Everything else is as in the default robot.
     #[must_use]
     pub fn model(&self) -> &RobotModel {
         &self.model

@@ -21,7 +21,7 @@ fn decide(scan: &LaserScan, model: &RobotModel) -> VelocityCommand {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "a program that is run manually")]
 fn main() -> Result<(), Box<dyn Error>> {
     // Every setting has a default, and noise is off by default.
     let thing = |name: &str, shape, at, motion| ObstacleConfig { name: name.to_owned(), shape, pose: at, motion };

@@ -12,7 +12,7 @@ use crate::obstacles::{Movable, Obstacle, ObstaclePose, named};
 use crate::physics::{Body, Physics};
 use crate::room::distance_to;
 
-/// Takes a box off the floor. Without a pose, it is in nobody's way and view.
+/// Takes a box off the floor. Without a pose, it is out of everybody's way and view.
 pub(crate) fn pick_up(world: &mut World, name: &str) -> Result<(), BoxError> {
     let lifted = named::<Movable>(world, name).ok_or_else(|| BoxError::Unknown(name.to_owned()))?;
     world.entity_mut(lifted).take::<ObstaclePose>().ok_or_else(|| BoxError::Lifted(name.to_owned()))?;

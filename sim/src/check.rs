@@ -189,7 +189,7 @@ impl Check {
         self.positive(format!("{path}.speed_mps"), follow.speed_mps);
         for (number, (from, to)) in follow.stands.iter().enumerate() {
             let setting = format!("{path}.stands[{number}]");
-            self.that(from < to, setting, to.as_secs_f64(), "later than the person begins to stand");
+            self.that(from < to, setting, to.as_secs_f64(), "later than when the person begins to stand");
         }
     }
 
@@ -203,7 +203,7 @@ impl Check {
     fn door(&mut self, path: &str, door: &Door) {
         for (number, (from, to)) in door.closed.iter().enumerate() {
             let setting = format!("{path}.closed[{number}]");
-            self.that(from < to, setting, to.as_secs_f64(), "later than the door begins to close");
+            self.that(from < to, setting, to.as_secs_f64(), "later than when the door begins to close");
         }
         if let Some(every) = door.every {
             self.duration(format!("{path}.every"), every);
@@ -270,7 +270,7 @@ mod tests {
                 "obstacles[0].motion.distance_m is 0, must be greater than 0",
                 "obstacles[0].motion.meets_within_m is NaN, must be greater than 0",
                 "obstacles[0].motion.speed_mps is -1, must be greater than 0",
-                "obstacles[0].motion.stands[0] is 3, must be later than the person begins to stand",
+                "obstacles[0].motion.stands[0] is 3, must be later than when the person begins to stand",
             ]
         );
     }

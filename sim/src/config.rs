@@ -204,7 +204,7 @@ impl Default for BatteryConfig {
 }
 
 /// When the robot counts as docked: near enough to the station's pose, with its heading, and at rest for a while, so
-/// that passing by is not docking.
+/// that it does not dock in passing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockingConfig {
     /// Largest distance from the station, in metres. Default 0.5.

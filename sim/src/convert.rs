@@ -13,8 +13,8 @@ const RASTER_M: f64 = 128.0;
 /// less than that in a step, and maps with UTM coordinates are even farther away. So the precision must depend on the
 /// size of the building, not on its position.
 ///
-/// The origin is the middle of the map, rounded to a raster: it is 0 for all maps whose middle is less than 64 m from
-/// the `map` frame's origin in x and y, and results for these have the same bits as without it.
+/// The origin is the middle of the map, rounded to a grid: it is 0 for all maps whose middle is less than 64 m from the
+/// `map` frame's origin in x and y, so their results have the same bits as without this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LocalFrame {
     /// In the `map` frame, in metres.

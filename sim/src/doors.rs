@@ -47,7 +47,7 @@ impl Leaf {
         self.open
     }
 
-    /// Opens or closes it, instead of its schedule.
+    /// Opens or closes it, overriding its schedule.
     pub(crate) fn command(&mut self, open: bool) {
         self.commanded = Some(open);
     }
@@ -176,6 +176,6 @@ mod tests {
         let foot = Point::new(2.0, 1.3);
         let opens = course(&mut leaf, 4, |pose| distance_to(&SHAPE, pose, &foot) > 0.3);
         assert!(opens[3] > 0.2 && opens[3] == opens[2], "{opens:?}");
-        assert_eq!(course(&mut leaf, 4, |_| true)[3], 0.0, "it goes on when the way is free");
+        assert_eq!(course(&mut leaf, 4, |_| true)[3], 0.0, "it continues when the way is free");
     }
 }

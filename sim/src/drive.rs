@@ -125,7 +125,7 @@ impl Drive {
         }
     }
 
-    /// The velocity nearest to the wanted one that the acceleration limits allow within a step.
+    /// The velocity nearest to the desired one that the acceleration limits allow within a step.
     fn toward(&self, wanted: VelocityCommand, dt_s: f64) -> VelocityCommand {
         let approach = |from: f64, to: f64, step: f64| {
             if (to - from).abs() <= step { to } else { from + step.copysign(to - from) }

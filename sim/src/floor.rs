@@ -1,4 +1,4 @@
-//! The things that stand on the floor and block way and view: walls, doors' leaves and fixed bodies.
+//! What stands on the floor and blocks movement and view: walls, doors' leaves and fixed bodies.
 
 use bevy_ecs::prelude::*;
 use maps::{Point, Pose};

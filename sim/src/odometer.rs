@@ -32,7 +32,7 @@ impl Odometer {
         Self { config: *config, drift, due: Periodic::new(config.period), latest }
     }
 
-    /// The latest measurement, one per step whatever the period of the readings.
+    /// The latest measurement: there is one per step, regardless of the period of the readings.
     pub(crate) fn latest(&self) -> Odometry {
         self.latest
     }

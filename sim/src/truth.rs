@@ -109,7 +109,7 @@ impl<'a> Truth<'a> {
         self.of::<Odometer>(self.robot).latest()
     }
 
-    /// The true state of the battery, whatever its readings.
+    /// The true state of the battery, regardless of its readings.
     #[must_use]
     pub fn battery(&self) -> BatteryState {
         self.of::<Battery>(self.robot).state(&self.clock())

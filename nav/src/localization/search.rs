@@ -69,7 +69,7 @@ const AHEAD_NATS: f64 = 15.0;
 const AHEAD_M: f64 = 2.0;
 const AHEAD_SCANS: u32 = 6;
 
-/// Places less far behind the best than this, in nats, look like it.
+/// Places less than this far behind the best, in nats, look like it.
 const ALIKE_NATS: f64 = 10.0;
 
 /// How far a hypothesis may be from its best match: the squared deviations of the first guess, in metres and radians.

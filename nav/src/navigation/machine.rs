@@ -37,7 +37,7 @@ const TRY_AGAIN: Duration = Duration::from_secs(1);
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
 pub(crate) const SHARE_OF_PLAN: f64 = 0.6;
 
-/// This much nearer is progress, in metres.
+/// Coming nearer to the goal by this much is progress, in metres.
 const PROGRESS_M: f64 = 0.1;
 
 impl Navigator {
@@ -150,7 +150,7 @@ impl Navigator {
             costmap: &self.costmap,
             surroundings: &self.surroundings,
         };
-        let follower = trip.follower.as_mut().expect("whoever moves has a path");
+        let follower = trip.follower.as_mut().expect("a moving robot has a path");
         let progress = follower.step(&situation);
         match follower.phase() {
             Phase::Arrived => self.status = NavigationStatus::GoalReached,

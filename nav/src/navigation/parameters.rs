@@ -6,7 +6,7 @@ use robot::RobotModel;
 
 use crate::{CostmapParameters, Error, FollowingParameters};
 
-/// Parameters of a [`Navigator`](crate::Navigator). All times are simulated (or the robot's) time.
+/// Parameters of a [`Navigator`](crate::Navigator). All times are in simulated time, or the robot's time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NavigationParameters {
     /// How obstacles are inflated, marked and cleared.
@@ -25,8 +25,8 @@ pub struct NavigationParameters {
     /// 90 s: four times through all recovery behaviors. Many people who talk in a doorway or at the robot's goal are
     /// still there after half of it. If the map alone is the reason, retrying is pointless and skipped.
     pub failing_patience: Duration,
-    /// How long the robot may come no nearer to its goal before the path is replanned, and the next time recovery
-    /// begins. After `stalls` such periods it gives up. Default 10 s.
+    /// How long the robot may go without getting nearer to its goal before the path is replanned; the next time,
+    /// recovery begins. After `stalls` such periods it gives up. Default 10 s.
     pub progress_patience: Duration,
     /// The maximum number of times in a row that progress may stop. Default 3.
     pub stalls: u32,

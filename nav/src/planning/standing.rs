@@ -9,7 +9,7 @@ use crate::costmap::clearance;
 /// long paths.
 const OPEN_COST: u32 = 10;
 
-/// The cost that 252 adds to a cell's cost, as a multiple of the open cost.
+/// How much a costmap's 252 adds to a cell's cost, as a multiple of the open cost.
 const NEAR_FACTOR: u32 = 4;
 
 /// The planner's view of a costmap's cells: can the robot's centre be there, and at what cost?

@@ -94,7 +94,7 @@ fn people_around_a_robot_leave_its_pose_unchanged() {
     for (seed, (start, people, away_m)) in (0..).zip(places) {
         let mut drive = Drive::new(&office(), start, seed);
         surround(&mut drive.robot.world, &start, people, away_m);
-        // From the first scan on, at rest and starting; then they step aside.
+        // From the first scan on, at rest and while starting; then they step aside.
         let hidden = [drive.go(30, REST), drive.go(15, TURN), drive.go(15, SMALL_CIRCLE)];
         drive.robot.world = office();
         let seen = [drive.go(10, REST), drive.go(10, CIRCLE)];
@@ -134,7 +134,7 @@ fn a_robot_moved_at_rest_into_a_small_room_is_found() {
         println!("{:?}: {:.3} m off at rest", room.translation, drive.off_m());
         assert!(drive.off_m() < 0.1, "not found within 15 s");
         drive.go(20, CIRCLE);
-        assert!(drive.off_m() < 0.1 && drive.localization.doubt() < 0.5, "not held to be found while it drives");
+        assert!(drive.off_m() < 0.1 && drive.localization.doubt() < 0.5, "still believed lost while it drives");
     }
 }
 

@@ -165,7 +165,7 @@ fn a_blocked_corridor_causes_a_detour() {
     let (status, took) = drive.go(goal(13.0, 1.0, 0.0), 180);
     println!("{took:?}, closest {:.3}, {:?}", drive.closest_m, drive.statuses);
     assert_eq!(status, NavigationStatus::GoalReached, "{:?}", drive.navigator.reason());
-    assert!(drive.statuses.contains(&NavigationStatus::WaitingObstacle), "it waits before it takes so long a way");
+    assert!(drive.statuses.contains(&NavigationStatus::WaitingObstacle), "it waits before it takes such a long detour");
     assert!(drive.closest_m > 0.02);
 }
 
@@ -299,7 +299,7 @@ fn silent_lasers_and_unknown_poses_are_errors() {
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadGoal));
 }
 
-/// The drive with a laser that falls silent after 2 s.
+/// A drive with a laser that falls silent after 2 s.
 fn drive_with_a_silent_laser(laser: usize) -> Drive {
     let mut drive = Drive::new(hall(10.0, 5.0), pose(1.0, 2.5, 0.0));
     drive.navigator.start(goal(9.0, 2.5, 0.0));

@@ -57,7 +57,7 @@ fn a_robot_is_not_lost_during_a_search_caused_by_removed_walls() {
             .expect("the parameters are valid");
         let (worst_m, is_sought) = drive(&mut robot, &mut localization);
         println!("seed {seed}: {worst_m:.2} m off at most");
-        assert!(is_sought, "seed {seed}: what is tested is a search");
+        assert!(is_sought, "seed {seed}: this test needs a search");
         assert!(worst_m < 0.5, "seed {seed}: {worst_m} m off");
     }
 }

@@ -124,7 +124,7 @@ impl fmt::Display for Flaw {
             Self::ClockAhead { by_s } => write!(f, "the clock is {by_s:.3} s ahead of the lines that follow"),
             Self::OdometryJumps { by_m } => write!(f, "odometry jumps by {by_m:.1} m"),
             Self::StrayPose { by_m } => {
-                write!(f, "the corrected pose is {by_m:.1} m away from those of neighbouring scans")
+                write!(f, "the corrected pose is {by_m:.1} m away from those of neighboring scans")
             }
         }
     }
@@ -178,20 +178,20 @@ pub enum RecordingError {
     TooLong,
     /// All its scans are in the format of later loggers.
     #[error(
-        "line {line}: the scans of this log are in ROBOTLASER lines, the format of later CARMEN loggers, which is not read: \
-         only FLASER lines have room for both a corrected pose and odometry"
+        "line {line}: the scans of this log are in ROBOTLASER lines, the format of later \
+         CARMEN loggers, which is not supported: only FLASER lines have room for both a corrected pose and odometry"
     )]
     LaterFormat {
         /// The first such line.
         line: usize,
     },
-    /// It has no scans, or almost no line of a log.
+    /// It has no scans, or almost none of its lines belong in a log.
     #[error("not a CARMEN log: no line begins with FLASER{}", first(.complaints))]
     NoScans {
         /// The problems of its lines.
         complaints: Vec<Complaint>,
     },
-    /// Most of it is unusable, so the rest means nothing.
+    /// Most of it is unusable, so the rest is meaningless.
     #[error("{unusable} of {scans} scans cannot be used, so the others are not used either{}", first(.complaints))]
     Unusable {
         /// The number of unusable scans.

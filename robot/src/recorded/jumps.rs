@@ -5,11 +5,11 @@ use maps::{Pose, pose};
 use super::complaint::{Complaints, Flaw};
 use super::lines::Line;
 
-/// The shortest jump, in metres. It is also this many times as long as most motions between two lines.
+/// A jump is at least this long, in metres, and this many times as long as most motions between two lines.
 const LEAST_M: f64 = 2.0;
 const TIMES: f64 = 5.0;
 
-/// The percentage that counts as most.
+/// The percentage that counts as "most".
 const MOST: usize = 80;
 
 /// Continues odometry from its last position when it jumps: the motion between two such lines is unknown.

@@ -5,10 +5,10 @@ use maps::{Pose, pose};
 use super::complaint::{Complaints, Flaw, RecordingError};
 use crate::VelocityCommand;
 
-/// Larger coordinates, in metres, are taken for mistakes.
+/// Coordinates beyond this, in metres, are treated as mistakes.
 const FARTHEST_M: f64 = 1e6;
 
-/// More beams are taken for a mistake.
+/// More beams than this are treated as a mistake.
 const MOST_BEAMS: usize = 100_000;
 
 /// Odometry just before a scan is usually at most this far from the scan's own, in metres.
@@ -38,7 +38,7 @@ pub(super) struct Scan {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lines {
     pub(super) lines: Vec<Line>,
-    /// The first line with a scan in the format of later loggers, which is not read.
+    /// The first line with a scan in the format of later loggers, which is not supported.
     later_format: Option<usize>,
     /// Scans of the front laser that could not be used.
     unusable: usize,
@@ -54,7 +54,7 @@ impl Lines {
     /// Reads all lines.
     pub(super) fn parse(text: &[u8], complaints: &mut Complaints) -> Result<Self, RecordingError> {
         let mut lines = Self::default();
-        // Some editors write this at the beginning of a text.
+        // Some editors write this byte order mark at the beginning of a text.
         let text = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
         let is_whole = text.is_empty() || text.ends_with(b"\n");
         let count = text.split(|byte| *byte == b'\n').count();
@@ -62,7 +62,7 @@ impl Lines {
             let breaks_off = index + 1 == count && !is_whole;
             let line = String::from_utf8_lossy(line);
             let taken = match lines.take(index + 1, &line) {
-                // A truncated keyword looks like another one.
+                // A truncated keyword looks like a different one.
                 Ok(()) if breaks_off && line.split_ascii_whitespace().count() == 1 => Err(Flaw::LineBreaksOff),
                 taken => taken,
             };

@@ -1,4 +1,4 @@
-//! The range from which a laser has hit nothing.
+//! The range that means that a laser has hit nothing.
 
 use super::lines::Lines;
 

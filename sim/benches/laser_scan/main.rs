@@ -1,4 +1,4 @@
-//! The speed of casting scans against walls: the sweep, and in the same run its alternatives.
+//! The speed of casting scans against walls: the sweep and, in the same run, its alternatives.
 //!
 //! `cargo bench -p steward-sim --bench laser_scan`; divan's filter selects benchmarks, for example `-- sweep`. With
 //! `STEWARD_BENCH_MAP=path/to/map.yaml` the map in that file is added to the built-in ones.
@@ -68,11 +68,11 @@ fn bench_rival(
     for base in &place.poses {
         walls.ranges(&beams, base, laser.range_max_m, &mut exact_m);
         scan(base, &beams, max_m, &mut ranges_m);
-        // Two infinities differ by NaN, which is not more.
+        // Two infinities differ by NaN, which does not exceed the limit.
         let differences_m = exact_m.iter().zip(&ranges_m).map(|(exact_m, range_m)| exact_m - f64::from(*range_m));
         wrong += differences_m.filter(|difference_m| difference_m.abs() > 0.5).count();
     }
-    assert!(wrong * 50 < laser.beams * place.poses.len(), "{wrong} beams see other walls");
+    assert!(wrong * 50 < laser.beams * place.poses.len(), "{wrong} beams see different walls");
     bench_scans(bencher, place, laser, |base| {
         scan(base, &beams, max_m, &mut ranges_m);
         divan::black_box(&ranges_m);

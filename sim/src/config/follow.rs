@@ -4,17 +4,17 @@ use std::time::Duration;
 
 /// How a person follows the robot: where it went, facing forward.
 ///
-/// They stand at their first pose until they meet it: it is near, in view, and the straight way to it is wide enough
-/// for them, so their whole body must be on free floor. From then on, they walk where the robot has been, or straight
-/// to it where they would meet it again. They leave out its loops. They stop in front of closed doors, never walk into
-/// the robot, and step aside when it faces them from near for 3 s. If it is moved elsewhere in an instant, they stand
-/// until they meet it again.
+/// They stand at their first pose until they meet it: until it is near and in view, and the straight way to it is wide
+/// enough for them. So their whole body must be on free floor. From then on, they walk where the robot has been, or
+/// straight to it where they would meet it again. They skip its loops. They stop in front of closed doors, never walk
+/// into the robot, and step aside when it faces them from nearby for 3 s. If it is suddenly moved elsewhere, they stand
+/// still until they meet it again.
 ///
 /// People walk through each other: give those who follow together different distances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Follow {
-    /// The distance that they keep from the robot's centre, in metres; if they would touch it, just more than that.
-    /// Default 1.2.
+    /// The distance that they keep from the robot's centre, in metres, or slightly more than it takes not to touch it,
+    /// if that is larger. Default 1.2.
     pub distance_m: f64,
     /// How near the robot's centre must be for them to meet it, in metres. Default 2.
     pub meets_within_m: f64,

@@ -11,8 +11,8 @@ pub struct LaserFault {
 
 /// Troubles of a laser scanner.
 ///
-/// Several troubles of one scanner accumulate: each acts on the result of the previous one, displacements are
-/// concatenated, variances of noises add up, and the shortest range limit applies.
+/// Several troubles of one scanner accumulate: each acts on the result of the previous one, displacements are composed,
+/// variances of noises add up, and the shortest range limit applies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LaserTrouble {
     /// No scans come.

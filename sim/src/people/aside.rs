@@ -12,7 +12,7 @@ use crate::route::walk_to;
 /// The side clearance to the robot's path when stepping aside, in metres.
 const ROOM_M: f64 = 0.2;
 
-/// Places to step aside to are searched in this many directions and at these distances, in metres, nearest first.
+/// Places to step aside to are searched for in this many directions and at these distances, in metres, nearest first.
 const DIRECTIONS: u32 = 24;
 const FARTHEST_M: f64 = 1.8;
 const STEP_M: f64 = 0.15;

@@ -28,7 +28,7 @@ pub(crate) struct Follower {
     follow: Follow,
     /// Where the robot went since they met it.
     trail: Option<Trail>,
-    /// Since when it has faced them from near.
+    /// Since when it has faced them from nearby.
     faced_since: Option<Duration>,
     /// They have left the trail to let it pass.
     aside: Option<Aside>,

@@ -14,8 +14,8 @@ const JUMP_M: f64 = 0.3;
 
 /// The places where the robot has been since somebody met it.
 ///
-/// It has no loops: a robot that comes back to an earlier place shortens it. So a trail is only as long as the floor is
-/// large, however long the robot drives.
+/// It has no loops: a robot that comes back to an earlier place shortens it. So the size of the floor limits its
+/// length, however long the robot drives.
 #[derive(Clone, Debug)]
 pub(super) struct Trail {
     /// The places still ahead of the follower, the next one first.
@@ -39,7 +39,8 @@ impl Trail {
         if (robot - self.last).norm() < SPACING_M {
             return false;
         }
-        // The way between two places of the robot that are so near is free for a body that is not wider than it.
+        // Between two of the robot's places that are this close, the way is free for any body that is no wider than the
+        // robot.
         if let Some(earlier) = self.ahead.iter().position(|place| (robot - place).norm() < SPACING_M) {
             self.ahead.truncate(earlier + 1);
         }

@@ -121,12 +121,12 @@ impl Walker {
         ((gap_m - manners.stop_within_m) / (manners.slow_within_m - manners.stop_within_m)).min(1.0)
     }
 
-    /// Whether the robot faces them from near enough to be waiting for them.
+    /// Whether the robot faces them and is near enough to be waiting for them.
     fn is_in_the_way(&self, meeting: &Meeting) -> bool {
         self.walk.manners.is_some_and(|manners| meeting.is_faced_within(manners.slow_within_m))
     }
 
-    /// Has been blocked for another step; steps aside when patience has run out.
+    /// Is blocked for another step; steps aside when patience has run out.
     fn lose_patience(&mut self, meeting: &Meeting, world: &World<'_>) {
         let Some(manners) = self.walk.manners else { return };
         let since = *self.hindered_since.get_or_insert(world.clock.now);
@@ -245,7 +245,7 @@ mod tests {
         let robot = |time_s: f64| Point::new(2.0 - 0.5 * (time_s - 12.0).max(0.0), 0.0);
         let places = walk_on(&floor(3.0), walk_along_x(Some(Manners::default())), robot, 40);
         assert!(places[..13].iter().any(|at| at.y.abs() > 0.6), "nobody stepped aside: {places:?}");
-        assert!(places.iter().any(|at| at.x > 3.9 && at.y.abs() < 1e-9), "nobody went on: {places:?}");
+        assert!(places.iter().any(|at| at.x > 3.9 && at.y.abs() < 1e-9), "nobody continued: {places:?}");
     }
 
     #[test]

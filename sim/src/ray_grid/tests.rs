@@ -86,7 +86,7 @@ proptest! {
         direction in direction(),
         reach in 1..60_i128,
     ) {
-        // In lengths of the direction, so that it reaches about that many cells.
+        // In lengths of the direction: enough to cross about `reach` cells.
         let max = reach * 1_048_576 / direction[0].abs().max(direction[1].abs());
         let occupied = |c: usize, r: usize| {
             let mixed = (seed ^ (c * SIZE + r) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);

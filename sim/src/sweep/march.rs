@@ -34,7 +34,7 @@ pub(super) struct March<'a> {
     pub(super) edges: &'a Edges<'a>,
     /// The maximum number of rows that the beams pass through.
     pub(super) rows: usize,
-    /// Intervals that wait for their turn.
+    /// Intervals waiting for their turn.
     pub(super) waiting: &'a mut Vec<Interval>,
     /// The ends of groups of beams, each at its first beam.
     pub(super) outcomes: &'a mut [Outcome],

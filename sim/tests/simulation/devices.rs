@@ -195,8 +195,8 @@ fn walls_leaves_and_fixed_bodies_block_the_view_and_nothing_else() {
     assert!(sees(&sim, 3.9, 3.0), "past the crate, up to the door");
     assert!(!sees(&sim, 4.1, 3.0), "through the door");
     assert!(sees(&sim, 4.0, 5.0), "past Ann");
-    assert!(sees(&sim, 2.0, 2.0) && !sees(&sim, 2.0, 1.0), "before and behind the table");
-    assert!(sees(&sim, 0.05, 3.0) && !sees(&sim, -0.05, 3.0), "before and in the wall");
+    assert!(sees(&sim, 2.0, 2.0) && !sees(&sim, 2.0, 1.0), "in front of the table and behind it");
+    assert!(sees(&sim, 0.05, 3.0) && !sees(&sim, -0.05, 3.0), "in front of the wall and in it");
     sim.command_door("door", true);
     drive(&mut sim, 0.0, 0.0, 101);
     assert!(sees(&sim, 7.0, 3.0), "through the open door");

@@ -33,7 +33,7 @@ fn driving_drains_while_current_flows() {
     let after = sim.truth().battery().charge_pct;
     assert!((after - 49.5).abs() < 1e-9, "{after}");
     drive(&mut sim, 0.0, 0.0, 500);
-    // 0.5 rad/s brakes within 13 steps; the step in which the motors reach 0 consumes nothing.
+    // From 0.5 rad/s, it brakes within 13 steps; the step in which the motors reach 0 consumes nothing.
     let rested = sim.truth().battery().charge_pct;
     assert!((after - rested - 12.0 * 0.001).abs() < 1e-9, "{rested}");
 }

@@ -200,9 +200,9 @@ proptest! {
         for (linear_mps, angular_radps, steps) in commands {
             roam(&mut sim, (linear_mps, angular_radps), steps)?;
         }
-        // A robot that turns on the spot waits for nobody to make way.
+        // A robot that turns on the spot does not wait for anybody to make way.
         roam(&mut sim, (0.0, 1.0), 4000)?;
-        // Whoever has stepped aside before is not back if the robot waits just there.
+        // Somebody who has stepped aside is not back yet if the robot waits right there.
         prop_assert!(apart_m(&sim) < 2.6, "Ann is at {}, the robot at {}", place_of_ann(&sim), place_of_robot(&sim));
     }
 }

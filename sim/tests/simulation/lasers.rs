@@ -6,7 +6,7 @@ use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig, Simulation
 
 use crate::{drive, in_a_room, room, scans};
 
-/// A laser all around in the middle of the robot, eight beams at 45°.
+/// A laser in the middle of the robot that looks all around with eight beams, 45° apart.
 fn eight_beams() -> SimConfig {
     let laser = LaserSpec {
         name: "around".to_owned(),
@@ -65,7 +65,7 @@ fn both_lasers_scan_from_their_mounts() {
     let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
     let mut readings = Vec::new();
     sim.read(&mut readings);
-    // No beam points straight ahead: the two in the middle are half an increment beside it.
+    // No beam points straight ahead: the two in the middle are half an increment to either side.
     let half_increment_rad = 0.5 * (270.0 / 359.0_f64).to_radians();
     let ahead = 3.755 / libm::cos(half_increment_rad);
     for scan in scans(&readings) {

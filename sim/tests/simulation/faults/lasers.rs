@@ -111,7 +111,7 @@ fn a_ghost_is_fixed_to_the_scanner() {
     let [haunted, whole] = with_and_without(LaserTrouble::Ghost { distance_m: 1.5, bearing_rad: 0.0, width_rad: 0.2 });
     let changed: Vec<usize> = (0..360).filter(|beam| haunted[*beam] != whole[*beam]).collect();
     assert!(changed.iter().all(|beam| haunted[*beam] == 1.5));
-    assert_eq!((changed[0], changed[changed.len() - 1]), (172, 187), "0.1 rad each way at 0.01313 rad a beam");
+    assert_eq!((changed[0], changed[changed.len() - 1]), (172, 187), "0.1 rad each way at 0.01313 rad per beam");
     let [behind_the_wall, whole] =
         with_and_without(LaserTrouble::Ghost { distance_m: 9.0, bearing_rad: 0.0, width_rad: 6.0 });
     assert_eq!(behind_the_wall, whole);
