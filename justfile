@@ -1,17 +1,17 @@
-# Recipes for those who have `just`; each is a script or a command that works without it.
+# Recipes for `just`; each is a script or a command that works without it.
 
 # Format, lints and tests of the crates that have changed, or of those named: just fast steward-bt
 fast *PACKAGES:
     .ci/fast {{PACKAGES}}
 
-# Everything that must hold before a change lands; some 25 minutes on two cores.
+# Everything that must hold before a change lands; about 25 minutes on two cores.
 gate:
     .ci/run
 
-# A scenario with the release binary: just scenario battery_fault --seed 2
+# Runs a scenario with the release binary: just scenario battery_fault --seed 2
 scenario NAME *ARGUMENTS:
     cargo scenario {{NAME}} {{ARGUMENTS}}
 
-# What is measured; just bench -p steward-bt
+# Benchmarks: just bench -p steward-bt
 bench *ARGUMENTS:
     cargo bench {{ARGUMENTS}}

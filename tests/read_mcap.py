@@ -1,4 +1,4 @@
-"""Reads recordings in MCAP with the tools of others, message by message, and compares them with the event log and report
+"""Reads MCAP recordings with other tools, message by message, and compares them with the event log and report
 of the same run:
 
     pip install mcap mcap-ros2-support rosbags rerun-sdk && python3 tests/read_mcap.py target/release/steward
