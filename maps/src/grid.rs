@@ -135,7 +135,7 @@ impl OccupancyGrid {
         inside.then(|| CellIndex { column: grid.x as usize, row: grid.y as usize })
     }
 
-    /// The centre of a cell in the `map` frame.
+    /// The center of a cell in the `map` frame.
     #[must_use]
     pub fn center(&self, index: CellIndex) -> Point {
         self.from_grid(&Point::new(index.column as f64 + 0.5, index.row as f64 + 0.5))
@@ -171,7 +171,7 @@ mod tests {
         grid.set(CellIndex { column: 15, row: 10 }, Cell::Occupied);
         assert!(grid.has_room(&Point::new(0.0, 0.05), 0.49));
         assert!(!grid.has_room(&Point::new(0.0, 0.05), 0.51));
-        // Past the corner of the cell, where its neighbours are free.
+        // Past the corner of the cell, where its neighbors are free.
         assert!(grid.has_room(&Point::new(0.3, -0.2), 0.28));
         assert!(!grid.has_room(&Point::new(0.3, -0.2), 0.29));
     }

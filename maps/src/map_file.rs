@@ -29,11 +29,11 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// mode: trinary               # or scale, raw; may be left out
 /// ```
 ///
-/// `mode` decides what a pixel means. Its *shade* is the mean of its colours, from 0 (black) to 1 (white), its
+/// `mode` decides what a pixel means. Its *shade* is the mean of its colors, from 0 (black) to 1 (white), its
 /// *occupancy* is 1 − shade, or the shade itself if `negate` is set.
 ///
 /// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown otherwise. Alpha counts as a
-///   colour.
+///   color.
 /// - **scale**: unknown where the picture is transparent. Elsewhere ROS publishes 100 % above `occupied_thresh`, 0 %
 ///   below `free_thresh`, and scales values between them linearly from 0 to 100 %.
 /// - **raw**: ROS publishes the shade, from 0 to 255, as a percentage if it is at most 100, otherwise as unknown.

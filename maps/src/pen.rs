@@ -15,7 +15,7 @@ pub(crate) const fn rect(x_m: (f64, f64), y_m: (f64, f64)) -> Rect {
     Rect { x_m, y_m }
 }
 
-/// Fills shapes: a cell belongs to a shape if its centre does.
+/// Fills shapes: a cell belongs to a shape if its center does.
 #[derive(Debug)]
 pub(crate) struct Pen {
     grid: OccupancyGrid,

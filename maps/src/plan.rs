@@ -23,7 +23,7 @@ pub(crate) struct Plan {
     pub(crate) slanted_wall: Option<(Position, Position)>,
     /// Furniture with straight sides.
     pub(crate) boxes: &'static [Rect],
-    /// Round furniture: centre and radius.
+    /// Round furniture: center and radius.
     pub(crate) rounds: &'static [(Position, f64)],
     /// Slanted furniture: a stroke from one point to the other and its width.
     pub(crate) strokes: &'static [(Position, Position, f64)],

@@ -47,7 +47,7 @@ fn coinciding(corners: &[Spanned<Point>]) -> Vec<Problem> {
     let pairs = edges(corners).filter(|(a, b)| a.value == b.value);
     let problem = |(a, b): (&Spanned<_>, &Spanned<_>)| {
         let later = if a.span.range().start > b.span.range().start { a } else { b };
-        later.span.problem("two neighbouring corners are the same point").with_label("the same as its neighbour")
+        later.span.problem("two neighboring corners are the same point").with_label("the same as its neighbor")
     };
     pairs.map(problem).collect()
 }

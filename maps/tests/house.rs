@@ -90,7 +90,7 @@ struct Distances {
 }
 
 impl Distances {
-    /// Dijkstra's algorithm over eight neighbours. A step near a wall costs 1 + `shyness` times its length.
+    /// Dijkstra's algorithm over eight neighbors. A step near a wall costs 1 + `shyness` times its length.
     fn from(map: &OccupancyGrid, start: &Point, shyness: u64) -> Self {
         let weights = weights(map, shyness);
         let start = map.index_of(start).expect("the start lies on the map");

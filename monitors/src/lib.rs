@@ -11,7 +11,7 @@
 //! the events of a run one by one, either from the channel system that it is attached to or, through [`verify`], from a
 //! recorded log. Its verdicts are three-valued, and true and false are final; [`Outcome`] is the result at the end of a
 //! run. The two properties of the paper also exist as hand-built program graphs after its monitor figure, [`phi1`] and
-//! [`phi2`]; tests compare the synthesised monitors with them.
+//! [`phi2`]; tests compare the synthesized monitors with them.
 //!
 //! # The language
 //!

@@ -1,4 +1,4 @@
-//! The two hand-built monitors of the paper and the synthesised ones on the same random sequences: they agree, or their
+//! The two hand-built monitors of the paper and the synthesized ones on the same random sequences: they agree, or their
 //! difference is a named class.
 
 use std::time::Duration;
@@ -221,7 +221,7 @@ fn the_monitors_of_phi2_differ_only_in_named_classes() {
 }
 
 #[test]
-fn the_synthesised_monitor_of_phi2_agrees_with_the_oracle() {
+fn the_synthesized_monitor_of_phi2_agrees_with_the_oracle() {
     let topology = topology();
     for seed in 0..cases(1_000) {
         let events = run(&mut Dice(seed + 8_000_000), &topology, 30);
@@ -257,7 +257,7 @@ fn the_locations_are_those_of_the_papers_figure() {
 fn verdicts_outlast_time_that_passes_without_ticks() {
     let topology = topology();
     let property = shipped("phi2", &topology, 10);
-    let fresh = property.scope_monitor().expect("a synthesised monitor");
+    let fresh = property.scope_monitor().expect("a synthesized monitor");
     let received = |from, to, message| {
         let channel = topology.find_channel(from, to).expect("a channel of the robot");
         fresh.symbol(&EventKind::Received { channel, message }).expect("phi2 mentions it")

@@ -1,9 +1,9 @@
 //! The exact Euclidean distance transform of a grid.
 //!
-//! Distances run from cell centre to cell centre, or to the nearest point of a cell, in half cells. They are squared
+//! Distances run from cell center to cell center, or to the nearest point of a cell, in half cells. They are squared
 //! integers, so nothing is rounded. Columns are processed first, in two sweeps; then each row is computed as the lower
 //! envelope of parabolas, in time linear in the number of cells. The distance to a cell is the distance to the nearest
-//! of its centre and its two sides: three parabolas.
+//! of its center and its two sides: three parabolas.
 //!
 //! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8,
 //! 2012.
@@ -26,14 +26,14 @@ pub(crate) fn squared_distances(width: usize, height: usize, is_target: impl Fn(
     field
 }
 
-/// The squared distance in half cells from each cell's centre to the nearest point of the nearest cell that `is_target`
+/// The squared distance in half cells from each cell's center to the nearest point of the nearest cell that `is_target`
 /// accepts; otherwise like [`squared_distances`].
 pub(crate) fn squared_half_cells(width: usize, height: usize, is_target: impl Fn(usize) -> bool) -> Vec<u32> {
     if width == 0 || height == 0 {
         return Vec::new();
     }
     let mut field = distances_along_columns(width, height, is_target);
-    // Alternating left sides and centres of the row's cells, and the right side of the last one.
+    // Alternating left sides and centers of the row's cells, and the right side of the last one.
     let mut halves = vec![NO_TARGET; 2 * width + 1];
     let mut envelope = Vec::with_capacity(halves.len());
     for row in field.chunks_exact_mut(width) {

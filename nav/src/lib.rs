@@ -13,8 +13,8 @@
 //! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target.
 //! Lengths are in metres, angles in radians, poses in the map's frame unless a name says otherwise.
 //!
-//! Distances on grids are exact. Those of localization run between cell centres, and a surface lies half a cell before
-//! the centre of the cell behind it; clearances run to the nearest point of an obstacle's cell.
+//! Distances on grids are exact. Those of localization run between cell centers, and a surface lies half a cell before
+//! the center of the cell behind it; clearances run to the nearest point of an obstacle's cell.
 //!
 //! # A robot's control loop
 //!

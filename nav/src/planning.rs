@@ -33,7 +33,7 @@ pub enum PlanError {
     /// The robot is not on the map.
     #[error("the robot is outside the map")]
     StartOutside,
-    /// The robot's centre is in an obstacle, or so near to obstacles that there is no way out.
+    /// The robot's center is in an obstacle, or so near to obstacles that there is no way out.
     #[error("the robot is in an obstacle")]
     StartInObstacle,
     /// The goal is not on the map.
@@ -218,7 +218,7 @@ mod tests {
                     // The path may still be leaving a start that is too near.
                     if (point - start).norm() > ESCAPE_M {
                         let distance_m = distance_m(&map, &point);
-                        // Half a cell's diagonal from a cell's centre, minus the error of a line between two samples.
+                        // Half a cell's diagonal from a cell's center, minus the error of a line between two samples.
                         prop_assert!(distance_m > 0.28, "{distance_m} m from an obstacle at {point}");
                     }
                 }

@@ -13,7 +13,7 @@ pub struct LaserSpec {
     pub mount: Pose,
     /// Angle of the first beam in the scanner's frame, in radians.
     pub angle_min_rad: f64,
-    /// Angle between neighbouring beams, in radians; positive, since beams are in counter-clockwise order.
+    /// Angle between neighboring beams, in radians; positive, since beams are in counter-clockwise order.
     pub angle_increment_rad: f64,
     /// Number of beams.
     pub beams: usize,

@@ -228,13 +228,13 @@ pub struct ObstacleConfig {
     pub name: String,
     /// Outline.
     pub shape: Shape,
-    /// Initial pose of its centre, in the `map` frame.
+    /// Initial pose of its center, in the `map` frame.
     pub pose: Pose,
     /// How it moves.
     pub motion: ObstacleMotion,
 }
 
-/// An outline around the body's centre.
+/// An outline around the body's center.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A disc.
@@ -252,7 +252,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Radius of the smallest circle around the centre that contains the shape, in metres.
+    /// Radius of the smallest circle around the center that contains the shape, in metres.
     #[must_use]
     pub fn bounding_radius_m(&self) -> f64 {
         match self {

@@ -9,7 +9,7 @@ const RASTER_M: f64 = 128.0;
 
 /// The frame for f32 computations: the `map` frame, moved near the middle of the building.
 ///
-/// An f32 has 24 bits: 5 km from the origin, neighbouring numbers are half a millimetre apart. A starting robot moves
+/// An f32 has 24 bits: 5 km from the origin, neighboring numbers are half a millimetre apart. A starting robot moves
 /// less than that in a step, and maps with UTM coordinates are even farther away. So the precision must depend on the
 /// size of the building, not on its position.
 ///

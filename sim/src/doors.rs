@@ -22,7 +22,7 @@ const ROBOT_GAP_M: f64 = 0.02;
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Leaf {
     door: Door,
-    /// The pose of its centre when it is closed.
+    /// The pose of its center when it is closed.
     closed: Pose,
     length_m: f64,
     /// How far it is open, from 0 to 1.
@@ -52,7 +52,7 @@ impl Leaf {
         self.commanded = Some(open);
     }
 
-    /// The pose of the leaf's centre.
+    /// The pose of the leaf's center.
     pub(crate) fn pose(&self) -> Pose {
         let along = |length_m: f64| Point::new(length_m, 0.0);
         let swung = |turn: f64| {

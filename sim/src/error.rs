@@ -39,9 +39,9 @@ pub enum SimError {
         radius_m: f64,
         /// Distance from the place to the nearest occupied cell, in metres.
         distance_m: f64,
-        /// x of that cell's centre in the `map` frame, in metres.
+        /// x of that cell's center in the `map` frame, in metres.
         wall_x_m: f64,
-        /// y of that cell's centre in the `map` frame, in metres.
+        /// y of that cell's center in the `map` frame, in metres.
         wall_y_m: f64,
     },
     /// The robot's body would overlap an obstacle.

@@ -18,7 +18,7 @@ pub(crate) struct Motion {
     pub(crate) turn_rad: f64,
     /// The motion of the wheels: the same, unless they slipped.
     pub(crate) rolled: Roll,
-    /// Distance travelled by the robot's centre since the start of the run, in metres.
+    /// Distance traveled by the robot's center since the start of the run, in metres.
     pub(crate) travelled_m: f64,
     /// Whether the robot was at rest.
     pub(crate) at_rest: bool,

@@ -39,7 +39,7 @@ pub(crate) fn check_room<'a>(
     Ok(())
 }
 
-/// The centre of the occupied cell nearest to a point, and its distance, if that is below `within_m`.
+/// The center of the occupied cell nearest to a point, and its distance, if that is below `within_m`.
 pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Option<(Point, f64)> {
     let at = walls.to_grid(point);
     let (width, height) = walls.extent();

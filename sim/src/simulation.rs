@@ -170,7 +170,7 @@ impl Simulation {
     /// Puts a box that has been [picked up](Self::pick_up) down at a pose in the `map` frame, at rest.
     ///
     /// # Errors
-    /// If there is no movable obstacle with this name, if it has not been picked up, or if its centre would be outside
+    /// If there is no movable obstacle with this name, if it has not been picked up, or if its center would be outside
     /// the map or its body would overlap a wall, the robot or another obstacle; then it stays where it is.
     pub fn put_down(&mut self, name: &str, pose: Pose) -> Result<(), BoxError> {
         put_down(&mut self.world, self.robot, name, pose)

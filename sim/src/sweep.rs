@@ -37,7 +37,7 @@
 //! between rows. Rounding keeps both in order, so whether line c comes before line r depends on these two products
 //! alone, not on the cells before. A beam touches a run in row k if it reaches the run's near column before the end of
 //! the row, and has not left its far column at the beginning: two such comparisons. As functions of the beam they
-//! change only once, if neighbours differ by more than rounding errors; [`Beams`](crate::Beams) divides a scan where
+//! change only once, if neighbors differ by more than rounding errors; [`Beams`](crate::Beams) divides a scan where
 //! they do not.
 
 mod bit_rows;

@@ -39,9 +39,9 @@ pub struct Truth<'a> {
 pub struct ObstacleTruth<'a> {
     /// Its name in the configuration or in the fault that added it.
     pub name: &'a str,
-    /// Outline around its centre.
+    /// Outline around its center.
     pub shape: Shape,
-    /// Pose of its centre in the `map` frame.
+    /// Pose of its center in the `map` frame.
     pub pose: Pose,
 }
 
@@ -78,7 +78,7 @@ impl<'a> Truth<'a> {
         self.of::<Motion>(self.robot).turn_rad / self.clock().dt_s()
     }
 
-    /// Distance travelled by the robot's centre since the start of the run, in metres.
+    /// Distance traveled by the robot's center since the start of the run, in metres.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
         self.of::<Motion>(self.robot).travelled_m
@@ -152,7 +152,7 @@ impl<'a> Truth<'a> {
         Some(self.world.get::<Leaf>(named::<Leaf>(self.world, name)?)?.opening())
     }
 
-    /// Whether nothing blocks the straight line from the robot's centre to a point of the `map` frame. Walls, doors'
+    /// Whether nothing blocks the straight line from the robot's center to a point of the `map` frame. Walls, doors'
     /// leaves and fixed obstacles do; people and boxes that can be pushed do not.
     #[must_use]
     pub fn sees(&self, point: &Point) -> bool {

@@ -126,7 +126,7 @@ const BOXES: [Rect; 53] = [
     rect((11.6, 12.85), (-4.85, -4.2)),
 ];
 
-/// Round furniture: centre and radius.
+/// Round furniture: center and radius.
 const ROUNDS: [(Position, f64); 19] = [
     ((-14.45, 7.55), 0.3), // corridor: plant
     ((-1.0, 10.6), 0.6),   // meeting room: the table's ends

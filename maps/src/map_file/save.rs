@@ -11,10 +11,10 @@ use crate::{Cell, Error, OccupancyGrid, heading};
 /// The kind of picture that a map is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum ImageFormat {
-    /// A raw greymap: large, but the same bytes from any encoder.
+    /// A raw graymap: large, but the same bytes from any encoder.
     #[default]
     Pgm,
-    /// A grey PNG: small.
+    /// A gray PNG: small.
     Png,
 }
 
@@ -29,7 +29,7 @@ pub struct MapFiles {
 
 /// A map as files; the picture belongs beside the YAML under `image_name`.
 ///
-/// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light grey (205), like those
+/// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light gray (205), like those
 /// of ROS's map saver. Loading the files gives an equal grid, except for rounding in a rotated origin.
 ///
 /// # Errors

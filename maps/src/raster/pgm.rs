@@ -1,4 +1,4 @@
-//! PGM, the portable greymap: plain (P2) and raw (P5).
+//! PGM, the portable graymap: plain (P2) and raw (P5).
 //!
 //! Source: the format's description at <https://netpbm.sourceforge.net/doc/pgm.html>.
 
@@ -11,7 +11,7 @@ struct Header {
     white: u16,
 }
 
-/// Decodes a plain greymap: decimal numbers separated by blanks. Comments may be anywhere.
+/// Decodes a plain graymap: decimal numbers separated by blanks. Comments may be anywhere.
 pub(super) fn decode_plain(bytes: &[u8]) -> Result<Raster, RasterError> {
     let mut reader = Reader::new(bytes);
     let Header { width, height, white } = reader.header()?;
@@ -29,7 +29,7 @@ pub(super) fn decode_plain(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width, height, channels: 1, white, samples })
 }
 
-/// Decodes a raw greymap: one byte per pixel, or two, the higher first, if white is above 255. Data after the pixels is
+/// Decodes a raw graymap: one byte per pixel, or two, the higher first, if white is above 255. Data after the pixels is
 /// ignored, as the format demands.
 pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
     let mut reader = Reader::new(bytes);
@@ -47,7 +47,7 @@ pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width, height, channels: 1, white, samples: samples.collect::<Result<_, _>>()? })
 }
 
-/// A raw greymap with one byte per pixel, white at 255.
+/// A raw graymap with one byte per pixel, white at 255.
 ///
 /// # Panics
 /// If there are not `width` × `height` pixels.

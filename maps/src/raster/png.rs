@@ -1,4 +1,4 @@
-//! PNG: grey, RGB and palette, with and without alpha, 8 or 16 bits per sample.
+//! PNG: gray, RGB and palette, with and without alpha, 8 or 16 bits per sample.
 
 use std::io::Cursor;
 
@@ -32,7 +32,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width: width as usize, height: height as usize, channels, white, samples })
 }
 
-/// A grey PNG with one byte per pixel, white at 255.
+/// A gray PNG with one byte per pixel, white at 255.
 ///
 /// # Panics
 /// If there are not `width` × `height` pixels, or not from 1 to [`MAX_CELLS`](super::MAX_CELLS).

@@ -7,7 +7,7 @@ pub(crate) struct Raster {
     pub(crate) width: usize,
     /// Rows.
     pub(crate) height: usize,
-    /// 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA.
+    /// 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA.
     pub(crate) channels: usize,
     /// The sample that means white, or opaque.
     pub(crate) white: u16,
@@ -20,7 +20,7 @@ pub(crate) struct Raster {
 pub(crate) enum RasterError {
     #[error("it is neither PGM nor PNG")]
     Magic,
-    #[error("it is {0}, not a greymap")]
+    #[error("it is {0}, not a graymap")]
     OtherNetpbm(&'static str),
     #[error("its {0} is missing or not a number")]
     Header(&'static str),

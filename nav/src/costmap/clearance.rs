@@ -1,4 +1,4 @@
-//! Clearances in one byte: the distance from a cell's centre to the surface of the nearest obstacle.
+//! Clearances in one byte: the distance from a cell's center to the surface of the nearest obstacle.
 
 use maps::{Cell, OccupancyGrid};
 
@@ -13,7 +13,7 @@ pub(crate) const UNKNOWN: u8 = 1;
 /// Steps of a clearance per side of a cell.
 const STEPS: f64 = 4.0;
 
-/// The greatest distance between cell centres that a byte can represent, in cells.
+/// The greatest distance between cell centers that a byte can represent, in cells.
 pub(crate) const FARTHEST_CELLS: f64 = (u8::MAX - 2) as f64 / STEPS;
 
 /// The clearances of a map's cells, row by row.
@@ -28,7 +28,7 @@ pub(crate) fn of_map(map: &OccupancyGrid) -> Vec<u8> {
     cells.iter().zip(squared).map(clearance).collect()
 }
 
-/// The clearance of a cell whose centre has this distance (in half cells, squared) from the nearest point of an
+/// The clearance of a cell whose center has this distance (in half cells, squared) from the nearest point of an
 /// obstacle's cell.
 pub(crate) fn from_squared_half_cells(squared: u32) -> u8 {
     if squared == 0 {

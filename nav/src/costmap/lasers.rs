@@ -71,7 +71,7 @@ fn passes(scan: &LaserScan, beams: &Beams, bearing_rad: f64, distance_m: f64) ->
     goes_on(beam) && goes_on(beam + 1)
 }
 
-/// From a point in grid coordinates to a cell's centre, in cells.
+/// From a point in grid coordinates to a cell's center, in cells.
 fn to_cell(frame: &GridFrame, from: &Point, offset: usize) -> nalgebra::Vector2<f64> {
     let (column, row) = frame.column_and_row(offset);
     nalgebra::Vector2::new(column as f64 + 0.5 - from.x, row as f64 + 0.5 - from.y)

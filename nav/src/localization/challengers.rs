@@ -118,7 +118,7 @@ impl Challengers {
                 self.kept.remove(weakest);
             }
         }
-        // The scan for which it was chosen does not count in its favour.
+        // The scan for which it was chosen does not count in its favor.
         self.kept.push(Challenger { at, against_usual_nats: 0.0, against_incumbent_nats: 0.0, scans: 0, way_m: 0.0 });
     }
 }

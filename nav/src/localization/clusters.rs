@@ -131,7 +131,7 @@ fn key(column: i64, row: i64, heading: i64) -> u64 {
     coordinate(column) << (2 * KEY_BITS) | coordinate(row) << KEY_BITS | heading.rem_euclid(HEADING_BINS) as u64
 }
 
-/// The keys of the 26 neighbours of a bin; headings wrap around.
+/// The keys of the 26 neighbors of a bin; headings wrap around.
 fn neighbours(key: u64) -> impl Iterator<Item = u64> {
     let mask = (1 << KEY_BITS) - 1;
     let (column, row, heading) = (key >> (2 * KEY_BITS), (key >> KEY_BITS) & mask, key & mask);

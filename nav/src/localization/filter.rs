@@ -139,7 +139,7 @@ impl ParticleFilter {
         }
     }
 
-    /// The weight of a scan with this many beams: neighbouring beams see the same objects, so they are less informative
+    /// The weight of a scan with this many beams: neighboring beams see the same objects, so they are less informative
     /// than independent ones. Without this, the particles collapse after a few scans.
     fn say(&self, beams: usize) -> f64 {
         (self.parameters().independent_beams / beams as f64).min(1.0)

@@ -58,7 +58,7 @@ pub struct LocalizationParameters {
     /// Default 0.1, as in Nav2.
     pub lambda_short: f64,
     /// Standard deviation of a hit's distance from the surface, in metres. Default 0.1 (Nav2: 0.2): map cells, laser
-    /// noise and the dependence of neighbouring beams, for which a wider distribution compensates.
+    /// noise and the dependence of neighboring beams, for which a wider distribution compensates.
     pub sigma_hit: f64,
     /// All distances from a surface beyond this count as equal, in metres. Default 0.5 (Nav2: 2.0): five `sigma_hit`,
     /// where a hit is already as unlikely as a stray beam.
@@ -73,9 +73,9 @@ pub struct LocalizationParameters {
     /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: the walls of a simulated
     /// robot are the map's cells themselves. A map made from scans has a wall in every cell in which beams ended,
     /// anywhere in the cell, so half a cell's side is right for it. Nav2 has no such parameter: it measures from cell
-    /// centres, which has the same effect as half a cell.
+    /// centers, which has the same effect as half a cell.
     pub surface_depth: f64,
-    /// All beams together count as at most this many independent ones: unmapped objects mislead many neighbouring beams
+    /// All beams together count as at most this many independent ones: unmapped objects mislead many neighboring beams
     /// at once. Default 60. Nav2 has no such parameter, and multiplies the likelihoods of all beams.
     pub independent_beams: f64,
     /// Beams of each scan that weight the particles, evenly spread. Default 60, as in Nav2.

@@ -44,7 +44,7 @@ pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceFiel
 ///
 /// The deviation of beams from surfaces is taken from the beams themselves, so a scan that fits badly is less
 /// informative. All beams together count as at most `independent` ones, because unmapped or wrongly mapped objects
-/// mislead many neighbours at once.
+/// mislead many neighbors at once.
 pub(crate) fn remaining_covariance(
     guess: &Gaussian,
     matched: &Gaussian,

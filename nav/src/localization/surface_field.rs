@@ -4,9 +4,9 @@ use maps::{Cell, CellIndex, OccupancyGrid};
 
 use crate::distance_transform::{NO_TARGET, squared_distances};
 
-/// For each cell centre near an obstacle, its distance from the obstacle's surface, negative inside.
+/// For each cell center near an obstacle, its distance from the obstacle's surface, negative inside.
 ///
-/// Between cell centres it is interpolated, so it is zero on the faces of cells, where beams end. The field covers the
+/// Between cell centers it is interpolated, so it is zero on the faces of cells, where beams end. The field covers the
 /// map's obstacles with a margin; outside it, the distance is the maximum.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceField {
@@ -34,7 +34,7 @@ impl SurfaceField {
         };
         let outside = squared_distances(width, height, occupied);
         let inside = squared_distances(width, height, |offset| outside[offset] != 0);
-        // Between two cell centres on either side of a surface, the surface is in the middle.
+        // Between two cell centers on either side of a surface, the surface is in the middle.
         let to_surface = |squared: u32| match squared {
             NO_TARGET => farthest_m,
             _ => ((f64::from(squared).sqrt() - 0.5) * map.resolution_m()).min(farthest_m),
@@ -53,7 +53,7 @@ impl SurfaceField {
     /// The distance at a point in grid coordinates (cells from the map's corner), in metres, and its gradient along the
     /// grid's axes, in metres per metre. `None` far from all surfaces.
     pub(crate) fn sample(&self, column: f64, row: f64) -> Option<(f64, [f64; 2])> {
-        // The corner of the four cell centres around the point.
+        // The corner of the four cell centers around the point.
         let (u, v) = (column - self.column as f64 - 0.5, row - self.row as f64 - 0.5);
         if !(u >= 0.0 && v >= 0.0 && u < (self.width - 1) as f64 && v < (self.height - 1) as f64) {
             return None;

@@ -1,4 +1,4 @@
-//! A* on eight neighbours.
+//! A* on eight neighbors.
 //!
 //! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it enters.
 //! Corners are not cut: a diagonal step requires both adjacent cells to be free.

@@ -1,6 +1,6 @@
 //! Whether there is a path at all: much faster than finding the best one, or finding that there is none.
 //!
-//! Four neighbours are enough: a diagonal step of a path requires both adjacent cells to be free.
+//! Four neighbors are enough: a diagonal step of a path requires both adjacent cells to be free.
 
 use maps::Point;
 

@@ -9,7 +9,7 @@ use super::standing::Ground;
 /// Distance between the points of a path, in metres.
 const SPACING_M: f64 = 0.1;
 
-/// How many times every point is pulled towards the midpoint of its neighbours.
+/// How many times every point is pulled towards the midpoint of its neighbors.
 const ROUNDS: usize = 60;
 
 /// How far a point moves towards the midpoint, and how strongly it is held in its original place.
@@ -19,7 +19,7 @@ const HOLD: f64 = 0.08;
 /// Number of samples on lines, per cell.
 const LOOKS_PER_CELL: f64 = 2.0;
 
-/// A path in the `map` frame along cells, from `start` (or the first cell's centre) to `end`, which is in the last
+/// A path in the `map` frame along cells, from `start` (or the first cell's center) to `end`, which is in the last
 /// cell.
 pub(crate) fn smoothed(ground: &Ground<'_>, cells: &[usize], start: Option<&Point>, end: &Point) -> Vec<Point> {
     let frame = &ground.costmap.frame;
@@ -106,7 +106,7 @@ fn spaced(points: &[Point], spacing: f64) -> Vec<Point> {
     path
 }
 
-/// Pulls every point except the ends towards the midpoint of its neighbours, unless the robot cannot be there or the
+/// Pulls every point except the ends towards the midpoint of its neighbors, unless the robot cannot be there or the
 /// cost would be noticeably higher.
 fn round_off(ground: &Ground<'_>, path: &mut [Point]) {
     let held = path.to_vec();

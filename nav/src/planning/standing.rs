@@ -12,7 +12,7 @@ const OPEN_COST: u32 = 10;
 /// How much a costmap's 252 adds to a cell's cost, as a multiple of the open cost.
 const NEAR_FACTOR: u32 = 4;
 
-/// The planner's view of a costmap's cells: can the robot's centre be there, and at what cost?
+/// The planner's view of a costmap's cells: can the robot's center be there, and at what cost?
 pub(crate) struct Ground<'a> {
     pub(crate) costmap: &'a Costmap,
     clearances: &'a [u8],
@@ -32,7 +32,7 @@ impl<'a> Ground<'a> {
         Self { costmap, clearances: costmap.clearances(), costs }
     }
 
-    /// Whether the robot's centre can be anywhere in a cell.
+    /// Whether the robot's center can be anywhere in a cell.
     pub(crate) fn can_stand(&self, cell: usize) -> bool {
         self.cost(cell) > 0
     }

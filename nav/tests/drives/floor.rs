@@ -11,7 +11,7 @@ pub(crate) fn hall(width_m: f64, height_m: f64) -> OccupancyGrid {
     map
 }
 
-/// Sets the cells whose centres lie in a rectangle: left, bottom, right, top in metres from the lower left corner.
+/// Sets the cells whose centers lie in a rectangle: left, bottom, right, top in metres from the lower left corner.
 pub(crate) fn fill(map: &mut OccupancyGrid, [left, bottom, right, top]: [f64; 4], cell: Cell) {
     let resolution_m = map.resolution_m();
     let cells = |from: f64, to: f64, most: usize| {
@@ -25,7 +25,7 @@ pub(crate) fn fill(map: &mut OccupancyGrid, [left, bottom, right, top]: [f64; 4]
     }
 }
 
-/// Occupies the cells whose centres lie in a disc around a point in metres from the lower left corner.
+/// Occupies the cells whose centers lie in a disc around a point in metres from the lower left corner.
 pub(crate) fn fill_disc(map: &mut OccupancyGrid, [x, y]: [f64; 2], radius_m: f64) {
     let resolution_m = map.resolution_m();
     let centre = |cell: usize| (cell as f64 + 0.5) * resolution_m;

@@ -32,7 +32,7 @@ pub(super) struct Meeting {
     pub(super) at: Pose,
     pub(super) robot: Pose,
     pub(super) radius_m: f64,
-    /// Distance of the two centres at which they touch, in metres.
+    /// Distance of the two centers at which they touch, in metres.
     pub(super) apart_m: f64,
 }
 
@@ -47,7 +47,7 @@ impl Meeting {
         self.robot.translation.vector.into()
     }
 
-    /// The distance of the two centres, in metres.
+    /// The distance of the two centers, in metres.
     pub(super) fn distance_m(&self) -> f64 {
         (self.at.translation.vector - self.robot.translation.vector).norm()
     }

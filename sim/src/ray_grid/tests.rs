@@ -53,7 +53,7 @@ fn by_brute_force(
     None
 }
 
-/// Coordinates from −4 to 28: lattice points, cell centres, quarters, and anything.
+/// Coordinates from −4 to 28: lattice points, cell centers, quarters, and anything.
 fn coordinate() -> impl Strategy<Value = i128> {
     prop_oneof![
         (-4..28_i128).prop_map(|n| n * 1_048_576),

@@ -3,7 +3,7 @@
 use super::edges::Edges;
 use super::fan::{BLOCK, FanBeam};
 
-/// The outcome of a group of neighbouring beams: a run of occupied cells, of which they hit the front or a side, or
+/// The outcome of a group of neighboring beams: a run of occupied cells, of which they hit the front or a side, or
 /// nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Outcome {

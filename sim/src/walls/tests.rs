@@ -36,7 +36,7 @@ fn grid(resolution_m: f64, origin: Pose) -> impl Strategy<Value = OccupancyGrid>
     )
 }
 
-/// Coordinates in and around a grid of 1 m cells: lattice points, cell centres, quarters, and anything.
+/// Coordinates in and around a grid of 1 m cells: lattice points, cell centers, quarters, and anything.
 fn coordinate() -> impl Strategy<Value = f64> {
     let size = SIZE as i32;
     prop_oneof![
