@@ -203,7 +203,7 @@ impl Blackboard {
     }
 }
 
-/// The entries with which a tree starts, while it is being assembled.
+/// The initial entries of a tree that is being assembled.
 #[derive(Debug, Default)]
 pub(crate) struct Declared {
     pub(crate) entries: Vec<Entry>,
@@ -236,7 +236,7 @@ impl Declared {
     }
 }
 
-/// A constant in its most specific type: an integer, a real number, or a text, which can be read as any type.
+/// A constant in its most specific type: an integer, a real number, or a string, which can be read as any type.
 fn typed(text: &str) -> (Value, Type) {
     if let Ok(number) = text.parse::<i64>()
         && !text.starts_with('+')

@@ -150,7 +150,7 @@ impl Execution {
     }
 
     /// Runs a tick at this time of the run, with leaves that answer at once. Allocates nothing, unless a script
-    /// concatenates texts or an error occurs.
+    /// concatenates strings or an error occurs.
     ///
     /// If a call is pending, its leaf is asked again, and that tick is completed.
     pub fn tick(&mut self, now: Duration, leaves: &mut impl Leaves) -> Status {

@@ -72,8 +72,8 @@ pub enum Kind {
     /// Ticks its first child *at every tick*. While that succeeds, ticks the second; while it fails, ticks the third,
     /// or fails if there is none. A branch that is no longer selected is halted. A condition may not be skipped.
     WhileDoElse,
-    /// Compares `variable` with `case_1`, `case_2`, … (as texts, or as numbers) and ticks the child of the first equal
-    /// case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
+    /// Compares `variable` with `case_1`, `case_2`, … (as strings, or as numbers) and ticks the child of the first
+    /// equal case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
     /// number in its name is the number of cases.
     Switch(u8),
     /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is
@@ -89,8 +89,8 @@ pub enum Kind {
     /// succeed in the same tick, and otherwise answers running. A child may not be skipped.
     NonblockingSequence,
     /// Nav2's sequence that keeps its position in the entry `current_child_idx`, counted from 0, so that the position
-    /// survives a halt. The entry must have a value before the first tick. It moves on when a child succeeds or is
-    /// skipped, and goes back to 0 when a child fails or the last one is done.
+    /// survives a halt. The entry must have a value before the first tick. The position advances when a child succeeds
+    /// or is skipped, and returns to 0 when a child fails or the last one is done.
     PersistentSequence,
     /// Nav2's retries with a recovery: ticks its first child. If that fails, ticks the second, and if that succeeds,
     /// the first again, at most `number_of_retries` times. Fails when the second fails or is skipped, or when no
@@ -502,7 +502,7 @@ impl Kind {
         )
     }
 
-    /// Whether nodes of this kind are outside the tree, which calls them.
+    /// Whether nodes of this kind are outside the tree and are called by it.
     #[must_use]
     pub fn is_leaf(self) -> bool {
         matches!(self, Self::Condition | Self::Action)

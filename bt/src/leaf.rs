@@ -16,7 +16,7 @@ pub trait Leaves {
     fn halt(&mut self, leaf: Leaf<'_>);
 }
 
-/// A leaf that is called, and its ports.
+/// A leaf during a call, with its ports.
 ///
 /// A port is an attribute of the leaf in the file. Its value is a constant, or an entry of the blackboard: `{key}`. Its
 /// type and its default are declared in the file's `<TreeNodesModel>`.

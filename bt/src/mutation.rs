@@ -51,7 +51,7 @@ pub fn mutants(tree: &Tree) -> Vec<Mutant> {
 /// A range of the text, and its replacement.
 type Edit = (Range<usize>, String);
 
-/// Distinguishes trees with the same leaves: the nodes with their places.
+/// What distinguishes trees with the same leaves: the nodes and their parents.
 fn shape(tree: &Tree) -> Vec<(Kind, &str, Option<usize>)> {
     tree.nodes().iter().map(|node| (node.kind(), node.label(), node.parent().map(crate::NodeId::index))).collect()
 }

@@ -97,7 +97,7 @@ impl Node {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    /// The place of the node's start tag in its file, in bytes.
+    /// The position of the node's start tag in its file, in bytes.
     #[must_use]
     pub fn span(&self) -> SourceSpan {
         self.span
@@ -155,7 +155,7 @@ pub(crate) fn name_processes(nodes: &mut [Node]) {
     }
 }
 
-/// A text that fits on one line: control characters are escaped, such as `\n`.
+/// A string that fits on one line: control characters are escaped, such as `\n`.
 #[must_use]
 pub fn one_line(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {

@@ -122,7 +122,7 @@ impl Traffic {
 }
 
 impl Lane {
-    /// Messages have the types that ports declare; anything that is not a number or truth value is a text.
+    /// Messages have the types that ports declare; anything that is not a number or Boolean is text.
     fn field(&self) -> (String, FieldKind) {
         let kind = match self.of {
             Type::Bool => FieldKind::Bool,

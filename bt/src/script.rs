@@ -1,7 +1,7 @@
 //! BehaviorTree.CPP's scripting language.
 //!
 //! A script is a list of expressions separated by semicolons; its value is that of the last one. Expressions consist of
-//! numbers, texts in single quotes, `true` and `false`, names of blackboard entries and of constants, and these
+//! numbers, strings in single quotes, `true` and `false`, names of blackboard entries and of constants, and these
 //! operators, from the lowest to the highest precedence:
 //!
 //! | operators | meaning |
@@ -11,7 +11,7 @@
 //! | `\|\|`, then `&&` | logic; both sides are evaluated |
 //! | `==` `!=` `<` `>` `<=` `>=` | comparison, can be chained: `0 < x < 10` |
 //! | `\|` `^`, then `&` | bits |
-//! | `+` `-` `..` | addition, and concatenation of texts |
+//! | `+` `-` `..` | addition, and concatenation of strings |
 //! | `*` `/` | multiplication |
 //! | `-x` `!x` `~x` | |
 //!

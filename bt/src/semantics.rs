@@ -33,9 +33,9 @@ pub(crate) struct Memory {
     /// The child that is being ticked or, for Switch and similar nodes, one more than the child that ran; 0 is the
     /// condition, or none.
     at: u32,
-    /// Has begun to wait, is in its catch block, has run once, or continues with a running child.
+    /// Whether it has begun to wait, is in its catch block, has run once, or continues with a running child.
     pub(crate) flag: bool,
-    /// Ticks its last child because it is being halted.
+    /// Whether it ticks its last child because it is being halted.
     pub(crate) catches: bool,
     /// The final answer of its child.
     kept: Option<Status>,
@@ -52,7 +52,7 @@ pub(crate) struct Beginning {
     pub(crate) was: Option<Status>,
     pub(crate) reading: Reading,
     pub(crate) now: Duration,
-    /// Its first child is running.
+    /// Whether its first child is running.
     pub(crate) child_runs: bool,
 }
 
@@ -61,9 +61,9 @@ pub(crate) struct Beginning {
 pub(crate) struct Answer {
     /// `None` if the child was done before and has not been ticked.
     pub(crate) status: Option<Status>,
-    /// The child was idle when it was ticked.
+    /// Whether the child was idle when it was ticked.
     pub(crate) was_idle: bool,
-    /// It is the last child.
+    /// Whether it is the last child.
     pub(crate) is_last: bool,
     /// The values that the parent has read since then, if it [needs to](needs_reading_after).
     pub(crate) reading: Reading,

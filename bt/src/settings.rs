@@ -21,7 +21,7 @@ pub(crate) enum Setting {
     Nothing,
     /// Numbers that are the same at every tick.
     Constant([i64; 2]),
-    /// Numbers or truth values; the second may be missing.
+    /// Numbers or Booleans; the second may be missing.
     Numbers([Option<(Input, Type)>; 2]),
     Switch {
         variable: Option<Input>,
@@ -134,7 +134,7 @@ fn numbers(inputs: &[Option<(Input, Type)>; 2], board: &Blackboard, kind: Kind) 
         if let Some((input, of)) = input {
             match input.number(board, of) {
                 Ok(read) => *number = read,
-                // BehaviorTree.CPP, too, assumes these values if it cannot read the flag.
+                // BehaviorTree.CPP assumes the same values if it cannot read the flag.
                 Err(_) if kind == Kind::RunOnce => *number = 1,
                 Err(_) if kind == Kind::TryCatch => *number = 0,
                 Err(error) => return Err(error),
@@ -165,7 +165,7 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     let Some(read) = read else { return Ok(false) };
     let slot = board.slot(scope, &key);
     if !board.exists(slot) {
-        // A new entry has the type of the entry that is copied; one that gets a constant has the type text.
+        // A new entry has the type of the entry that is copied; one that gets a constant is a string.
         let of = if let Input::Entry(source, _) = value { board.type_of(*source).clone() } else { Type::Text };
         if of.convert(&read).is_ok() {
             board.declare(slot, of);
@@ -184,7 +184,7 @@ fn choose(variable: Option<&Input>, cases: &[Option<Input>], constants: &Constan
     cases.iter().position(is_equal).unwrap_or(cases.len())
 }
 
-/// Whether two values are equal as texts, as integers, or, within a small tolerance, as real numbers.
+/// Whether two values are equal as strings, as integers, or, within a small tolerance, as real numbers.
 fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
     match (left, right) {
         (Value::Int(left), Value::Int(right)) => return left == right,
@@ -208,7 +208,8 @@ impl Loop {
     /// Takes the first item from the queue and writes it.
     fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         if starts {
-            // Only now is a queue in the file copied again: the loop may have emptied or left its previous copy.
+            // A queue in the file is copied again only now, because the loop may have emptied or abandoned its previous
+            // copy.
             *board.memo(self.memo) = match &self.queue {
                 Input::Constant(constant) => Some(self.copy(constant)?),
                 Input::Entry(..) => None,

@@ -106,7 +106,7 @@ impl Tree {
         self.concerns.as_ref()
     }
 
-    /// A problem of a node that depends on its environment (such as a leaf without a skill), with its place.
+    /// A problem of a node that depends on its environment (such as a leaf without a skill), with its location.
     /// [`error`](Self::error) combines several into a diagnostic.
     #[must_use]
     pub fn problem_at(
@@ -130,7 +130,7 @@ impl Tree {
     }
 }
 
-/// Two trees are equal if they have equal nodes in the same places; the files may differ.
+/// Two trees are equal if they have equal nodes in the same positions; the files may differ.
 impl PartialEq for Tree {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.nodes == other.nodes && self.program == other.program

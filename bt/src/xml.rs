@@ -38,7 +38,7 @@ impl Loader {
     /// a file that includes others is refused.
     ///
     /// # Errors
-    /// A [`TreeError`] with all problems of the file, each with its place.
+    /// A [`TreeError`] with all problems of the file, each with its location.
     pub fn load(&self, file: impl AsRef<Path>, text: &str) -> Result<Tree, TreeError> {
         let refuse = |_: &Path| Err(io::Error::other("no other file may be opened here"));
         self.load_with(file, text, refuse)
@@ -50,7 +50,7 @@ impl Loader {
     /// If trees in several files have the same ID, the one in the including file is used.
     ///
     /// # Errors
-    /// A [`TreeError`] with all problems of the files, each with its place.
+    /// A [`TreeError`] with all problems of the files, each with its location.
     pub fn load_with(
         &self,
         file: impl AsRef<Path>,
@@ -63,7 +63,7 @@ impl Loader {
     /// Opens a file and loads the main tree from it, with all files that it includes.
     ///
     /// # Errors
-    /// A [`TreeError`] with all problems of the files, each with its place; also if the file itself cannot be read.
+    /// A [`TreeError`] with all problems of the files, each with its location; also if the file itself cannot be read.
     pub fn load_file(&self, file: impl AsRef<Path>) -> Result<Tree, TreeError> {
         let file = file.as_ref();
         match text_from_disk(file) {
@@ -77,7 +77,7 @@ impl Tree {
     /// Loads the main tree of a file in BehaviorTree.CPP's XML, format 3 or 4. See [`Loader`] for options.
     ///
     /// # Errors
-    /// A [`TreeError`] with all problems of the file, each with its place.
+    /// A [`TreeError`] with all problems of the file, each with its location.
     pub fn from_xml(file: impl AsRef<Path>, text: &str) -> Result<Self, TreeError> {
         Loader::default().load(file, text)
     }
@@ -85,7 +85,7 @@ impl Tree {
     /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for options.
     ///
     /// # Errors
-    /// A [`TreeError`] with all problems of the files, each with its place; also if the file itself cannot be read.
+    /// A [`TreeError`] with all problems of the files, each with its location; also if the file itself cannot be read.
     pub fn from_file(file: impl AsRef<Path>) -> Result<Self, TreeError> {
         Loader::default().load_file(file)
     }

@@ -1,4 +1,4 @@
-//! Files with mistakes: every mistake is reported, at its place.
+//! Files with mistakes: every mistake is reported, with its location.
 
 use std::fmt::Write;
 

@@ -30,7 +30,7 @@ pub(crate) enum Guard {
     While,
 }
 
-/// The entry that scripts write, guards compare and switches use: a number as a text.
+/// The entry that scripts write, guards compare and switches use: a number as a string.
 pub(crate) const KEY: &str = "k";
 
 impl Spec {

@@ -1,4 +1,4 @@
-//! Trees in the form of Nav2's, whose leaves only Nav2's model declares; and Nav2's own trees, if there is a checkout.
+//! Trees in the style of Nav2's, whose leaves only Nav2's model declares; and Nav2's own trees, if there is a checkout.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -8,7 +8,7 @@ use skills::{Chart, Datum, Event, Host, Machine, Note, Outgoing, Undelivered};
 
 const LOCK: &str = include_str!("DoorLock.scxml");
 
-/// The digits typed, and when, in seconds.
+/// The typed digits and their times, in seconds.
 const TYPED: [(u64, f64); 6] = [(1, 4711.0), (10, 1.0), (11, 2.0), (12, 3.0), (13, 4711.0), (80, 4711.0)];
 
 /// The world around the chart: receives what it sends and follows its state.

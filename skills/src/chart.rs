@@ -72,7 +72,7 @@ pub(crate) enum Binding {
 /// States are numbered in document order, so the numbers of a state's descendants directly follow its own. State 0 is
 /// the `<scxml>` element itself.
 ///
-/// Two charts are equal if they were compiled from the same place in the same text.
+/// Two charts are equal if they were compiled from the same part of the same text.
 ///
 /// ```
 /// use skills::Chart;
@@ -98,7 +98,7 @@ pub struct Chart {
     /// Data that code for the engine may change.
     pub(crate) foreign: BTreeSet<DataId>,
     pub(crate) mentions: Mentions,
-    /// The place of `<scxml>` in the file: a file may contain machines inside machines.
+    /// The position of `<scxml>` in the file: a file may contain machines inside machines.
     pub(crate) span: SourceSpan,
     /// The folder in which `src` is looked up; `None` if files are not accessible.
     pub(crate) folder: Option<Arc<Path>>,
@@ -257,7 +257,7 @@ impl Chart {
         self.states.iter().flat_map(|state| &state.invokes)
     }
 
-    /// Whether the machine, or one inside it, can look at an id that is generated when it sends or invokes.
+    /// Whether the machine, or one inside it, can read an id that is generated when it sends or invokes.
     pub(crate) fn looks_at_generated_ids(&self) -> bool {
         let mut looks = self.mentions.sessions || self.invokes().any(|invoke| invoke.id_location.is_some());
         self.visit_sends(&mut |send| looks |= matches!(send.id, SendId::Generated(_)));

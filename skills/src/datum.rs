@@ -102,7 +102,7 @@ impl Datum {
         Ok(Self::Object(Arc::new(object)))
     }
 
-    /// The number of bytes of its text or, for a value with parts, about the number that they represent.
+    /// The number of bytes of its text or, for a value with parts, roughly the number that they represent.
     pub(crate) fn size(&self) -> usize {
         match self {
             Self::Text(text) | Self::Function(text) | Self::Xml(text) => text.len(),

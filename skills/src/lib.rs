@@ -5,7 +5,7 @@
 //! simulation.
 //!
 //! - [`Chart`]: a machine as it was written, compiled once and shared. [`Chart::load`] reports all problems of a file
-//!   at once, each with its place ([`SkillError`], [`diagnostics::Problem`]).
+//!   at once, each with its location ([`SkillError`], [`diagnostics::Problem`]).
 //! - [`Machine`]: a running chart. It follows the interpretation algorithm of the recommendation (Appendix D), gets
 //!   events and time from its caller, and is a value that can be copied, compared and hashed.
 //! - [`SkillProcess`]: a machine that communicates over channels.
@@ -14,17 +14,17 @@
 //!
 //! # What runs
 //! All of SCXML 1.0 except the optional event I/O processor for HTTP: compound, parallel and final states, `<initial>`,
-//! shallow and deep history; transitions with any number of events and targets, also internal ones; `<raise>`, `<if>`,
-//! `<foreach>`, `<log>`, `<assign>`, `<script>`, `<send>` with delays, `<cancel>`, `<donedata>`; `<invoke>` of machines
-//! inside the file, beside it ([`Chart::open`]) or computed, with `<finalize>` and `autoforward`; early and late
-//! binding; `In()` and the system variables, including `_event.raw`, which contains all parameters, even several with
-//! the same name; the data models `ecmascript` and `null`. Elements of other namespaces are ignored with a warning. All
-//! mandatory W3C tests pass; the 12 optional ones that fail all need the BasicHTTP event I/O processor.
+//! shallow and deep history; transitions with any number of events and targets, including internal ones; `<raise>`,
+//! `<if>`, `<foreach>`, `<log>`, `<assign>`, `<script>`, `<send>` with delays, `<cancel>`, `<donedata>`; `<invoke>` of
+//! machines inside the file, beside it ([`Chart::open`]) or computed, with `<finalize>` and `autoforward`; early and
+//! late binding; `In()` and the system variables, including `_event.raw`, which contains all parameters, even several
+//! with the same name; the data models `ecmascript` and `null`. Elements of other namespaces are ignored with a
+//! warning. All mandatory W3C tests pass; the 12 optional ones that fail all need the BasicHTTP event I/O processor.
 //!
 //! ECMAScript runs at two speeds. Literals, data, `_event`, member access, operators, `?:` and assignments are compiled
 //! here, and an event takes a few hundred nanoseconds and no memory. With the cargo feature `ecmascript`, everything
 //! else goes to a real engine, QuickJS, which takes about a millisecond: functions, methods, loops, regular
-//! expressions, `Math`, XML as objects. Without the feature, such an expression is refused, with its place, when the
+//! expressions, `Math`, XML as objects. Without the feature, such an expression is refused, with its location, when the
 //! file is loaded. Either way the state of a machine is a value. Data hold plain values: a function is kept as its
 //! source and sees data but no variables around it, an object loses its class, and `Map` and similar classes are
 //! refused.
@@ -55,17 +55,17 @@
 //!   when the process is created. Computed parts are checked when the message is sent; a message that its channel
 //!   cannot carry is `error.communication`.
 //! - Each message has a [role](channels::Role). A *request* has a number, which its *reply* repeats. A machine answers
-//!   one request once: an answer without a request is `error.communication`. Only the answer to the last request on a
+//!   each request once: an answer without a request is `error.communication`. Only the answer to the last request on a
 //!   channel counts: other answers, and repeated ones, are received and dropped.
 //! - A request from another machine becomes an event with its own name: the request `[<say>, "hello"]` is the event
 //!   `say`, whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's
 //!   next request is received when the last one has been answered. Requests of the tree are always received, and are
 //!   the events `BT.tick` and `BT.halt`.
 //! - An *action* takes time. The client sends the goal `pick.goal`, and may send `pick.cancel` while it is pursued. The
-//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and finally
-//!   `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
+//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and finally one
+//!   of `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
 //!   the sender: `Arm.pick.feedback`. All messages of a goal carry its number. A cancel is answered by the end of its
-//!   goal, whatever it is; one that arrives after the end is dropped.
+//!   goal, whatever that is; one that arrives after the end is dropped.
 //! - A *topic* is published by a `<send>` without a target, and is received by every process with a channel that
 //!   carries it. While a message waits, a newer one of the same topic takes its place.
 //! - The values that a leaf's ports read from the tree's blackboard come with each request: `_event.data.place` is the

@@ -20,7 +20,7 @@ impl Chart {
     /// values the caller sets later.
     ///
     /// # Errors
-    /// Everything else that the machine does with it, each at its place: it computes with it, or passes it on.
+    /// Everything else that the machine does with it, each at its position: it computes with it, or passes it on.
     pub fn thresholds(&self, field: &str, given: &[(&str, Datum)], open: &[&str]) -> Result<Vec<f64>, Vec<Problem>> {
         let mut following = Following {
             chart: self,
@@ -59,7 +59,7 @@ struct Following<'a> {
 }
 
 impl<'a> Following<'a> {
-    /// Every assignment: to which datum, and what.
+    /// All assignments: the datum and the value.
     fn assignments(&self) -> Vec<(DataId, &'a Expr)> {
         let mut assignments = Vec::new();
         for block in self.chart.blocks() {

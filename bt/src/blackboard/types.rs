@@ -8,12 +8,12 @@ use crate::Status;
 /// The type of a port or of an entry.
 ///
 /// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range, and both its real types are
-/// one type. Any other type is known only by its name; its values are texts.
+/// one type. Any other type is known only by its name; its values are strings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// The type of the first value written.
     Any,
-    /// A truth value.
+    /// A Boolean.
     Bool,
     /// A whole number from `min` to `max`.
     Int {
@@ -24,7 +24,7 @@ pub enum Type {
     },
     /// A real number.
     Real,
-    /// A text.
+    /// A string.
     Text,
     /// The answer of a node, in capitals: `SUCCESS`.
     Status,
@@ -79,24 +79,24 @@ impl Type {
     }
 
     /// Whether a port of the other type may use an entry that was first named by a port of this type. As in
-    /// BehaviorTree.CPP, the types must be equal, or one is any type, or the entry is a text, which is read as the
+    /// BehaviorTree.CPP, the types must be equal, or one is any type, or the entry is a string, which is read as the
     /// port's type.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {
         matches!(self, Self::Any | Self::Text) || *other == Self::Any || self == other
     }
 
-    /// Whether a constant of this type, passed to a subtree, can be read by a port of the other type: a text can be
-    /// read as any type, a number as a number, truth value or text.
+    /// Whether a constant of this type, passed to a subtree, can be read by a port of the other type: a string can be
+    /// read as any type, a number as a number, Boolean or string.
     pub(crate) fn is_read_as(&self, other: &Self) -> bool {
         let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
         self.agrees_with(other) || (is_number(self) && (is_number(other) || *other == Self::Text))
     }
 
-    /// Reads a text as a value of this type.
+    /// Parses a string as a value of this type.
     ///
     /// # Errors
-    /// If the text is not such a value.
+    /// If the string is not such a value.
     pub fn parse(&self, text: &str) -> Result<Value, ValueError> {
         let wrong = || ValueError::new(text, self.description());
         match self {

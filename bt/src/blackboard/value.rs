@@ -7,15 +7,15 @@ use std::sync::Arc;
 
 /// The value of a blackboard entry.
 ///
-/// As in BehaviorTree.CPP, numbers are integers or real numbers, and a truth value is the integer 0 or 1. Two values
-/// are equal if they have the same kind and the same bits.
+/// As in BehaviorTree.CPP, numbers are integers or real numbers, and a Boolean is the integer 0 or 1. Two values are
+/// equal if they have the same kind and the same bits.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// A whole number.
     Int(i64),
     /// A real number.
     Real(f64),
-    /// A text.
+    /// A string.
     Text(Arc<str>),
     /// A queue of values, for the loop nodes.
     List(VecDeque<Value>),
@@ -42,10 +42,10 @@ impl Value {
         matches!(self, Self::Int(_) | Self::Real(_))
     }
 
-    /// As a real number; a text is parsed.
+    /// As a real number; a string is parsed.
     ///
     /// # Errors
-    /// If it is a list or a text that does not begin with a number.
+    /// If it is a list or a string that does not begin with a number.
     #[expect(clippy::cast_precision_loss, reason = "BehaviorTree.CPP's arithmetic is that of doubles")]
     pub fn to_real(&self) -> Result<f64, ValueError> {
         match self {
@@ -56,7 +56,7 @@ impl Value {
         }
     }
 
-    /// As an integer; a text is parsed, a real number must be whole.
+    /// As an integer; a string is parsed, a real number must be whole.
     ///
     /// # Errors
     /// If it is not an integer.
@@ -73,7 +73,7 @@ impl Value {
         }
     }
 
-    /// As a truth value: 0 or 1, a real number that is not negative (only zero is false), or the texts `true` and
+    /// As a Boolean: 0 or 1, a real number that is not negative (only zero is false), or the strings `true` and
     /// `false`.
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl Value {
         }
     }
 
-    /// As a text: a real number is written with six decimals, as in C.
+    /// As a string: a real number is written with six decimals, as in C.
     #[must_use]
     pub fn to_text(&self) -> Arc<str> {
         match self {
@@ -121,14 +121,14 @@ pub(crate) fn parse_bool(text: &str) -> Option<bool> {
     }
 }
 
-/// The integer with which a text begins; decimals after it are cut off.
+/// The integer at the beginning of a string; decimals after it are cut off.
 pub(crate) fn leading_int(text: &str) -> Option<i64> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let length = digits.len() - digits.trim_start_matches(|c: char| c.is_ascii_digit()).len();
     text[..text.len() - digits.len() + length].parse().ok()
 }
 
-/// The number that a text begins with.
+/// The number at the beginning of a string.
 pub(crate) fn leading_real(text: &str) -> Option<f64> {
     if text.starts_with('+') {
         return None;

@@ -12,7 +12,7 @@ pub(crate) struct Halting {
     pub(super) end: u32,
     /// A node that is left alone with everything below it; zero means none.
     pub(super) spared: u32,
-    /// The first node is halted even if it is not running.
+    /// Whether the first node is halted even if it is not running.
     pub(super) forced: bool,
     pub(super) after: After,
 }

@@ -20,7 +20,7 @@ pub(crate) struct State {
     /// The memories of nodes, by their index among nodes with memory.
     pub(super) memories: Box<[Memory]>,
     pub(crate) board: Blackboard,
-    /// A node has asked for another tick of the tree.
+    /// Whether a node has asked for another tick of the tree.
     pub(super) again: bool,
     /// The number of such repetitions in this tick.
     pub(super) repeats: u32,

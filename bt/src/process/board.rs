@@ -236,7 +236,7 @@ pub(super) fn told_domain() -> Domain {
     Domain::new([told_shape()])
 }
 
-/// All answers have one shape: a word, and two numbers, which only some of them use.
+/// All answers have the same shape: a word and two numbers, which only some of them use.
 fn told_shape() -> Shape {
     let words =
         ["open", "left", "done", "fault", "nothing", "proceed", "numbers", "running", "success", "failure", "skipped"];

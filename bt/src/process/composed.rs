@@ -24,7 +24,7 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 ///
 /// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; an additional one for a leaf with
 /// scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses its blackboard, that is a
-/// member, too ("BT/blackboard"). The channels between the tree and other processes must be declared already (see
+/// member, too ("BT/blackboard"). The channels between the tree and other processes must already be declared (see
 /// [`declare_channels`](crate::declare_channels)). `bt` itself has no behavior: it is composed of its members. To other
 /// processes they behave like a [`TreeProcess`], with the same messages and the same numbers. `leaf_timeout` is the
 /// time to wait for each leaf's answer.

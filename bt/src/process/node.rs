@@ -38,7 +38,7 @@ pub struct NodeProcess {
     /// The status of this node, within a tick.
     mark: Mark,
     stage: Stage,
-    /// A node has asked for another tick of the whole tree.
+    /// Whether a node has asked for another tick of the whole tree.
     again: bool,
     /// The number of such repetitions in this tick; only above the root.
     repeats: u32,
@@ -79,7 +79,7 @@ pub(super) struct Node {
 pub(super) struct Child {
     pub(super) node: NodeId,
     pub(super) kind: Kind,
-    /// It is a leaf with scripts: its parent asks the process that runs them.
+    /// Whether it is a leaf with scripts: then its parent asks the process that runs them.
     pub(super) is_guarded: bool,
     pub(super) line: Line,
 }

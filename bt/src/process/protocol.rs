@@ -42,8 +42,8 @@ pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if there is no process for a leaf (check the [leaves](Tree::leaves) first:
-/// [`Tree::problem_at`] reports the place of a leaf in the file); [`WiringError::DuplicateChannel`] if a channel exists
-/// already.
+/// [`Tree::problem_at`] reports the position of a leaf in the file); [`WiringError::DuplicateChannel`] if a channel
+/// exists already.
 pub fn declare_channels(
     tree: &Tree,
     topology: &mut Topology,
@@ -129,7 +129,7 @@ pub(super) struct Said {
     pub(super) status: Option<Status>,
     /// Its status now; `None` is idle.
     pub(super) stands: Option<Status>,
-    /// The whole tree must be ticked again at once.
+    /// Whether the whole tree must be ticked again at once.
     pub(super) again: bool,
 }
 

@@ -16,7 +16,7 @@ use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Re
 /// A tree as one process.
 ///
 /// It waits for a tick, and then makes one leaf call after another: it sends a request, waits for the answer, and
-/// continues until the tick is finished. Only then does it take the next tick. The requests to each skill are numbered
+/// continues until the tick is finished. After that, it takes the next tick. The requests to each skill are numbered
 /// from 1; the skill repeats the number of the request that it answers. A reply with another number, or one that does
 /// not answer the request, is received and dropped. If a leaf does not answer within [`LEAF_TIMEOUT`] (or the time set
 /// by [`with_leaf_timeout`](Self::with_leaf_timeout)), the tree continues without its answer.
@@ -45,7 +45,7 @@ pub struct TreeProcess {
     requests: Box<[RequestNumber]>,
     /// The message of the pending call.
     message: Option<Message>,
-    /// It has been sent.
+    /// Whether it has been sent.
     is_sent: bool,
     patience: Patience,
     tick: Option<i64>,
@@ -77,7 +77,7 @@ const SEND: TransitionId = TransitionId(1);
 const FIRST_REPLY: u32 = 2;
 
 impl TreeProcess {
-    /// The process `bt` of this tree, which the process `tick_generator` ticks, on channels that are declared already
+    /// The process `bt` of this tree, which the process `tick_generator` ticks, on channels that are already declared
     /// (see [`declare_channels`](crate::declare_channels)).
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl TreeProcess {
         self.execution.faults()
     }
 
-    /// The number of the last tick taken; `None` before the first.
+    /// The number of the last tick received; `None` before the first.
     #[must_use]
     pub fn tick(&self) -> Option<i64> {
         self.tick

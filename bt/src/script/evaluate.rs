@@ -28,7 +28,7 @@ pub(crate) enum ScriptError {
     TooLong,
 }
 
-/// The maximum length of a text that a script makes: a script that doubles a text in a loop would soon use up all
+/// The maximum length of a string that a script builds: a script that doubles a string in a loop would soon use up all
 /// memory.
 const MAX_TEXT_BYTES: usize = 1 << 20;
 
@@ -44,10 +44,10 @@ impl Script {
         last.evaluate(board)
     }
 
-    /// Runs the script and converts its value to a truth value.
+    /// Runs the script and converts its value to a Boolean.
     pub(crate) fn holds(&self, board: &mut Blackboard) -> Result<bool, ScriptError> {
         match self.run(board)? {
-            // A text is not a truth value in a script, not even `'true'`.
+            // A string is not a Boolean in a script, not even `'true'`.
             text @ (Value::Text(_) | Value::List(_)) => Err(ValueError::new(text, "true or false").into()),
             value => Ok(value.to_bool()?),
         }
@@ -136,7 +136,7 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
     }
 }
 
-/// The number in a text, for an operator that needs a number.
+/// The number in a string, for an operator that needs a number.
 fn number_in(text: &Arc<str>) -> Result<f64, ScriptError> {
     match &**text {
         "true" => Ok(1.0),
@@ -232,7 +232,7 @@ impl Binary {
     }
 }
 
-/// Both as one text.
+/// Concatenates both as strings.
 fn joined(left: &impl Display, right: &impl Display) -> Evaluated {
     let text = format!("{left}{right}");
     if text.len() > MAX_TEXT_BYTES { Err(ScriptError::TooLong) } else { Ok(Value::Text(text.into())) }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::blackboard::Slot;
 
-/// An error in the text of a script, and its place.
+/// An error in the text of a script, and its position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SyntaxError {
     pub(crate) message: String,

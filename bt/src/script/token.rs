@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::reading::SyntaxError;
 
-/// A token and its place.
+/// A token and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'a> {
     pub(super) kind: TokenKind<'a>,
@@ -43,7 +43,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, SyntaxError> {
     }
 }
 
-/// The first token of a text that does not begin with white space, and its length.
+/// The first token of a script that does not begin with white space, and its length.
 fn token(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     let Some(first) = text.chars().next() else { return Ok((TokenKind::End, 0)) };
     if let Some(rest) = text.strip_prefix('\'') {

@@ -212,7 +212,7 @@ fn real(input: &Input, board: &Blackboard) -> Result<f64, ReadError> {
     Ok(input.read(board, &Type::Real)?.to_real()?)
 }
 
-/// The value of an entry, or an empty text.
+/// The value of an entry, or an empty string.
 fn shown(value: Option<&Value>) -> Value {
     value.cloned().unwrap_or_else(|| "".into())
 }

@@ -1,4 +1,4 @@
-//! Poses and paths as texts, in Nav2's format and in a short one.
+//! Poses and paths as strings, in Nav2's format and in a short one.
 
 /// The number of fields of a pose in Nav2's format: `stamp;frame;x;y;z;qx;qy;qz;qw`.
 const FIELDS: usize = 9;
@@ -12,7 +12,7 @@ pub(super) fn position(pose: &str) -> Option<[f64; 2]> {
 }
 
 /// A path: the position and orientation of each pose, as far as they are given. `x;y;x;y;…`, or `stamp;frame;` and
-/// Nav2's nine fields for each pose. An empty text is an empty path.
+/// Nav2's nine fields for each pose. An empty string is an empty path.
 pub(super) fn path(text: &str) -> Option<Vec<Vec<f64>>> {
     let fields: Vec<&str> = text.split(';').filter(|_| !text.is_empty()).collect();
     if has_header(&fields) {

@@ -67,7 +67,7 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
 /// A depth-first search for trees that contain themselves.
 struct CycleSearch<'a> {
     definitions: &'a [Definition],
-    /// By tree: its subtrees, with their places.
+    /// By tree: its subtrees, with their positions.
     references: Vec<Vec<(usize, SourceSpan)>>,
     files: &'a mut [SourceFile],
     /// The trees from the start of the search to the current one, with the number of references followed in each.

@@ -77,7 +77,7 @@ pub(super) struct Compiler<'a> {
     /// The name of the node in messages.
     pub(super) name: &'a str,
     pub(super) attributes: &'a [Attribute],
-    /// The place of the node's start tag.
+    /// The position of the node's start tag.
     pub(super) span: SourceSpan,
     pub(super) names: &'a mut dyn Surroundings,
     pub(super) problems: &'a mut Problems,

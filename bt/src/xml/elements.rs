@@ -1,11 +1,11 @@
-//! Elements and attributes: their places and their limits.
+//! Elements and attributes: their positions and their limits.
 
 use diagnostics::Problem;
 use miette::SourceSpan;
 
 use super::problems::Problems;
 
-/// The place of an attribute's value, without its quotes.
+/// The position of an attribute's value, without its quotes.
 pub(super) fn value_span(element: roxmltree::Node<'_, '_>, attribute: &str) -> Option<SourceSpan> {
     element.attribute_node(attribute).map(|attribute| span(attribute.range_value()))
 }
@@ -23,7 +23,7 @@ pub(super) fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, probl
     }
 }
 
-/// The place of an element's start tag, up to its last attribute.
+/// The position of an element's start tag, up to its last attribute.
 pub(super) fn tag_span(element: roxmltree::Node<'_, '_>) -> SourceSpan {
     let start = element.range().start;
     let name_end = start + 1 + element.tag_name().name().len();

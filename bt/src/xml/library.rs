@@ -66,10 +66,10 @@ pub(super) struct Attribute {
     /// The name in the file: some ports had other names in version 3.
     pub(super) written: String,
     pub(super) value: String,
-    /// The place of the whole attribute.
+    /// The position of the whole attribute.
     pub(super) span: SourceSpan,
-    /// The place of the value, between the quotes.
+    /// The position of the value, between the quotes.
     pub(super) value_span: SourceSpan,
-    /// The value is written literally, without entities such as `&lt;`.
+    /// Whether the value is written literally, without entities such as `&lt;`.
     pub(super) is_plain: bool,
 }

@@ -21,13 +21,13 @@ pub(crate) struct Model {
     pub(crate) ports: Vec<PortModel>,
     /// The index of each port.
     pub(super) places: BTreeMap<String, usize>,
-    /// A `<TreeNodesModel>` or Nav2's model declares it with all its ports; otherwise it is only used as a node of this
-    /// category.
+    /// Whether a `<TreeNodesModel>` or Nav2's model declares it with all its ports; otherwise it is only used as a node
+    /// of this category.
     pub(super) is_declared: bool,
     /// Other contents of the declaration: attributes, and elements such as `<MetadataFields>` and `<description>`.
     pub(super) kept: Kept,
     pub(super) notes: Vec<String>,
-    /// The place of its declaration or first use, and the index of the file; none in Nav2's model.
+    /// The position of its declaration or first use, and the index of the file; none in Nav2's model.
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
 
@@ -131,7 +131,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
     }
 }
 
-/// The declaration of a node by an element, at this place of a file.
+/// The declaration of a node by an element, at this position in a file.
 pub(super) fn declaration(
     element: Element<'_, '_>,
     category: Category,

@@ -31,7 +31,7 @@ pub(super) fn child_count(node: &str, expected: &str, found: usize, span: Source
     Problem::new(format!("{node} must have {expected}, but has {found}")).at(span, format!("must have {expected}"))
 }
 
-/// A node is used with another category than declared; `declared` is the place of the declaration.
+/// A node is used in a different category than declared; `declared` is the position of the declaration.
 pub(super) fn wrong_category(
     id: &str,
     is: Category,

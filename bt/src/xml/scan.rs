@@ -286,7 +286,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Checks the attributes, as far as this does not depend on the node's place in the tree.
+    /// Checks the attributes, as far as this does not depend on the node's position in the tree.
     fn check_ports(&mut self, element: Element<'_, '_>, scanned: &Scanned) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let model = self.models.get(type_id);
@@ -351,7 +351,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Warns of a RoundRobin that does not say whether it wraps around, because Nav2's releases differ in that.
+    /// Warns of a RoundRobin that does not say whether it wraps around, because Nav2's releases differ.
     fn check_round(&mut self, scanned: &Scanned) {
         if scanned.kind == Kind::RoundRobin && scanned.attribute(WRAP_AROUND).is_none() {
             let problem = Problem::new("Nav2's RoundRobin wraps around up to Kilted, but not since Lyrical");
@@ -396,7 +396,7 @@ impl Scan<'_> {
     }
 }
 
-/// The place where a key was seen before; a new key is recorded.
+/// The position where a key was seen before; a new key is recorded.
 fn earlier<K: Ord>(seen: &mut BTreeMap<K, SourceSpan>, key: K, span: SourceSpan) -> Option<SourceSpan> {
     let first = *seen.entry(key).or_insert(span);
     (first != span).then_some(first)

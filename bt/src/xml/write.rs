@@ -204,7 +204,7 @@ fn element_of(node: &Scanned) -> &str {
     }
 }
 
-/// A text in a form that is valid in an attribute or between tags.
+/// Text in a form that is valid in an attribute or between tags.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -524,7 +524,7 @@ fn speed_controller_starts_over_with_a_new_goal() {
         SPEED,
         &[
             "@0 a=S -> S",
-            "@1000 a=S -> S", // the robot stands: 10 s
+            "@1000 a=S -> S", // the robot stands still: 10 s
             "@2000 -> R",
             "write goal=there",
             "@3000 a=S -> S",

@@ -34,7 +34,7 @@ pub(super) struct Object {
 /// The shared state of a tree's nodes.
 pub(super) struct Context {
     actors: Actors,
-    /// `emitWakeUpSignal` was called and has not been handled yet.
+    /// Whether `emitWakeUpSignal` was called and has not been handled yet.
     pub(super) woken: bool,
     /// The only entry of the blackboard.
     pub(super) entry: i64,

@@ -13,7 +13,7 @@ use crate::expression::{Expr, Location, Statement};
 /// The actions of one `<onentry>`, `<onexit>` or transition. An error ends the block early and affects no other block.
 pub(crate) type Block = Vec<Action>;
 
-/// One element of executable content, and its place in the file.
+/// One element of executable content, and its position in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
     pub(crate) kind: ActionKind,
@@ -49,7 +49,7 @@ pub(crate) struct Branch {
     pub(crate) content: Block,
 }
 
-/// A condition and its place.
+/// A condition and its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Condition {
     pub(crate) test: Expr,
@@ -72,7 +72,7 @@ pub(crate) enum Source {
     Computed(Expr),
 }
 
-/// An attribute that is literal or computed, and its place.
+/// An attribute that is literal or computed, and its position.
 #[derive(Clone, Debug)]
 pub(crate) struct Attribute {
     pub(crate) source: Source,
@@ -103,7 +103,7 @@ pub(crate) struct Send {
 }
 
 impl Send {
-    /// The data that it sends by name: name, value and place.
+    /// The data that it sends by name: name, value and position.
     pub(crate) fn named(&self) -> impl Iterator<Item = (&Arc<str>, &Expr, SourceSpan)> {
         let listed = self.name_list.iter().map(|named| (&named.name, &named.value, named.span));
         listed.chain(self.payload.params.iter().map(|param| (&param.name, &param.value, param.span)))

@@ -1,4 +1,4 @@
-//! Maps places in a translated machine to the text that its author wrote.
+//! Maps positions in a translated machine to the text that its author wrote.
 
 use std::ops::Range;
 

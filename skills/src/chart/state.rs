@@ -107,7 +107,7 @@ impl State {
         &self.transitions
     }
 
-    /// The place of the state's element in the file: the bytes of its name.
+    /// The position of the state's element in the file: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         super::range(self.span)
@@ -183,7 +183,7 @@ impl Transition {
         self.internal
     }
 
-    /// The place of the transition's element in the file: the bytes of its name.
+    /// The position of the transition's element in the file: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         super::range(self.span)

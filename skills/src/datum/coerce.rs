@@ -9,7 +9,7 @@ use super::Datum;
 pub(crate) const MAX_TEXT_BYTES: usize = 1 << 20;
 
 impl Datum {
-    /// The truth value that `if (x)` tests (ToBoolean, 7.1.2).
+    /// The Boolean that `if (x)` tests (ToBoolean, 7.1.2).
     #[must_use]
     pub fn truthy(&self) -> bool {
         match self {

@@ -20,7 +20,7 @@ pub(super) enum Step {
 }
 
 impl Location {
-    /// The location that an expression names. `span` is the place of the expression.
+    /// The location that an expression names. `span` is the position of the expression.
     pub(super) fn from_expr(expr: Expr, span: Range<usize>) -> Result<Self, ExpressionProblem> {
         let mut path = Vec::new();
         let mut rest = expr;

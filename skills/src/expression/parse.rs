@@ -19,7 +19,7 @@ type Result<T> = std::result::Result<T, ExpressionProblem>;
 
 /// The result of compiling, and the unknown names in it.
 ///
-/// Evaluating such a name is an error; the caller decides whether it is one before that.
+/// Evaluating such a name is an error; the caller decides whether to report it earlier.
 #[derive(Debug)]
 pub(crate) struct Parsed<T> {
     pub(crate) outcome: Result<T>,

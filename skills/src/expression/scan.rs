@@ -16,7 +16,7 @@ pub(crate) enum Piece {
     LineEnd,
 }
 
-/// The pieces with their places, without comments and white space.
+/// The pieces with their positions, without comments and white space.
 pub(crate) fn pieces(source: &str) -> Vec<(Piece, Range<usize>)> {
     let bytes = source.as_bytes();
     let is_word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'$' || !byte.is_ascii();
@@ -113,7 +113,7 @@ pub(crate) fn declarations(source: &str) -> Declarations {
 struct Reading<'s> {
     source: &'s str,
     pieces: Vec<(Piece, Range<usize>)>,
-    /// The brackets around the current place.
+    /// The brackets around the current position.
     open: Vec<Open>,
     /// The bracket closed last.
     closed: Open,
@@ -191,13 +191,13 @@ fn starts_statement(before: Piece) -> bool {
     matches!(before, Piece::LineEnd | Piece::Mark(b';' | b'{' | b'}' | b')'))
 }
 
-/// The maximum nesting of a source: a parser recurses as deep.
+/// The maximum nesting of a source: a parser recurses to the same depth.
 const MAX_DEPTH: usize = 250;
 /// The weight of a bracket: a parser goes through all levels of the grammar for each.
 const BRACKET: usize = 6;
 
-/// The place where a source is nested too deeply to be parsed, if there is one: nested brackets and operators, for each
-/// of which a parser recurses. Each statement starts again from zero.
+/// The position at which a source is nested too deeply to be parsed, if there is one: nested brackets and operators,
+/// for each of which a parser recurses. Each statement starts again from zero.
 pub(crate) fn too_deep(source: &str) -> Option<Range<usize>> {
     let pieces = pieces(source);
     // In templates and regular expressions, marks are not what they seem; there everything counts.

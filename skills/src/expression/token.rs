@@ -23,7 +23,7 @@ pub(super) enum Kind<'s> {
     End,
 }
 
-/// A token and its place.
+/// A token and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'s> {
     pub(super) kind: Kind<'s>,

@@ -58,7 +58,7 @@ fn namespace(root: Node<'_, '_>) -> Option<Problem> {
     Some(Problem::new(message).at(span, "this is not the namespace of SCXML").with_help(help))
 }
 
-/// The place where the root declares its namespace.
+/// The position where the root declares its namespace.
 fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
     let start = root.range().start;
     let tag = root.document().input_text().get(start..)?;

@@ -22,7 +22,7 @@ pub(super) struct Outline<'a, 'i> {
     pub(super) data: Vec<(Option<Node<'a, 'i>>, DataItem)>,
     pub(super) names: Names,
     defined: BTreeMap<String, Range<usize>>,
-    /// A place in the file, in bytes, and its line. States are visited in order.
+    /// A position in the file, in bytes, and its line. States are visited in order.
     line: (usize, usize),
 }
 

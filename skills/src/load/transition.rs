@@ -33,7 +33,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The attribute `chance`, which is an extension with a namespace of its own.
+    /// The attribute `chance`, an extension in its own namespace.
     fn chance(&mut self, node: Node<'_, '_>) -> Option<f64> {
         let attribute = node.attribute_node((CHANCE_NAMESPACE, "chance"))?;
         let chance = attribute.value().parse().ok().filter(|chance| (0.0..=1.0).contains(chance));

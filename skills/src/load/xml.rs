@@ -1,4 +1,4 @@
-//! Elements and attributes with their places in the file.
+//! Elements and attributes with their positions in the file.
 
 use std::ops::Range;
 
@@ -75,12 +75,12 @@ impl<'a> Written<'a> {
         }
     }
 
-    /// The place of the whole text.
+    /// The position of the whole text.
     pub(crate) fn span(&self) -> Range<usize> {
         self.start..self.start + self.raw.len()
     }
 
-    /// The place of a part of the value, given in bytes of the value.
+    /// The position of a part of the value, given in bytes of the value.
     pub(crate) fn span_of(&self, part: Range<usize>) -> Range<usize> {
         let mut walk = self.walk();
         walk.advance(part.start)..walk.advance(part.len())
@@ -90,7 +90,7 @@ impl<'a> Written<'a> {
         Walk { value: self.value, raw: self.raw, place: self.start }
     }
 
-    /// Another text replaces this one: it is in a file that the attribute names, and its problems are reported here.
+    /// Replaces the text with that of a file that the attribute names; its problems are reported here.
     pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
         Written { value: text, raw: "", start: self.start }
     }
@@ -101,7 +101,7 @@ impl<'a> Written<'a> {
         Self { value: word, raw, start: span.start }
     }
 
-    /// The words of the value, each with its place in the file.
+    /// The words of the value, each with its position in the file.
     pub(crate) fn words(&self) -> Vec<(&'a str, Range<usize>)> {
         let (base, mut walk, mut end) = (self.value.as_ptr() as usize, self.walk(), 0);
         let place = |word: &'a str| {
@@ -124,7 +124,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Advances by this many bytes of the value. Returns the place in the file.
+    /// Advances by this many bytes of the value. Returns the position in the file.
     fn advance(&mut self, mut bytes: usize) -> usize {
         while bytes > 0
             && let Some(letter) = self.value.chars().next()

@@ -46,7 +46,7 @@ pub enum Note {
         event: &'static str,
         /// What went wrong.
         reason: String,
-        /// The place: bytes of the machine's file.
+        /// The position: bytes of the machine's file.
         span: Range<usize>,
     },
     /// No transition handled an error event.
@@ -63,7 +63,7 @@ pub enum Note {
     Invoked {
         /// The id of the invoked machine.
         id: Arc<str>,
-        /// Its note; places are in its own file.
+        /// Its note; positions are in its own file.
         note: Box<Note>,
     },
     /// The machine did not come to rest and was stopped.

@@ -38,7 +38,7 @@ impl Machine {
             if self.looks_at_generated_ids() {
                 return unsupported(
                     "it reads ids that are generated whenever a machine is invoked or an event is sent",
-                    "give `<send>` an `id` of its own, and do not keep where an event came from",
+                    "give `<send>` an `id`, and do not keep the origin of an event",
                 );
             }
             self.number_invoked();
@@ -89,7 +89,7 @@ impl Machine {
             || self.invoked.iter().any(|invoked| invoked.machine.looks_at_generated_ids())
     }
 
-    /// Numbers the machines inside, and the ids by which they are known, by their places.
+    /// Numbers the machines inside, and the ids by which they are known, in the order of their positions.
     fn number_invoked(&mut self) {
         self.children = self.invoked.len() as u32;
         self.generated_ids = self.children;

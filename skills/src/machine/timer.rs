@@ -26,7 +26,7 @@ pub(super) enum Parcel {
     Away(Outgoing, Spot),
 }
 
-/// The place of a `<send>` in the file, for messages. All places compare equal, so equal parcels of one chart are
+/// The position of a `<send>` in the file, for messages. All positions compare equal, so equal parcels of one chart are
 /// equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub(super) SourceSpan);

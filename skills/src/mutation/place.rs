@@ -28,7 +28,7 @@ impl<'a> Site<'a> {
         Self { chart, elements: own_elements(document.root_element()) }
     }
 
-    /// The element with its name at this place.
+    /// The element with its name at this position.
     fn element(&self, name: &Range<usize>) -> Option<Node<'a, 'a>> {
         self.elements.iter().copied().find(|node| name_span(*node) == *name)
     }

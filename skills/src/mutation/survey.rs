@@ -10,7 +10,7 @@ use crate::load::{self, Written};
 
 /// Every mutation that leaves the machine loadable, in the order of the file. `file` names the text in messages.
 ///
-/// - Numbers in data are halved and doubled, truth values negated, delays made ten times longer and shorter.
+/// - Numbers in data are halved and doubled, Booleans negated, delays made ten times longer and shorter.
 /// - Every condition is negated, and removed.
 /// - Every transition is removed, and redirected to each sibling of its target.
 /// - Every state is made stuck.

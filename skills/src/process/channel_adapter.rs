@@ -1,4 +1,5 @@
-//! Between a process that knows named events and its channels: which conversation a message belongs to.
+//! The adapter between a process that knows named events and its channels: it tracks which conversation a message
+//! belongs to.
 
 use std::collections::VecDeque;
 use std::sync::Arc;

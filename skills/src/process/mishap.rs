@@ -45,7 +45,7 @@ impl Mishaps {
     }
 }
 
-/// The place and description of a mishap, if the note is one.
+/// The position and description of a mishap, if the note is one.
 fn mishap<'c>(note: &Note, chart: &'c Chart) -> Option<(Option<&'c str>, String)> {
     match note {
         Note::Error { event: "error.execution", reason, span } => {

@@ -23,7 +23,7 @@ pub struct Line {
 pub enum LineKind {
     /// The machine entered a configuration.
     Entered(Situation),
-    /// A note; an error also has its place: line and column of the file, from 1.
+    /// A note; an error also has its position: line and column of the file, from 1.
     Note(Note, Option<(usize, usize)>),
     /// It sent an event, which nothing receives.
     Sent(Outgoing),

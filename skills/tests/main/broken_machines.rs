@@ -1,4 +1,4 @@
-//! Ten broken machines with several mistakes each: every mistake is reported at its place, all at once.
+//! Ten broken machines with several mistakes each: all mistakes are reported at once, each with its location.
 
 use skills::{Chart, SkillError};
 

@@ -114,7 +114,7 @@ impl Conversation {
     }
 
     pub(crate) fn of(process: SkillProcess) -> Self {
-        // The parts that both topologies have are numbered alike.
+        // The parts that both topologies share have the same numbers.
         Self { process, topology: topology_with_blackboard(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
     }
 

@@ -1,4 +1,4 @@
-//! The messages about broken files: every mistake, at its place.
+//! The messages about broken files: every mistake, with its location.
 
 use std::fmt::Write;
 

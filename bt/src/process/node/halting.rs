@@ -32,7 +32,7 @@ impl NodeProcess {
         self.reset((0..self.records.len()).collect(), goal)
     }
 
-    /// Resets children in order, up to the first that must be told; the others are kept in the stage.
+    /// Resets children in order, up to the first that must be told to halt; the stage keeps the others.
     pub(super) fn reset(&mut self, children: Vec<usize>, goal: Goal) -> Stage {
         let mut children = children.into_iter();
         while let Some(child) = children.next() {
