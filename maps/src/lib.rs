@@ -23,9 +23,9 @@
 //! ```
 //!
 //! People write these files by hand, so a reader never stops at the first mistake: it collects
-//! [`diagnostics::FileProblems`], each with its location and with what is accepted there.
+//! [`diagnostics::FileProblems`], each with its location and what is accepted there.
 //!
-//! [`house`] and [`museum`] are the project's own maps. Read [`load_map`] for what pixels mean.
+//! [`house`] and [`museum`] are the project's own maps. [`load_map`] explains the meaning of pixels.
 //!
 //! Files are read and written with the feature `files`, which is on by default. Without it the crate has geometry and
 //! cells only, and depends only on nalgebra.

@@ -11,12 +11,12 @@ pub enum Place {
     Point {
         /// Position and heading in the `map` frame.
         pose: Pose,
-        /// Distance from the position that still counts as there, in metres.
+        /// Distance from the position up to which a robot is at the place, in metres.
         position_tolerance_m: f64,
-        /// Deviation from the heading that still counts as there, in radians.
+        /// Deviation from the heading up to which a robot is at the place, in radians.
         heading_tolerance_rad: f64,
     },
-    /// An area: any pose inside it counts as there, at any heading. As a goal, it stands for its centroid.
+    /// An area: a robot anywhere inside it, with any heading, is at the place. As a goal, it stands for its centroid.
     Area {
         /// Corners in the `map` frame, at least three; the last is joined to the first.
         corners: Vec<Point>,

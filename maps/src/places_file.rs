@@ -22,7 +22,7 @@ pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 /// [RechargingStation]
 /// position_m = [-7.5, 9.0]      # in the map frame
 /// heading_deg = 180             # counter-clockwise from the x axis
-/// position_tolerance_m = 0.3    # how far off still counts as there; 0.3 if left out
+/// position_tolerance_m = 0.3    # a robot this far off is still there; 0.3 if left out
 /// heading_tolerance_deg = 6     # likewise; 6 if left out
 ///
 /// [Destination]

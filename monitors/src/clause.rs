@@ -223,7 +223,7 @@ pub(crate) enum Literal {
 }
 
 impl Literal {
-    /// The forms that an operator is made of.
+    /// The forms that make up an operator.
     pub(crate) fn forms(&self) -> Vec<&Form> {
         match self {
             Self::Event { .. } | Self::Time { .. } | Self::Count { .. } => Vec::new(),

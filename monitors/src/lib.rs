@@ -160,13 +160,13 @@
 //! A monitor's normal form, for proofs, contains the ages and values that matter. A timed formula has no normal form,
 //! nor has one that looks back at values; both say so.
 //!
-//! An automaton is not minimised: its states are the possible sets of obligations, and the limit applies to their
+//! An automaton is not minimized: its states are the possible sets of obligations, and the limit applies to their
 //! number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin
-//! now (`= 30` after each of many messages: two to the power of 30 states, minimised or not) and products of long
-//! deadlines. A formula whose automaton would fit the limit only after minimisation counts as too large.
+//! now (`= 30` after each of many messages: two to the power of 30 states, minimized or not) and products of long
+//! deadlines. A formula whose automaton would fit the limit only after minimization counts as too large.
 //!
 //! The paper's response monitor starts its timer at θ and fails on the tick that finds it at 0, one tick later than `<
-//! θ` demands. The formula is the requirement, and the synthesised monitor follows it.
+//! θ` demands. The formula is the requirement, and the synthesized monitor follows it.
 //!
 //! # Why a property is violated
 //!
@@ -183,7 +183,7 @@
 //!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix. Wherever an automaton gives no
 //!   verdict, it names an endless word for either outcome, and the oracle confirms both. Verdicts also agree with
 //!   random endless words. Every printed formula reads back as the same formula. Further tests check the definition by
-//!   examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
+//!   examples, the laws of logic, the paper's monitors against the synthesized ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
 //! - `cargo test -p steward-monitors a_hundred_thousand -- --ignored`: 10⁵ pairs with operators that look back, and
 //!   another 10⁵ with remembered values and arithmetic.

@@ -40,7 +40,7 @@ pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 /// let text = "property phi1 := always (BatteryReader, BatteryLevel, m.level >= 20)";
 /// let file = load("phi1.scope", text, &Arc::new(topology), Duration::from_secs(1))?;
 ///
-/// let mut monitor = file.properties[0].scope_monitor().expect("it is made of a formula").clone();
+/// let mut monitor = file.properties[0].scope_monitor().expect("it is made from a formula").clone();
 /// let message = Message::new([Value::symbol("ok"), 15.0.into()]);
 /// let kind = EventKind::Received { channel, message };
 /// monitor.observe(&Event { step: 1, tick: 0, time: Duration::ZERO, kind });

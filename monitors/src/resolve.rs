@@ -46,7 +46,7 @@ pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -
 /// Where a constraint is.
 #[derive(Clone, Copy, Default)]
 struct Inside {
-    /// Inside an operator that looks ahead, which says when it is checked.
+    /// Inside an operator that looks ahead, which determines when it is checked.
     temporal: bool,
     /// Inside an operator that looks back.
     past: bool,
@@ -186,7 +186,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Reports an event outside every operator that says when it is checked.
+    /// Reports an event outside every operator that determines when it is checked.
     fn is_asked(&mut self, inside: Inside, event: ByteRange) {
         if !inside.temporal {
             let problem = Problem::new("this event is outside every temporal operator");

@@ -84,7 +84,7 @@ pub struct Record {
 impl Recording {
     /// Reads a log, plain or gzipped.
     ///
-    /// Lines count in the order of the file, whatever their clocks show. Unusable data is left out and listed as
+    /// Lines are used in the order of the file, regardless of their clocks. Unusable data is left out and listed as
     /// [complaints](Self::complaints).
     ///
     /// # Errors

@@ -27,7 +27,7 @@ pub(crate) struct Leaf {
     length_m: f64,
     /// How far it is open, from 0 to 1.
     open: f64,
-    /// Whether it should be open, whatever its schedule.
+    /// Whether it should be open, regardless of its schedule.
     commanded: Option<bool>,
 }
 

@@ -82,8 +82,9 @@ pub struct Faults {
     /// A body that would appear on top of the robot waits for room: it is placed in the first step in which it does not
     /// overlap the robot. It may overlap walls and other bodies. Default none.
     pub bodies: Vec<ObstacleConfig>,
-    /// The names of the doors whose leaves do not move as long as they are in this list, whatever their schedules and
-    /// [commands](crate::Simulation::command_door). When a leaf is free again, it moves as required then. Default none.
+    /// The names of the doors whose leaves do not move as long as they are in this list, regardless of their schedules
+    /// and [commands](crate::Simulation::command_door). When a leaf is free again, it moves as required then. Default
+    /// none.
     pub stuck_doors: Vec<String>,
     /// The new pose of the charging station, in the `map` frame, if it has been moved: docking happens there, but the
     /// robot's software does not know. Default none: it is in its original place.

@@ -41,8 +41,8 @@
 //! [`Simulation::set_battery_charge`]).
 //!
 //! # Devices
-//! What a device does to the world is a method as well: [`Simulation::command_door`], [`Simulation::pick_up`],
-//! [`Simulation::put_down`]. Its measurements come from [`Truth`]: [`Truth::door_opening`], [`Truth::sees`].
+//! The actions of devices on the world are methods as well: [`Simulation::command_door`], [`Simulation::pick_up`],
+//! [`Simulation::put_down`]. Their measurements come from [`Truth`]: [`Truth::door_opening`], [`Truth::sees`].
 //!
 //! # Determinism
 //! The same configuration, map, poses, root seed, commands and faults give the same bits in every build and on every

@@ -35,7 +35,7 @@ impl Known {
 pub(crate) struct Data {
     /// τ
     pub(crate) now: u64,
-    /// The states that may be asked for, and this one.
+    /// The states that an operator may still ask for, and the current one.
     moments: Vec<Moment>,
 }
 

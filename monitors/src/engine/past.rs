@@ -14,7 +14,7 @@ use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::history::{Data, Known};
 use crate::formula::Bound;
 
-/// The memory that a run leaves behind. Two runs with the same memory continue alike.
+/// The memory that a run leaves behind. Runs with the same memory behave the same from then on.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Memory {
     /// The events that the last messages of their channels satisfy, and the operators that held in the last state.

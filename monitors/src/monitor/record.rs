@@ -306,7 +306,7 @@ impl Record {
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
             deadline_tick: due.map(|last| told.tick(last)),
-            // If a clause has a single literal, the clause itself is missing.
+            // If a clause has a single literal, what is missing is the clause itself.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: told.settled(due),
         }

@@ -323,8 +323,8 @@ impl<'a> Place<'a> {
         self.without.iter().filter(compares).copied()
     }
 
-    /// Conditions that tell the messages with the field from those with which they might be confused, by their symbols;
-    /// `None` if their symbols are the same.
+    /// Conditions that distinguish, by their symbols, the messages with the field from those with which they might be
+    /// confused; `None` if their symbols are the same.
     fn guard(&self, value: &Value) -> Option<Vec<MessageCondition>> {
         let others: Vec<&Shape> = self.confused_with(value).collect();
         if others.is_empty() {

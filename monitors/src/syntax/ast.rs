@@ -150,7 +150,7 @@ pub enum ConstraintKind {
 }
 
 impl Constraint {
-    /// The constraints that it is made of, in the order in which they are written.
+    /// Its immediate parts, in the order in which they are written.
     #[must_use]
     pub fn operands(&self) -> Vec<&Self> {
         match &self.kind {

@@ -89,7 +89,7 @@ pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::EventAtom], dept
     formula_with(dice, events, depth, Choose { ahead: true, back: false })
 }
 
-/// Which operators a random formula has.
+/// The operators that a random formula may contain.
 #[derive(Clone, Copy)]
 pub(crate) struct Choose {
     /// Those that look ahead.

@@ -79,8 +79,7 @@ fn nearest_to_straight(angle_rad: f64) -> f64 {
     turn.min(std::f64::consts::PI - turn)
 }
 
-/// A random number with mean 0 and variance 1 with a bell-shaped density, never beyond ± 3.5: the sum of four uniform
-/// ones.
+/// A random number with mean 0, variance 1 and a bell-shaped density, never beyond ± 3.5: the sum of four uniform ones.
 ///
 /// It is three times as fast as a normal one, and the shorter tails do no harm to particles.
 pub(crate) fn bell(rng: &mut ChaCha8Rng) -> f64 {

@@ -11,8 +11,8 @@
 //! little.
 //!
 //! Among many poses, one always happens to fit a scan better than the truth does if there are people or the place has
-//! changed. So the scan for which a later candidate was chosen counts for none, and the believed pose is kept until
-//! another place has been far ahead for several scans.
+//! changed. So the scan for which a later candidate was chosen does not count as evidence, and the believed pose is
+//! kept until another place has been far ahead for several scans.
 
 use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};

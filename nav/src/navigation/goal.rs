@@ -13,9 +13,9 @@ pub struct Goal {
     pub position: Point,
     /// The heading, in radians in the `map` frame, if it matters.
     pub heading_rad: Option<f64>,
-    /// Distance from the position that still counts as there, in metres, positive.
+    /// Distance from the position within which the goal is reached, in metres; positive.
     pub position_tolerance_m: f64,
-    /// Deviation from the heading that still counts as there, in radians, positive.
+    /// Deviation from the heading within which the goal is reached, in radians; positive.
     pub heading_tolerance_rad: f64,
     /// The area whose centroid is the position, if there is one: if the robot cannot reach the centroid, any other
     /// point inside is acceptable.

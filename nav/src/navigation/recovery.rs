@@ -15,7 +15,7 @@ const BACK_UP_MPS: f64 = 0.12;
 /// How fast the robot spins, in rad/s.
 const SPIN_RADPS: f64 = 0.8;
 
-/// Time in which the lasers see the remaining obstacles again after the costmap has been cleared.
+/// Time for the lasers to see the remaining obstacles again after the costmap has been cleared.
 const SEE_AGAIN: Duration = Duration::from_millis(300);
 
 /// How long the robot waits.

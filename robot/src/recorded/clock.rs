@@ -1,8 +1,8 @@
 //! The clocks of a log's lines, which are not always in order.
 //!
 //! The lines of real logs come from several programs, so clocks jump back and forth by a second, and lines added by
-//! other programs may have no clock at all. The file lists events in the order in which they happened, so lines count
-//! in the order of the file.
+//! other programs may have no clock at all. The file lists events in the order in which they happened, so lines are
+//! used in that order.
 
 use std::time::Duration;
 

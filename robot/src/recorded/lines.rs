@@ -204,7 +204,7 @@ fn odom(number: usize, fields: &[&str]) -> Result<Line, Flaw> {
     Ok(Line { number, clock_s: clock(fields, 7)?, odometry, velocity, corrected: None, scan: None })
 }
 
-/// `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`, and `RLASER` alike.
+/// `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`, or the same with `RLASER`.
 fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) -> Result<Line, Flaw> {
     let count = fields.get(1).copied().unwrap_or_default();
     let beams = count.parse::<usize>().ok().filter(|beams| (1..=MOST_BEAMS).contains(beams));

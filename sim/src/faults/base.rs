@@ -35,7 +35,7 @@ pub struct BaseFaults {
     /// Limit of the forward and backward speed, in m/s, if below the model's. The robot brakes to it as fast as it can;
     /// turning rates are not limited. At least 0. Default none.
     pub speed_limit_mps: Option<f64>,
-    /// The motors are off and the brakes hold: the robot stands still from the next step on, whatever its speed was.
+    /// The motors are off and the brakes hold: the robot stands still from the next step on, regardless of its speed.
     /// Afterwards it starts from rest. Default false.
     pub emergency_stop: bool,
     /// The delay of commands, rounded up to whole steps. Until the first delayed command takes effect, the last earlier
