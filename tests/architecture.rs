@@ -1,5 +1,5 @@
-//! The arrows of ARCHITECTURE.md: which crate may use which, and that files inside of crates use each other in no
-//! circles.
+//! The arrows of ARCHITECTURE.md: which crate may use which. Also checks that the files of a crate do not use each
+//! other in circles.
 
 mod circles;
 mod modules;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use crate::workspace::{cargo, metadata};
 
-/// Each crate of the workspace with the others that it may use, by the names that code uses.
+/// Each crate of the workspace with the others that it may use, by the names that the code uses.
 const ROOMS: [(&str, &[&str]); 25] = [
     ("channels", &[]),
     ("diagnostics", &[]),
@@ -86,7 +86,7 @@ const ROOMS: [(&str, &[&str]); 25] = [
     ),
 ];
 
-/// What code calls a package: `steward-bt`, as the registry knows it, is the crate `bt`.
+/// The name that the code uses for a package: `steward-bt` in the registry is the crate `bt`.
 fn crate_name(package: &str) -> &str {
     package.strip_prefix("steward-").unwrap_or(package)
 }
@@ -106,8 +106,7 @@ fn crates_use_only_the_crates_below_them() {
     }
 }
 
-/// Whoever simulates a robot, or drives one, compiles no readers of YAML, TOML and pictures, and no rendering of
-/// errors.
+/// Simulation and robot software compile without readers of YAML, TOML and images, and without error rendering.
 #[test]
 fn simulation_and_navigation_read_no_files() {
     let readers = ["steward-diagnostics", "png", "miette", "saphyr", "toml"];
@@ -120,7 +119,7 @@ fn simulation_and_navigation_read_no_files() {
     }
 }
 
-/// rustfmt breaks long lines of code, but not those of comments.
+/// rustfmt breaks long lines of code, but not of comments.
 #[test]
 fn comments_fit_120_columns() {
     let mut folders = vec![PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
@@ -142,7 +141,7 @@ fn comments_fit_120_columns() {
     assert!(files > 500 && long.is_empty(), "of {files} files: {long:#?}");
 }
 
-/// What simulates or draws stays out of the crates that are to run on a real robot.
+/// Crates for simulation and drawing stay out of the crates that run on a real robot.
 #[test]
 fn only_sim_simulates_and_only_drawing_draws() {
     let metadata = metadata(&["--no-deps"]);
@@ -156,8 +155,7 @@ fn only_sim_simulates_and_only_drawing_draws() {
     }
 }
 
-/// `cargo run` and `cargo test` build the program's dependencies once: no test asks for more of one than the program
-/// does.
+/// `cargo run` and `cargo test` build the program's dependencies only once: tests need no further features of them.
 #[test]
 fn tests_share_the_dependencies_of_the_program() {
     let features = |selection: &[&str]| {

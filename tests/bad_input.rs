@@ -1,4 +1,5 @@
-//! Wrong files and arguments: one clear message each, exit status 2; what cannot be written: exit status 3.
+//! Wrong files and arguments give one clear message each and exit status 2; output that cannot be written gives exit
+//! status 3.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +8,7 @@ use tempfile::tempdir;
 
 use crate::steward::{refusal, steward};
 
-/// A copy of `battery_fault` with all its files, for spoiling; the path of its scenario file.
+/// Makes a copy of `battery_fault` with all its files, to be broken; returns the path of its scenario file.
 pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
     let copy = folder.join("scenario");
     let output = steward(&["init", copy.to_str().unwrap(), "--scenario", "battery_fault"]);
@@ -15,8 +16,8 @@ pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
     copy.join("battery_fault.toml")
 }
 
-/// The message of the binary in that folder when it refuses its input, as `refusal` returns it. The messages name files
-/// as they are given, so they are the same in every folder.
+/// The binary's message in that folder when it refuses its input, like `refusal`. Messages name files as given, so they
+/// are the same in every folder.
 fn refusal_in(folder: &Path, arguments: &[&str]) -> String {
     let output =
         Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().expect("it starts");
@@ -26,15 +27,15 @@ fn refusal_in(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-/// The messages printed for each of these calls, under it.
+/// Each of these calls, with the message that it prints.
 fn refusals_of(calls: &[&[&str]]) -> String {
     let folder = tempdir().unwrap();
     let said = |call: &&[&str]| format!("$ steward {}\n{}", call.join(" "), refusal_in(folder.path(), call));
     calls.iter().map(said).collect::<Vec<_>>().join("\n")
 }
 
-/// The messages about a copy of `battery_fault` with each of these mistakes, one at a time: in `file`, the first `old`
-/// is `new`.
+/// The messages about a copy of `battery_fault` with each of these mistakes, one at a time: `new` replaces the first
+/// `old` in `file`.
 fn refusals(mistakes: &[(&str, &str, &str)]) -> String {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
@@ -50,7 +51,7 @@ fn refusals(mistakes: &[(&str, &str, &str)]) -> String {
     mistakes.iter().map(said).collect::<Vec<_>>().join("\n")
 }
 
-/// Says every one of these.
+/// Asserts that the message contains all of these.
 fn says(said: &str, parts: &[&str]) {
     // The graphical report may break lines anywhere between words.
     let flat = said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ");
@@ -198,7 +199,7 @@ fn a_mistake_in_a_property_has_one_message() {
     insta::assert_snapshot!(said);
 }
 
-/// Files made of one line each are checked on their own.
+/// One-line files, each checked on its own.
 #[test]
 fn a_mistake_in_another_file_has_one_message() {
     let folder = tempdir().unwrap();
@@ -250,7 +251,7 @@ fn a_base_is_a_file_or_a_name_and_can_be_set() {
     }
 }
 
-/// A copy of another leaf's machine drives where that one does, whatever its file is called.
+/// A copy of another leaf's machine drives to the same place, whatever the name of its file.
 #[test]
 fn a_machine_may_have_a_name_other_than_its_leaf() {
     let folder = tempdir().unwrap();
@@ -291,7 +292,7 @@ fn mismatches_of_tree_skills_and_components_are_reported_once_with_their_locatio
     spoil("skills/AtRechargingStation.scxml", "event=\"Localization.", "event=\"Location.");
     let said = refusal_in(scenario.parent().unwrap(), &["run", "battery_fault.toml"]);
     insta::assert_snapshot!(said);
-    // Each once; that a process which is misspelt does not answer by its right name either is not worth saying.
+    // Each once; that the process with the misspelled name does not answer under its right name either is not reported.
     assert_eq!(said.matches("\n  x ").count(), 9, "{said}");
 }
 
@@ -306,7 +307,7 @@ fn a_folder_that_cannot_be_written_to_is_exit_status_three() {
     assert!(said.contains("occupied"), "{said}");
 }
 
-/// `/dev/full` is a disk without room.
+/// `/dev/full` is a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_exit_status_three() {
@@ -364,7 +365,7 @@ fn endless_files_are_not_read() {
     }
 }
 
-/// Each shown problem costs a look through its file: of very many, the first are shown.
+/// Each problem that is shown costs a pass through its file, so only the first are shown.
 #[test]
 fn the_first_hundred_of_five_thousand_bad_properties_are_shown() {
     let folder = tempdir().unwrap();

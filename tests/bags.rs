@@ -1,4 +1,4 @@
-//! Recordings of real robots, checked by the binary.
+//! The binary checks recordings of real robots.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::steward::{refusal, steward};
 
-/// The shipped recording in a folder, and the paths of its files.
+/// A folder with the shipped recording, and the paths of its files.
 struct Recorded {
     _folder: tempfile::TempDir,
     root: PathBuf,
@@ -68,7 +68,7 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
     for absent in ["seed", "Where the robot went", "What the tree", "simulated", "what the scenario expects"] {
         assert!(!page.contains(absent), "{absent}");
     }
-    // Its chart has the messages that led to the violation.
+    // Its chart shows the messages that led to the violation.
     assert!(page.contains("id=\"violations\"") && page.contains("DISCHARGING"));
     assert!([">battery<", ">controller<", ">base<"].iter().all(|lifeline| page.contains(lifeline)));
 }
@@ -100,7 +100,7 @@ fn messages_before_the_damage_are_judged() {
     assert_eq!(status, Some(1));
     assert!(said.contains("slow_when_low violated"), "{said}");
     assert!(noted.contains("bag_1.mcap breaks off") && noted.contains("the rest is lost"), "{noted}");
-    // The second part is of the same minute.
+    // The second part covers the same minute.
     assert!(noted.contains("messages come up to"), "{noted}");
     let empty = recorded.write("empty.mcap", b"");
     let (status, _, noted) = recorded.verify(&[&empty, &recorded.path("nav2.mcap")], &[]);

@@ -1,4 +1,4 @@
-//! Campaigns: the same results in the same bytes, however they were come by.
+//! Campaigns: the same results in the same bytes, however they were obtained.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ key = "execution.step_budget"
 values = [100000, 2]
 "#;
 
-/// A folder with a campaign's file.
+/// A folder with a campaign file.
 fn campaign(text: &str) -> (TempDir, PathBuf) {
     let folder = tempdir().unwrap();
     let file = folder.path().join("some.toml");
@@ -35,7 +35,7 @@ fn campaign(text: &str) -> (TempDir, PathBuf) {
     (folder, file)
 }
 
-/// Runs a campaign with these further arguments; the folder of its results.
+/// Runs a campaign with these additional arguments; returns the folder of its results.
 fn results(file: &Path, name: &str, arguments: &[&str]) -> PathBuf {
     let out = file.with_file_name(name);
     let mut all = vec!["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
@@ -45,7 +45,7 @@ fn results(file: &Path, name: &str, arguments: &[&str]) -> PathBuf {
     out
 }
 
-/// Repeats a run that is not as expected, which the exit status says; the folder of its report.
+/// Repeats a run that is not as expected, which the exit status confirms; returns the folder of its report.
 fn repeated(file: &Path, k: &str, arguments: &[&str]) -> PathBuf {
     let out = file.with_file_name("alone");
     let all = ["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--only", k];
@@ -55,12 +55,12 @@ fn repeated(file: &Path, k: &str, arguments: &[&str]) -> PathBuf {
     out.join(format!("run-{k}"))
 }
 
-/// The message of the binary when it refuses its input, in one line: the graphical report breaks lines between words.
+/// The binary's message when it refuses its input, on one line: the graphical report breaks lines between words.
 fn refused(arguments: &[&str]) -> String {
     refusal(arguments).split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
 }
 
-/// Everything but wall times.
+/// Everything except wall times.
 pub(crate) fn bytes(folder: &Path) -> [Vec<u8>; 4] {
     ["dataset.parquet", "summary.json", "journal.jsonl", "report.html"].map(|name| fs::read(folder.join(name)).unwrap())
 }
@@ -104,7 +104,7 @@ fn results_do_not_depend_on_threads_and_shards() {
     assert_eq!(fs::read_to_string(whole.join("timing.csv")).unwrap().lines().count(), 25);
 }
 
-/// Starts a campaign whose results go to a folder of that name.
+/// Starts a campaign that writes its results to a folder of that name.
 fn begun(file: &Path, name: &str) -> Child {
     Command::new(env!("CARGO_BIN_EXE_steward"))
         .args(["campaign", file.to_str().unwrap(), "--out", file.with_file_name(name).to_str().unwrap()])
@@ -114,8 +114,8 @@ fn begun(file: &Path, name: &str) -> Child {
         .unwrap()
 }
 
-/// Fifty times, at random moments of a campaign's life: while it is loaded, while it reads earlier results, while it
-/// runs, while results are written. Whenever one finishes, another is started.
+/// Kills campaigns at random moments: while they load, read earlier results, run, or write results. Whenever one
+/// finishes, another is started.
 #[test]
 fn a_killed_campaign_resumes_without_losing_repeating_or_changing_a_run() {
     let (_folder, file) = campaign(SOME);
@@ -129,7 +129,7 @@ fn failing_scripts_give_the_same_results_after_a_kill() {
     survives(&campaign_of_failing_scripts(folder.path(), 6), 6, 10);
 }
 
-/// Kills a campaign so often, and compares what comes out with that of one that was left alone.
+/// Kills a campaign this many times, and compares its results with those of one that was left alone.
 fn survives(file: &Path, runs: u64, wanted_kills: u32) {
     let began = now();
     let whole = bytes(&results(file, "whole", &[]));
@@ -156,7 +156,7 @@ fn survives(file: &Path, runs: u64, wanted_kills: u32) {
     assert_eq!(timed_runs(&out), (0..runs).collect::<Vec<u64>>());
 }
 
-/// The runs whose wall times are known.
+/// The runs with known wall times.
 fn timed_runs(folder: &Path) -> Vec<u64> {
     let timed = fs::read_to_string(folder.join("timing.csv")).unwrap();
     timed.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
@@ -195,7 +195,7 @@ fn an_interrupted_campaign_ends_cleanly_and_says_how_to_resume() {
     assert_eq!(bytes(&results(&file, "out", &[])), whole);
 }
 
-/// A journal may end anywhere: the results are the same.
+/// Wherever a journal ends, the results are the same.
 #[test]
 fn a_journal_may_be_truncated_at_any_byte() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 3"));
@@ -219,10 +219,10 @@ fn a_campaign_stops_at_its_goal_and_has_nothing_to_resume() {
     assert_eq!(bytes(&out), bytes(&results(&file, "out", &[])), "again, it is reached already");
 }
 
-/// Every second run is over at once, and is not as expected; the others take long, and are. Were results counted as
-/// they come, many threads would see the bad ones first and stop early.
+/// Every second run ends at once and is not as expected; the others take long and are as expected. If results counted
+/// as they come, many threads would see the bad ones first and stop early.
 #[test]
-fn stopping_on_many_threads_does_not_favour_short_runs() {
+fn stopping_on_many_threads_does_not_favor_short_runs() {
     let goal = "[goal]\ntest = \"expectation\"\nbound = 0.6\nindifference = 0.2\nerror = 0.01\n";
     let short_or_long = SOME.replace("runs = 24", "runs = 200").replace("[\"exec", "[\"expect.reached=[]\", \"exec");
     let (_folder, file) = campaign(&(short_or_long + goal));
@@ -254,7 +254,7 @@ fn a_run_is_repeated_alone() {
     assert!(refused(&[&only[..3], &["6"]].concat()).contains("no run 6"));
 }
 
-/// The strata of a Latin hypercube depend on how many runs there are, so the command says it.
+/// The strata of a Latin hypercube depend on the number of runs, so the command contains it.
 #[test]
 fn the_command_that_the_summary_gives_repeats_the_run() {
     let (_folder, file) = campaign(&SOME.replace("sobol", "latin_hypercube").replace("100000, 2", "100000"));
@@ -272,10 +272,10 @@ fn the_command_that_the_summary_gives_repeats_the_run() {
     let journal = String::from_utf8(bytes(&out)[2].clone()).unwrap();
     let fifth: serde_json::Value = serde_json::from_str(journal.lines().nth(6).unwrap()).unwrap();
     assert_eq!(hash(&words[3..5]), fifth["facts"]["trace_hash"]);
-    assert_ne!(hash(&[]), fifth["facts"]["trace_hash"], "with the file's number of runs it is another");
+    assert_ne!(hash(&[]), fifth["facts"]["trace_hash"], "with the file's number of runs, it is a different run");
 }
 
-/// A run that never stops communicating, even though each burst is short, is stopped by count and not by the clock.
+/// A run that never stops communicating, even though each burst is short, is stopped by a count and not by the clock.
 #[test]
 fn a_run_beyond_its_budget_is_a_result() {
     let (_folder, file) = campaign(&SOME.replace("step_budget", "run_budget").replace("runs = 24", "runs = 2"));
@@ -449,7 +449,7 @@ fn a_full_disk_is_reported() {
 }
 
 #[test]
-fn a_merge_that_was_killed_half_way_resumes() {
+fn a_merge_that_was_killed_halfway_resumes() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 5"));
     let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
     for shard in ["0/2", "1/2"] {
@@ -489,7 +489,7 @@ fn a_folder_that_is_removed_during_the_campaign_cannot_be_written() {
         while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 2 {
             wait(Duration::from_millis(5));
         }
-        // The campaign may be writing a file just then.
+        // The campaign may be writing a file at that moment.
         while out.exists() {
             let _ = fs::remove_dir_all(&out);
         }
@@ -507,7 +507,7 @@ fn the_number_of_shards_is_limited() {
         let said = refusal(&["campaign", file.to_str().unwrap(), "--shard", shard]);
         assert!(said.contains("N at most 1000000"), "{said}");
     }
-    // Nor does a journal make the program believe it.
+    // Nor does the program believe such a number in a journal.
     let out = results(&file, "out", &[]);
     let journal = fs::read_to_string(out.join("journal.jsonl")).unwrap();
     for (old, new) in [("\"of\":1", "\"of\":18446744073709551615"), ("\"runs\":2", "\"runs\":18446744073709551615")] {

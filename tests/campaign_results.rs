@@ -1,4 +1,4 @@
-//! The results of campaigns: those that come with the program, the report's page, and comparisons.
+//! The results of campaigns: the shipped ones, the report page, and comparisons.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use tempfile::{TempDir, tempdir};
 use crate::report_page::look_at;
 use crate::steward::{refusal, steward};
 
-/// Runs a campaign with these further arguments in a folder of its own.
+/// Runs a campaign with these additional arguments in its own folder.
 fn run(campaign: &str, arguments: &[&str]) -> TempDir {
     let out = tempdir().unwrap();
     let all = [&["campaign", campaign, "--quiet", "--out", out.path().to_str().unwrap()], arguments].concat();
@@ -128,7 +128,7 @@ fn each_run_has_its_number_of_people() {
 fn the_bug_hunt_names_each_mistake_and_the_properties_that_detect_it() {
     let out = run("bug_hunt", &["--runs", "2"]);
     says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` starts with 15"]);
-    // With 15 instead of 30 nobody starts for the station in time.
+    // With 15 instead of 30, the robot does not start for the station in time.
     let first = &records(&out)[0];
     assert_eq!(first["outcome"], "not_as_expected", "{first}");
     assert_eq!(first["facts"]["monitors"][1]["verdict"], "violated", "{first}");
@@ -146,7 +146,7 @@ from = 31
 to = 80
 "#;
 
-/// Campaigns in one folder: a name, a text and the exit status of each; the folders of their results.
+/// Runs campaigns in one folder, each given by its name, text and exit status; returns the folders of their results.
 fn campaigns(texts: &[(&str, &str, i32)]) -> (TempDir, Vec<PathBuf>) {
     let folder = tempdir().unwrap();
     let one = |(name, text, status): &(&str, &str, i32)| {
@@ -161,7 +161,7 @@ fn campaigns(texts: &[(&str, &str, i32)]) -> (TempDir, Vec<PathBuf>) {
 }
 
 #[test]
-fn a_model_of_one_parameter_is_on_the_page_too() {
+fn a_model_with_one_parameter_is_on_the_page_too() {
     let model = "name = \"charge\"\n[model]\nof = \"phi1\"\nquantity = \"charge\"\nbound = 50\n";
     let (_folder, outs) = campaigns(&[("one", &format!("{SOME}{model}"), 0)]);
     let page = fs::read_to_string(outs[0].join("report.html")).unwrap();
@@ -188,7 +188,8 @@ fn a_campaign_is_compared_with_its_later_version() {
     assert_eq!((found["pairs"].as_u64(), found["comparisons"].as_array().map(Vec::len)), (Some(6), Some(4)));
     let expectation = &found["comparisons"][3];
     assert_eq!(expectation["of"], "expectation");
-    // None of 6 and all of 6: Fisher's p is 2 of the 924 ways to choose 6 of 12, McNemar's 2 of the 64 ways of 6 coins.
+    // None of 6 against all of 6: Fisher's p is 2 of the 924 ways to choose 6 of 12, McNemar's 2 of the 64 outcomes of
+    // 6 coins.
     near(&expectation["p_value"], 2.0 / 924.0);
     near(&expectation["paired_p_value"], 2.0 / 64.0);
     near(&expectation["difference"], 1.0);

@@ -1,4 +1,4 @@
-//! `steward check`, and the places that no scenario is loaded with.
+//! `steward check`, and places with which no scenario loads.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,14 +9,14 @@ use tempfile::{TempDir, tempdir};
 use crate::programs::has_python;
 use crate::steward::{refusal, steward};
 
-/// The output of the command as JSON, with its exit status.
+/// The command's output as JSON, and its exit status.
 fn checked(files: &[&str]) -> (Option<i32>, Value) {
     let output = steward(&[&["check", "--json"], files].concat());
     let report = serde_json::from_slice(&output.stdout);
     (output.status.code(), report.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr))))
 }
 
-/// The files of that ending in a folder of the project.
+/// The files with that extension in a folder of the project.
 fn files_in(folder: &str, ending: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -53,7 +53,7 @@ fn the_shipped_files_have_no_errors() {
     // of `pick`, `parcel` and `takes_turns` are checked with those scenarios: they are about other systems.
     all.retain(|name| Path::new(name).file_stem().is_none_or(|stem| stem != "published"));
     all.retain(|name| !["pick.scope", "parcel.scope", "original.scope"].iter().any(|own| name.ends_with(own)));
-    // A component of the guide is a program in Python.
+    // One component of the guide is a Python program.
     let python = has_python();
     all.retain(|name| python || !name.starts_with("guide"));
     let (status, report) = checked(&all.iter().map(String::as_str).collect::<Vec<_>>());
@@ -88,7 +88,7 @@ const START: &str = "[start]\nposition_m = [0.6, 1.0]\nheading_deg = 0\n";
 const STATION: &str = "[RechargingStation]\nposition_m = [2.4, 1.0]\nheading_deg = 0\n";
 const DESTINATION: &str = "[Destination]\nposition_m = [1.2, 1.4]\nheading_deg = 0\n";
 
-/// The messages about places with which the scenario cannot be run.
+/// The messages about places that keep the scenario from running.
 fn refused(places: &str) -> String {
     let (_folder, scenario) = two_rooms(places);
     refused_by_all(&scenario)
@@ -166,7 +166,7 @@ fn a_place_cannot_be_expected_to_be_reached_and_not_to_be() {
     assert!(said.contains("is expected both to be reached and not to be reached"), "{said}");
 }
 
-/// A scenario in which nothing is charged and nobody is sent anywhere says neither where.
+/// A scenario in which nothing is charged and no robot is sent anywhere names neither place.
 #[test]
 fn station_and_destination_are_required_only_where_they_are_used() {
     let folder = tempdir().unwrap();

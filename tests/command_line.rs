@@ -1,4 +1,4 @@
-//! What a user sees of the command line.
+//! The command line as a user sees it.
 
 mod help;
 
@@ -111,7 +111,7 @@ fn an_interrupted_run_leaves_a_report_of_what_happened_until_then() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // From then on it listens.
+    // From then on, it listens.
     while !out.exists() {
         std::thread::yield_now();
     }
@@ -130,7 +130,7 @@ fn an_interrupted_run_leaves_a_report_of_what_happened_until_then() {
     assert!(log.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{log}");
 }
 
-/// The binary in a folder of its own: what it says, and its exit status.
+/// Runs the binary in its own folder; returns its output and its exit status.
 fn said_in(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
     let output = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().unwrap();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
@@ -179,7 +179,7 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
     ] {
         std::fs::write(folder.path().join("mine").join(name), text).unwrap();
     }
-    // Refused before anything runs, each with the number of scenarios that were chosen.
+    // Refused before anything runs.
     for (arguments, count) in [
         (&["mine"][..], 2),
         (&["faults/laser_*"], 7),
@@ -277,7 +277,7 @@ fn the_binary_works_from_any_folder_and_writes_to_out() {
 }
 
 #[test]
-fn an_initialised_copy_runs_like_the_original() {
+fn an_initialized_copy_runs_like_the_original() {
     let folder = tempdir().unwrap();
     let copy = crate::bad_input::copy_of_battery_fault(folder.path());
     let [original, copied] = [("battery_fault", "a"), (copy.to_str().unwrap(), "b")]
@@ -285,14 +285,14 @@ fn an_initialised_copy_runs_like_the_original() {
     assert_eq!(original, copied);
 }
 
-/// The files below a folder, in alphabetical order.
+/// All files in a folder and its subfolders, in alphabetical order.
 fn files_below(folder: &Path) -> Vec<String> {
     let entries = glob::glob(&format!("{}/**/*", folder.display())).unwrap().map(Result::unwrap);
     let files = entries.filter(|path| path.is_file());
     files.map(|path| path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned()).collect()
 }
 
-/// It has what its scenario names and nothing else, and a README that names all files and whose commands work.
+/// A template has what its scenario names and nothing else, and a README that names all files and whose commands work.
 #[test]
 fn every_template_says_what_it_is_and_runs_at_once() {
     for template in ["recharge", "guide", "empty"] {
@@ -318,10 +318,10 @@ fn every_template_says_what_it_is_and_runs_at_once() {
         let block = readme.split("```").nth(1).unwrap();
         for line in block.lines().filter_map(|line| line.strip_prefix("steward ")) {
             let command = line.split('#').next().unwrap().replace("--open", "--no-snapshots");
-            // A few runs are enough.
+            // A few runs suffice.
             let command = command.replace("run .", "run . --filter door_").replace("--runs 8", "--runs 2");
             let (said, status) = said_in(&copy, &command.split_whitespace().collect::<Vec<_>>());
-            // With a battery of 50 % the run is another one.
+            // With a battery level of 50 %, the run is different.
             let wanted = if command.contains("--set battery") { &[Some(0), Some(1)][..] } else { &[Some(0)] };
             assert!(wanted.contains(&status), "{template}: {command}: {said}");
             assert!(!command.starts_with("check") || said.ends_with("no problems found\n"), "{template}: {said}");
@@ -335,7 +335,7 @@ fn a_template_is_not_a_scenario() {
     assert!(said.contains("'--template <NAME>' cannot be used with '--scenario <NAME|FILE>'"), "{said}");
 }
 
-/// A scenario of one's own, with what it names beside it.
+/// A user's own scenario, with the files that it names beside it.
 #[test]
 fn a_scenario_in_a_file_can_be_copied_too() {
     let folder = tempdir().unwrap();
@@ -364,7 +364,7 @@ fn a_scenario_in_a_file_can_be_copied_too() {
 }
 
 #[test]
-fn an_initialised_copy_names_its_schema() {
+fn an_initialized_copy_names_its_schema() {
     let folder = tempdir().unwrap();
     let copy = folder.path().join("copy");
     assert!(steward(&["init", copy.to_str().unwrap()]).status.success());
@@ -436,7 +436,7 @@ fn an_assignment_names_files_in_the_current_folder() {
     assert!(said.contains("cannot read the property file ./none.scope: there is no such file"), "{said}");
 }
 
-/// As the README does it, with `--set map=… --set places=…`.
+/// As in the README, with `--set map=… --set places=…`.
 #[test]
 fn an_assignment_names_a_map_and_places_in_the_current_folder() {
     let folder = tempdir().unwrap();

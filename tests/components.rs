@@ -35,7 +35,7 @@ reached = ["Destination"]
 const PROPERTY: &str = "property announced := always (
     (GoToDestination, BT, m[1] = <success>) implies time_until (Speaker, AnnounceArrival, m[1] = <ok>) <= 3)";
 
-/// A folder with the example files, and a scenario that adds these lines to the sound one.
+/// A folder with the example files, and a scenario that adds these lines to the correct one.
 fn folder(more: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("skills/examples");
@@ -54,7 +54,7 @@ fn folder(more: &str) -> TempDir {
     folder
 }
 
-/// The report of a run that must end as expected.
+/// The report of a run, which must be as expected.
 fn run(folder: &TempDir, scenario: &str, arguments: &[&str]) -> Value {
     let arguments = [&["--no-snapshots"], arguments].concat();
     let scenario = folder.path().join(scenario);
@@ -64,7 +64,7 @@ fn run(folder: &TempDir, scenario: &str, arguments: &[&str]) -> Value {
     report
 }
 
-/// The problems that are found in a scenario, with their places.
+/// The problems in a scenario, with their locations.
 fn problems(folder: &TempDir, scenario: &str) -> String {
     refusal(&["check", folder.path().join(scenario).to_str().unwrap()])
 }
@@ -89,7 +89,7 @@ fn faults_of_components_channels_and_skills_affect_a_speaker() {
     };
     outcome(&format!("kind = \"component_frozen\"\ncomponent = \"Speaker\"\n{arrives}"), "violated");
     outcome(&format!("kind = \"component_crash\"\ncomponent = \"Speaker\"\n{speaks}\nlasts_s = 5"), "violated");
-    // It has forgotten nothing that matters if it crashes before it is asked.
+    // A crash before the first request loses nothing that matters.
     outcome("kind = \"component_crash\"\ncomponent = \"Speaker\"\nat_s = 10\nlasts_s = 5", "satisfied");
     outcome("kind = \"component_no_reply\"\ncomponent = \"Speaker\"\nat_s = 0", "violated");
     outcome("kind = \"component_slow\"\ncomponent = \"Speaker\"\nat_s = 0\ndelay_s = 0.5", "satisfied");
@@ -117,7 +117,7 @@ fn each_mistake_has_one_message() {
         assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
         assert!(said.contains(message), "{more}: {said}");
     }
-    // The requests that others send must be in the interface, and so must the topics that it publishes.
+    // The interface must contain the requests that others send and the topics that the component publishes.
     let folder = folder("");
     let speaker = folder.path().join("Speaker.scxml");
     let said = "<send type=\"channel\" targetexpr=\"listener\" event=\"ok\"/>";

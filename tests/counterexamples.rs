@@ -1,4 +1,4 @@
-//! Runs that `steward prove` finds, as files, and schedules that runs follow.
+//! The files of runs that `steward prove` finds, and schedules that runs follow.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -14,7 +14,7 @@ fn path(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
-/// The results of a proof whose runs are written to a folder.
+/// The results of a proof that writes its runs to a folder.
 fn proved(out: &Path, arguments: &[&str]) -> Value {
     let output = steward(&[&["prove", "--json", "--out", path(out)], arguments].concat());
     let said = String::from_utf8_lossy(&output.stderr);
@@ -47,7 +47,7 @@ fn a_counterexample_has_a_scenario_a_schedule_and_a_chart() {
 #[test]
 fn every_run_that_violates_a_shipped_property_can_be_followed() {
     let folder = tempdir().expect("a folder");
-    // Where the files do not lead to the same verdict, the command fails.
+    // The command fails if the files do not lead to the same verdict.
     let long = ["nominal", "--set", "prove.expect.phi1='violated'", "--set", "prove.trips.ticks=10"];
     let mut count = 0;
     for arguments in [&["nominal", "nav2/*"][..], &long] {
@@ -119,10 +119,10 @@ fn impossible_levels_are_divided_more_finely() {
         let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
         proved(&folder.path().join("out"), &[&["nominal"], &sets[..]].concat())["properties"][0].clone()
     };
-    // Above 30 %, all levels are alike at first: any of them may be followed by 30 %.
+    // Above 30 %, all levels are equivalent at first: 30 % may follow any of them.
     assert_eq!(of("100", "drain_pct_per_tick=1")["result"], "proved");
     assert_eq!(of("34.5", "drain_pct_per_tick=1")["result"], "proved");
-    // These rates have no common divisor that is large enough.
+    // These rates have no sufficiently large common divisor.
     let rates = "drain_pct_per_tick=0.9999, charge_pct_per_tick=1";
     assert_eq!(of("100", rates)["result"], "spurious");
     let violated = of("33.5", "drain_pct_per_tick=1");

@@ -1,4 +1,4 @@
-//! The same seed gives the same bits; another seed another run.
+//! The same seed gives the same bits; another seed gives another run.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::steward::{refusal, report};
 
-/// A leaf: its name, its request and the component, with which text, and the condition that the answer must meet.
+/// A leaf: its name, the component, the request, the text of the request, and the condition that the answer must meet.
 type Asks<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
 
 /// A skill that asks a device at every tick, until the condition holds.
@@ -34,7 +34,7 @@ fn skill((name, component, request, text, condition): Asks<'_>) -> String {
 }
 
 /// A folder with a scenario in this world whose tree runs these leaves one after the other. The property `done` holds
-/// if the last one succeeds. `devices.toml` is the scenario with these further lines.
+/// if the last one succeeds. `devices.toml` is the scenario with these additional lines.
 fn folder(world: &str, leaves: &[Asks<'_>], more: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("skills")).unwrap();
@@ -101,7 +101,7 @@ fn a_button_a_microphone_and_a_speaker_need_no_robot() {
         assert!(is_done(&report), "{policy}: {report}");
         let [said] = &report["said"].as_array().unwrap()[..] else { panic!("{report}") };
         assert_eq!((&said["by"], &said["text"]), (&"Speaker".into(), &"Follow me.".into()));
-        // It hears the request at 8.5 s, and is asked for it at the next tick.
+        // It hears the request at 8.5 s, and the skill asks for it at the next tick.
         assert_eq!(said["time_s"], 9.02, "{policy}");
     }
 }
@@ -127,7 +127,7 @@ fn faults_of_components_affect_devices() {
         ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 1\nlasts_s = 2", true),
         ("kind = \"component_frozen\"\ncomponent = \"Speaker\"\nat_s = 5", false),
         ("kind = \"component_slow\"\ncomponent = \"Microphone\"\nat_s = 5\ndelay_s = 0.5", true),
-        // Deaf when the button is pressed, and hanging when it could notice.
+        // It is deaf when the button is pressed, and hangs when it could notice.
         (
             "kind = \"device_deaf\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 2\n\
              [[faults]]\nkind = \"component_frozen\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 4",

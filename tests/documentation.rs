@@ -1,10 +1,10 @@
 //! README and book: commands print the output shown, links lead somewhere, and the summary has every page.
 //!
-//! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and their output;
-//! a line that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file of that
-//! name. A page with `<!-- continues: PAGE -->` continues in the folder of that page. A command that is not run is
-//! marked: `<!-- not run: reason -->`. A page with `<!-- needs: python3 -->` is run where there is Python.
-//! `STEWARD_BLESS=1` writes into the pages what commands print.
+//! A page is run from top to bottom in its own folder. A `console` block has commands (`$ …`) and their output; a line
+//! `…` stands for any lines, and `…` within a line for any text. A block after "`name`:" is a file of that name. A page
+//! with `<!-- continues: PAGE -->` continues in the folder of that page. A command that is not run is marked: `<!-- not
+//! run: reason -->`. A page with `<!-- needs: python3 -->` is run only where Python is installed. `STEWARD_BLESS=1`
+//! writes the output of the commands into the pages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -14,7 +14,7 @@ use std::{env, fs};
 
 use crate::programs::has_python;
 
-/// Ends what a command prints; its exit status follows.
+/// Ends the output of a command; its exit status follows.
 const MARK: char = '\u{1e}';
 const END_OF_FILE: &str = "END-OF-FILE";
 
@@ -22,7 +22,7 @@ const END_OF_FILE: &str = "END-OF-FILE";
 enum Step {
     /// A file of that name, with that text.
     File(String, String),
-    /// A command, and the place in the page of what it is shown to print.
+    /// A command, and the location of its output in the page.
     Command(String, Range<usize>),
 }
 
@@ -38,7 +38,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All Markdown files below a folder, in order.
+/// All Markdown files in a folder and its subfolders, in order.
 fn markdown(folder: &Path) -> Vec<PathBuf> {
     let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();
@@ -50,7 +50,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The text between the two others, if the whole begins and ends with them.
+/// The text between the other two, if the whole begins and ends with them.
 fn between<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
     text.strip_prefix(before)?.strip_suffix(after)
 }
@@ -123,7 +123,7 @@ impl Page {
         }
     }
 
-    /// The shell script that does what a reader does.
+    /// The shell script that does what a reader would do.
     fn script(&self) -> String {
         let typed = self.steps.iter().map(|step| match step {
             Step::File(name, text) => format!("cat > '{name}' <<'{END_OF_FILE}'\n{text}{END_OF_FILE}\n"),
@@ -170,14 +170,14 @@ struct Outcome {
     status: String,
 }
 
-/// Types pages, one after the other, in a new folder.
+/// Runs pages, one after the other, in a new folder.
 fn typed(pages: &[&Page]) -> Vec<Outcome> {
     let folder = tempfile::tempdir().unwrap();
     let steward = Path::new(env!("CARGO_BIN_EXE_steward"));
     let path = env::join_paths(
         std::iter::once(steward.parent().unwrap().into()).chain(env::split_paths(&env::var_os("PATH").unwrap())),
     );
-    // The program that `cargo run` would run is built already.
+    // The program that `cargo run` would run is already built.
     let script = "exec 2>&1\ncargo() { shift 2; steward \"$@\"; }\n".to_owned();
     let script = pages.iter().fold(script, |script, page| script + &page.script());
     let mut shell = Command::new("sh");
@@ -199,7 +199,7 @@ fn typed(pages: &[&Page]) -> Vec<Outcome> {
     outcomes
 }
 
-/// Whether lines are those that are shown.
+/// Whether the lines match those that are shown.
 fn agree(shown: &[&str], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),
@@ -208,7 +208,7 @@ fn agree(shown: &[&str], lines: &[&str]) -> bool {
     }
 }
 
-/// Whether a line is the one that is shown.
+/// Whether a line matches the one that is shown.
 fn is(shown: &str, line: &str) -> bool {
     let Some((start, rest)) = shown.split_once('…') else { return shown == line };
     let Some(line) = line.strip_prefix(start) else { return false };
@@ -232,7 +232,7 @@ fn book() -> PathBuf {
     root().join("docs/src")
 }
 
-/// README and book, whose commands are run, and what else links into them; `true` for pages of the book.
+/// README and book, whose commands are run, and other pages with links; `true` for pages of the book.
 fn pages() -> Vec<(PathBuf, bool)> {
     let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "scenarios/campaigns/README.md"];
     let crates = ["bt", "channels", "diagnostics", "maps", "monitors", "nav", "robot", "sim", "skills"];
@@ -253,7 +253,7 @@ fn commands_print_what_the_page_shows() {
     assert!(problems.is_empty() || bless, "{}\n\nSTEWARD_BLESS=1 writes it into the pages.", problems.join("\n\n"));
 }
 
-/// Types the commands of pages and reports differences; with `bless`, corrects them.
+/// Runs the commands of pages and reports differences; with `bless`, corrects the pages.
 fn follow(pages: &[&Page], bless: bool) -> Vec<String> {
     let mut outcomes = typed(pages).into_iter();
     let compared = pages.iter().flat_map(|page| {
@@ -276,13 +276,13 @@ fn chains(pages: &[Page]) -> Vec<Vec<&Page>> {
         }
     }
     let count: usize = chains.iter().map(Vec::len).sum();
-    assert_eq!(count, pages.len(), "a page continues one that there is not, or that another continues");
+    assert_eq!(count, pages.len(), "a page continues one that does not exist or that another page continues");
     chains.retain(|chain| chain.iter().any(|page| !page.steps.is_empty()));
     chains
 }
 
 #[test]
-fn what_a_page_shows_is_compared() {
+fn the_output_on_a_page_is_compared() {
     assert!(agree(&["a", "…", "d"], &["a", "b", "c", "d"]) && !agree(&["a", "…", "c"], &["a", "b", "c", "d"]));
     assert!(is("wrote … in …s", "wrote a.png in 3.2 s") && !is("wrote … in", "wrote a.png in 3.2 s"));
     assert_eq!(corrected(&["a", "…", "took … s"], &["b", "c", "d", "took 3 s"]), ["b", "…", "took … s"]);
@@ -293,7 +293,7 @@ fn what_a_page_shows_is_compared() {
     assert_eq!((corrected, problems.len()), (text.replace("two", "one"), 1), "{problems:?}");
 }
 
-/// The anchors of a page, as mdBook and GitHub make them of headings, and those that it sets itself.
+/// The anchors of a page: those that mdBook and GitHub derive from headings, and those that the page sets itself.
 fn anchors(text: &str) -> BTreeSet<String> {
     let mut anchors = BTreeSet::new();
     for line in blocks(text).1 {
@@ -309,7 +309,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
     anchors
 }
 
-/// The links and pictures of a page: `[…](link)`, but for those in code.
+/// The links and pictures of a page, `[…](link)`, except those in code.
 fn links(text: &str) -> Vec<String> {
     let prose = blocks(text).1.join("\n");
     let outside_code: String = prose.split('`').step_by(2).collect();

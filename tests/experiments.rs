@@ -1,4 +1,4 @@
-//! The scenarios end as they must, whatever the schedule.
+//! The scenarios end as they must, regardless of the schedule.
 
 use serde_json::Value;
 use tempfile::tempdir;
@@ -58,7 +58,7 @@ fn battery_fault_violates_phi1_at_the_first_reading_below_twenty() {
     }
 }
 
-/// Every way to schedule and both forms of the tree, each for every other scenario; `.ci/seeds` runs them all.
+/// Every scheduler and both forms of the tree, alternating between scenarios; `.ci/seeds` runs them all.
 #[test]
 fn verdicts_do_not_depend_on_the_scheduler() {
     let variants: [&[&str]; 8] = [
@@ -81,7 +81,7 @@ fn verdicts_do_not_depend_on_the_scheduler() {
     }
 }
 
-/// The report of a scenario with these changes.
+/// The report of a scenario with these settings.
 fn changed(scenario: &str, changes: &[&str]) -> Value {
     let out = tempdir().unwrap();
     let arguments: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
@@ -180,11 +180,11 @@ fn the_action_fails_if_the_destination_cannot_be_reached() {
     let scenario = crate::bad_input::copy_of_battery_fault(out.path());
     let places = out.path().join("scenario/maps/house.places.toml");
     let text = std::fs::read_to_string(&places).unwrap();
-    // Far outside the house, where the map knows nothing.
+    // Far outside the house, where the map is unknown.
     let far =
         text.replace("[Destination]", "[Elsewhere]") + "\n[Destination]\ncorners_m = [[90, 90], [91, 90], [91, 91]]\n";
     std::fs::write(&places, far).unwrap();
-    // A place that may change: a scenario whose skills always drive to such a place would not be loaded.
+    // A place that may change: a scenario whose skills always drive to an unreachable place is not loaded.
     let skill = out.path().join("scenario/skills/GoToDestination.scxml");
     let text = std::fs::read_to_string(&skill).unwrap();
     let idle = "<state id=\"idle\"><onexit><assign location=\"place\" expr=\"place\"/></onexit></state>";
@@ -202,7 +202,7 @@ fn the_action_fails_if_the_destination_cannot_be_reached() {
         "stop={}",
         "--set",
         "expect={}",
-        // Nor one that itself names it.
+        // Nor is one that names it.
         "--set",
         "sites.destination=Elsewhere",
     ];

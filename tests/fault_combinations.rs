@@ -1,4 +1,4 @@
-//! Faults that are active at the same time, and faults that repeat.
+//! Faults that are active at the same time, and repeated faults.
 
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ fn run(faults: &str, arguments: &[&str]) -> (Value, Vec<(u64, Value)>) {
     (report, log.into_iter().filter_map(tick).collect())
 }
 
-/// The ticks in which a process said something to another one.
+/// The ticks in which one process sent something to another.
 fn ticks_of(log: &[(u64, Value)], from: &str) -> Vec<u64> {
     log.iter().filter(|(_, message)| message["from"] == from).map(|(tick, _)| *tick).collect()
 }
@@ -27,7 +27,7 @@ fn a_component_is_suspended_while_any_of_its_faults_is_active() {
     let crash = |at_s, lasts_s| {
         format!("{{ kind = \"component_crash\", at_s = {at_s}, component = \"BatteryReader\", lasts_s = {lasts_s} }}")
     };
-    // One fault within the other, and one that outlasts the other: the reader is silent from 5 s to 15 s, or to 20 s.
+    // The second fault lies within the first, or outlasts it: the reader is silent from 5 s to 15 s, or to 20 s.
     for (other, until) in [(crash(8, 3), 15), (crash(8, 12), 20), (frozen.replace("10 }", "4 }"), 15)] {
         let (_, log) = run(&format!("{frozen}, {other}"), &["--set", "execution.max_time_s=30"]);
         let said = ticks_of(&log, "BatteryReader");
@@ -57,7 +57,7 @@ fn a_skill_makes_the_mistakes_of_all_active_faults() {
         let verdicts = verdicts(&faults);
         assert!(verdicts.len() >= 19, "{verdicts:?}");
         for (tick, content) in verdicts {
-            // With the threshold at 20 % the skill is content, but for the time when its guard is negated as well.
+            // With the threshold at 20 %, the skill succeeds, except while its guard is negated as well.
             let expected = (4..8).contains(&tick) || (12..16).contains(&tick);
             assert_eq!(content, expected, "tick {tick}, with {faults}");
         }

@@ -1,4 +1,4 @@
-//! Every kind of fault has a scenario, and the scenario shows it.
+//! Every kind of fault has a scenario that shows it.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use tempfile::tempdir;
 
 use crate::steward::{refusal, report, steward};
 
-/// Checks all items on both of a small machine's cores and fails with everything that is wrong with any of them.
+/// Checks all items in parallel and fails with everything that is wrong with any of them.
 pub(crate) fn check_each<T: Send>(items: Vec<T>, check: impl Fn(T) -> Result<(), String> + Sync) {
     let items = Mutex::new(items);
     let wrong = Mutex::new(Vec::new());
@@ -69,7 +69,7 @@ fn every_fault_meets_its_expectations_and_changes_nothing_before_its_onset() {
             (before(sound) == before(&faulty), format!("{name}: the runs differ before {onset} s")),
             (
                 *sound != faulty || kind["place"] == "devices" && report["said"] != announced["said"],
-                format!("{name} shows in no message, and nothing else is said"),
+                format!("{name} shows in no message, and nothing else is reported"),
             ),
         ];
         let wrong: Vec<&str> = checks.iter().filter(|(right, _)| !right).map(|(_, words)| words.as_str()).collect();

@@ -41,9 +41,9 @@ fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
     let properties: BTreeSet<&str> = Kind::Properties.names().filter_map(|name| name.strip_prefix("guide/")).collect();
     assert_eq!(by_some, properties, "each property notices something");
     let kinds: BTreeSet<&BTreeSet<String>> = broken.values().collect();
-    assert!(kinds.len() >= 12, "what goes wrong is told apart: {broken:?}");
+    assert!(kinds.len() >= 12, "different problems are distinguished: {broken:?}");
     let tolerated = broken.values().filter(|violated| violated.is_empty()).count();
-    assert!(tolerated >= 4, "the guide copes with some of it: {broken:?}");
+    assert!(tolerated >= 4, "the guide copes with some problems: {broken:?}");
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn the_failure_of_the_planner_program_is_reported() {
     if !has_python() {
         return;
     }
-    // It receives a text that it does not expect.
+    // The planner receives a name that it does not expect.
     let report = run("guide", &["--set", "components.TourPlanner.data.stops=\"Dinosaurs\""]);
     let [error] = report["skill_errors"].as_array().unwrap().as_slice() else { panic!("{report}") };
     assert_eq!(error["skill"], "TourPlanner");

@@ -1,4 +1,4 @@
-//! Leaves are instances: each node has a process of its own, a machine that the scenario may choose, and ports.
+//! Leaves are instances: each node has its own process, a machine that the scenario may choose, and ports.
 
 use std::path::{Path, PathBuf};
 
@@ -78,7 +78,7 @@ fn run((folder, scenario): &(TempDir, PathBuf), arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn leaves_with_one_id_are_distinguished_by_name_and_configured_by_the_scenario() {
+fn leaves_with_the_same_id_are_distinguished_by_name_and_configured_by_the_scenario() {
     let lines = "battery = { initial_pct = 30.8, charge_pct_per_s = 5 }\nstop = { at = \"lounge\", after_s = 2 }";
     let files = scenario(TOLD_APART_BY_NAME, &format!("{lines}\n{TABLE}"));
     let log = files.0.path().join("events.jsonl");
@@ -103,7 +103,7 @@ fn go_to(folder: &Path) {
 }
 
 #[test]
-fn two_leaves_with_one_id_drive_to_the_places_of_their_ports() {
+fn two_leaves_with_the_same_id_drive_to_the_places_of_their_ports() {
     let tree = r#"<root BTCPP_format="4"> <BehaviorTree ID="T">
         <Sequence> <GoTo place="dock"/> <GoTo place="lounge"/> </Sequence>
     </BehaviorTree> <TreeNodesModel> <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action> </TreeNodesModel> </root>"#;
@@ -254,19 +254,19 @@ fn a_scenario_without_properties_drops_the_expectations_of_its_base() {
     let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
     assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
 
-    // So does a scenario over whose properties the command line sets others.
+    // So does a scenario whose properties are replaced on the command line.
     let quiet =
         ["--no-snapshots", "--set", "properties=[]", "--set", "execution.max_time_s=1", "--set", "expect.reached=[]"];
     let report = self::report("errand", &folder.path().join("out"), &quiet);
     assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
 
-    // A mistake remains a mistake if the scenario itself mentions a property that does not exist.
+    // It is still a mistake if the scenario itself mentions a property that does not exist.
     std::fs::write(&scenario, format!("{text}expect.phi9 = \"satisfied\"\n")).unwrap();
     let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots"]);
     assert!(said.contains("unknown property `phi9`"), "{said}");
 }
 
-/// A machine that answers the tree and asks a process that no shipped system has.
+/// A machine that answers the tree and asks a process that exists in no shipped system.
 const ASKS_A_SPEAKER: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Charge">
   <state id="asked">
     <transition event="BT.tick"> <send type="channel" target="Speaker" event="say"/> <send type="channel" target="BT" event="running"/> </transition>

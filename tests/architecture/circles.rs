@@ -1,7 +1,7 @@
-//! Circles of files: none of them can be understood, tested or moved without the others.
+//! Circular dependencies between files: no file in a circle can be understood, tested or moved without the others.
 //!
-//! A file uses another if it names an item that the other defines, through any re-exports. `mod` and `pub use` by
-//! themselves use nothing: a facade is not a user. Nor is a unit test. Method calls are not seen.
+//! A file uses another if it names an item that the other defines, through any re-exports. `mod` and `pub use` alone do
+//! not count: a facade is not a user. Nor is a unit test. Method calls are not detected.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,7 +12,8 @@ use pathfinding::prelude::strongly_connected_components;
 use super::modules::{Crate, Meaning, Names};
 use crate::workspace::metadata;
 
-/// The circles that stay, at most two in a crate and of three files at most, and why: in the words of ARCHITECTURE.md.
+/// The known circles, at most two per crate with at most three files each, and the reason for each, in the words of
+/// ARCHITECTURE.md.
 const CIRCLES: [(&[&str], &str); 2] = [
     (
         &["diagnostics/src/document/field.rs", "diagnostics/src/document/item.rs", "diagnostics/src/document/table.rs"],
@@ -35,7 +36,7 @@ fn no_files_use_each_other_in_a_circle_except_known_ones() {
     }
     for (files, _) in CIRCLES {
         let files: Vec<PathBuf> = files.iter().map(PathBuf::from).collect();
-        assert!(found.remove(&files).is_some(), "this circle has been opened: strike it from the list: {files:?}");
+        assert!(found.remove(&files).is_some(), "this circle no longer exists: remove it from the list: {files:?}");
     }
     let uses: Vec<String> = found.values().map(|uses| uses.join("\n")).collect();
     assert!(uses.is_empty(), "circles of files:\n{}", uses.join("\n\n"));
@@ -53,7 +54,7 @@ fn there_are_few_circles_and_each_has_a_reason() {
     }
 }
 
-/// The circles of a crate's files, from its `lib.rs` or `main.rs` on, each with the uses that close it.
+/// The circles among the files of a crate, starting at its `lib.rs` or `main.rs`, each with the uses that close it.
 fn circles(root: &Path) -> BTreeMap<Vec<PathBuf>, Vec<String>> {
     let read = Crate::read(root);
     let arrows = read.arrows();
@@ -78,7 +79,7 @@ enum Place {
 }
 
 impl Crate {
-    /// Which file uses which, and by what paths.
+    /// Which file uses which, and through which paths.
     fn arrows(&self) -> BTreeMap<(usize, usize), BTreeSet<String>> {
         let mut arrows: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
         for (id, module) in self.modules.iter().enumerate() {
@@ -95,8 +96,8 @@ impl Crate {
         arrows
     }
 
-    /// Where a path in a module leads: nowhere, if it begins with another crate or a local variable. Imports may lead
-    /// to each other in a ring, so those `under_way` are not followed again.
+    /// Where a path in a module leads: nowhere if it begins with another crate or a local variable. Imports may refer
+    /// to each other in a circle, so those `under_way` are not followed again.
     fn resolve(&self, module: usize, path: &[String], under_way: &mut Vec<(usize, Names)>) -> BTreeSet<Place> {
         let query = (module, path.to_vec());
         if under_way.contains(&query) {

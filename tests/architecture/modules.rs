@@ -1,4 +1,4 @@
-//! The modules of a crate as its source has them: which names each knows, and which paths it writes.
+//! The modules of a crate, read from its source: which names each of them knows, and which paths it uses.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Ident, Item, ItemMod, ItemUse, Macro, MetaList, UseTree, Visibility};
 
-/// A path as it is written, without generic arguments.
+/// A path as written, without generic arguments.
 pub(super) type Names = Vec<String>;
 
 /// The meaning of a name in a module.
@@ -34,7 +34,7 @@ pub(super) struct Crate {
 }
 
 impl Crate {
-    /// Reads a crate from its `lib.rs` or `main.rs` on.
+    /// Reads a crate, starting at its `lib.rs` or `main.rs`.
     pub(super) fn read(root: &Path) -> Self {
         let mut read = Self::default();
         read.read_file(root.to_owned(), root.parent().expect("a file lies in a folder"), 0);
@@ -93,7 +93,8 @@ impl Reader<'_> {
         self.module().names.push((known_as, Meaning::Import(path)));
     }
 
-    /// The paths in what a macro or an attribute is given, also those in quotes: `#[serde(with = "plain::pose")]`.
+    /// The paths in the arguments of a macro or an attribute, including those in quotes: `#[serde(with =
+    /// "plain::pose")]`.
     fn tokens(&mut self, tokens: &str) {
         let text = tokens.replace(" ::", "::").replace(":: ", "::");
         let paths = text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));

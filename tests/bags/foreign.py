@@ -34,7 +34,7 @@ def number(base):
         special = [0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, 1e-40, 0.1]
         value = dice.choice(special) if dice.random() < 0.3 else dice.uniform(-1, 1) * 10 ** dice.randint(-30, 30)
         return float(kind(value))
-    # rosbags takes a `byte` for a signed one.
+    # rosbags treats a `byte` as signed.
     limits = np.iinfo(np.int8 if base == "byte" else kind)
     edge = [int(limits.min), int(limits.max), 0, 1]
     value = dice.choice(edge) if dice.random() < 0.3 else dice.randint(int(limits.min), int(limits.max))
@@ -63,7 +63,7 @@ def message(store, name):
 
 
 def plain(store, thing):
-    """What our JSON of it has to be."""
+    """The JSON that we must give for it."""
     if isinstance(thing, (bool, np.bool_)):
         return bool(thing)
     if isinstance(thing, (float, np.floating)):
@@ -84,7 +84,7 @@ def same(ours, theirs):
     if isinstance(theirs, list):
         return isinstance(ours, list) and len(ours) == len(theirs) and all(map(same, ours, theirs))
     if isinstance(theirs, dict):
-        # What a struct without members has, in IDL.
+        # In IDL, a struct without members has this one.
         [thing.pop("structure_needs_at_least_one_member", None) for thing in (ours, theirs)]
         return ours.keys() == theirs.keys() and all(same(ours[name], theirs[name]) for name in theirs)
     return type(ours) is type(theirs) and ours == theirs
@@ -94,7 +94,7 @@ IDL = {"bool": "boolean", "byte": "octet", "float32": "float", "float64": "doubl
 
 
 def idl(store, name, done):
-    """The type and all in it, as rosidl_adapter writes them."""
+    """The type and all types in it, as rosidl_adapter writes them."""
     if name in done:
         return ""
     done.add(name)
@@ -126,7 +126,7 @@ def idl(store, name, done):
 
 
 def write(path, store, names, count, plugin, mode=CompressionMode.NONE, language="msg", little=True):
-    """Writes random messages; returns them as our JSON has to have them."""
+    """Writes random messages; returns the JSON that we must give for them."""
     written, connections = [], {}
     bag = Writer(path, version=9, storage_plugin=plugin)
     bag.set_compression(mode, CompressionFormat.ZSTD)
@@ -168,7 +168,7 @@ def definitions(store, folder):
 
 
 def cut(what, bag, theirs, folder):
-    """Cuts a file off anywhere: what is before is there, and what is lost is said."""
+    """Truncates a file anywhere: everything before that is read, and the loss is reported."""
     whole = bag.read_bytes()
     most = 0
     for at in [0, 1, 7, 8, len(whole) - 1] + [dice.randrange(len(whole)) for _ in range(CUTS - 5)]:
@@ -176,10 +176,10 @@ def cut(what, bag, theirs, folder):
         short.write_bytes(whole[:at])
         ours, said = read(short)
         assert all(map(same, ours, theirs)), f"{what}, cut off at byte {at}"
-        assert said.strip() or len(ours) == len(theirs), f"{what}, cut off at byte {at}: nothing is said of what is lost"
+        assert said.strip() or len(ours) == len(theirs), f"{what}, cut off at byte {at}: the loss is not reported"
         most = max(most, len(ours))
-    assert most, f"{what}: whatever is cut off, nothing is read"
-    print(f"{what}: {CUTS} times cut off, up to {most} of {len(theirs)} messages")
+    assert most, f"{what}: nothing is read, wherever it is cut off"
+    print(f"{what}: cut off {CUTS} times, up to {most} of {len(theirs)} messages")
 
 
 def main():
@@ -240,7 +240,7 @@ def damage(folder, store, plugins):
     compare("split", read(split)[0], parts)
     listed = subprocess.run([STEWARD, "verify", "--list", split], capture_output=True, text=True)
     assert "split_3.mcap is missing" in listed.stdout, listed
-    # Without an index, and with definitions that are not those of the messages.
+    # Without an index, and with definitions that do not match the messages.
     from mcap.writer import CompressionType, IndexType, Writer as Mcap
     for compression in CompressionType:
         path = folder / f"unindexed-{compression.name}.mcap"

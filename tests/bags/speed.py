@@ -24,7 +24,7 @@ TWIST, CAMERA = "geometry_msgs/msg/Twist", "sensor_msgs/msg/Image"
 
 
 def write(name, images, messages, compression):
-    """A folder with one MCAP file in chunks of 4 MB: images, and small messages evenly between them."""
+    """A folder with one MCAP file in chunks of 4 MB: images, with small messages spread evenly among them."""
     folder = FOLDER / name
     if folder.exists():
         return folder
@@ -44,7 +44,7 @@ def write(name, images, messages, compression):
             text, _ = STORE.generate_msgdef(kind, ros_version=2)
             channels[kind] = bag.register_channel(topic, "cdr", bag.register_schema(kind, "ros2msg", text.encode()), {
                 "offered_qos_profiles": ""})
-        # A recorder writes what comes; the small ones come in bursts, so most chunks have images alone.
+        # A recorder writes messages as they come; the small ones come in bursts, so most chunks contain only images.
         every = max(messages // max(images // 100, 1), 1)
         written = 0
         for at in range(max(images, 1)):
@@ -106,7 +106,7 @@ def judged_by_reelay(values):
 
 
 def theirs(folder):
-    """Programs in Python, each with what it does; the last one has its messages already."""
+    """Python programs, each with what it does; the last one already has its messages."""
     yield "rosbags", lambda: sum(value <= 2 for value in decoded_by_rosbags(folder))
     yield "mcap-ros2-support", lambda: sum(value <= 2 for value in decoded_by_mcap(folder))
     yield "rosbags, reelay", lambda: judged_by_reelay(decoded_by_rosbags(folder))
@@ -115,7 +115,7 @@ def theirs(folder):
 
 
 def compare(folder, name):
-    """In turn, since other programs may run: the least processor time of each counts."""
+    """Run in turn, since other programs may be running: the least processor time of each counts."""
     least = {}
     for _ in range(ROUNDS):
         count, used, _, kilobytes = ours(folder, name)
@@ -132,7 +132,7 @@ def compare(folder, name):
 
 
 def stream(folder, name):
-    """The large bag, from the disk if its cache may be emptied, beside `dd`."""
+    """The large bag, compared with `dd`; from the disk if its cache may be emptied."""
     path = folder / f"{name}.mcap"
 
     def forget():

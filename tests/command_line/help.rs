@@ -1,4 +1,4 @@
-//! Help, tables and messages on a terminal of 80 columns, and what shells and `man` make of the commands.
+//! Help, tables and messages on a terminal of 80 columns, shell completions, and man pages.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +8,7 @@ use tempfile::tempdir;
 
 use crate::steward::steward;
 
-/// The output of the binary with that many columns and these variables, stdout and stderr.
+/// The binary's output with that number of columns and these variables: stdout and stderr.
 fn said(columns: &str, variables: &[(&str, &str)], arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_steward"))
         .args(arguments)
@@ -77,7 +77,7 @@ fn tables_and_messages_fit_80_columns_without_broken_words() {
     for (place, command) in commands.iter().enumerate() {
         let command = if (2..6).contains(&place) { [command, &out[..]].concat() } else { command.to_vec() };
         let (narrow, wide) = (said("80", &[], &command), said("9999", &[], &command));
-        // Text that cannot be broken stands out: the name of a folder, for example.
+        // Unbreakable text, such as the name of a folder, may stick out.
         let unbroken = |line: &&str| line.split_whitespace().count() > 2;
         fits(&narrow.lines().filter(unbroken).collect::<Vec<_>>().join("\n"), 80);
         let words =
@@ -87,7 +87,7 @@ fn tables_and_messages_fit_80_columns_without_broken_words() {
 }
 
 #[test]
-fn colours_are_for_terminals_and_for_those_who_force_them() {
+fn colors_are_for_terminals_and_for_those_who_force_them() {
     let folder = tempdir().unwrap();
     let run = ["run", "battery_fault", "--no-snapshots", "--out", folder.path().to_str().unwrap()];
     let violated = "\u{1b}[1m\u{1b}[31mviolated";
@@ -99,7 +99,7 @@ fn colours_are_for_terminals_and_for_those_who_force_them() {
     assert!(said("80", &[("CLICOLOR_FORCE", "1")], &refused).contains('\u{1b}'));
 }
 
-/// A shell's completions of `steward ru` and `steward run nomin`; none where it is not installed.
+/// A shell's completions of `steward ru` and `steward run nomin`; `None` if the shell is not installed.
 fn completed(shell: &str, script: &Path) -> Option<String> {
     let script = script.to_str().unwrap();
     let text = match shell {
@@ -109,7 +109,7 @@ fn completed(shell: &str, script: &Path) -> Option<String> {
              echo \"${{COMPREPLY[@]}}\"; }}\n\
              complete_line steward ru\ncomplete_line steward run nomin\n"
         ),
-        // Completion works in an interactive shell alone.
+        // Completion works only in an interactive shell.
         "zsh" => format!(
             "zmodload zsh/zpty\nzpty shell zsh -f -i\n\
              zpty -w shell 'PROMPT=; autoload -U compinit && compinit -D -u; source {script}; stty -echo; unsetopt beep'\n\
@@ -159,7 +159,7 @@ fn every_command_has_a_man_page() {
     assert!(page("steward-tree-check.1").contains("BehaviorTree.CPP"));
 }
 
-/// The output of the commands that only read; the book shows that of the others.
+/// The output of the commands that only read; the book shows the output of the others.
 #[test]
 fn commands_print_the_same_as_before() {
     let calls: [&[&str]; 12] = [
