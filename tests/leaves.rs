@@ -304,5 +304,5 @@ fn an_undeliverable_answer_is_visible_in_a_rehearsal() {
     std::fs::write(&events, "{\"event\": \"BT.tick\", \"time_s\": 1}\n").unwrap();
     let run = steward(&["skill", "run", machine.to_str().unwrap(), "--events", events.to_str().unwrap()]);
     let said = String::from_utf8(run.stdout).unwrap();
-    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, but no transition takes it"), "{said}");
+    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, but no transition handles it"), "{said}");
 }

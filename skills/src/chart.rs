@@ -191,7 +191,7 @@ impl Chart {
         self.scripts.iter().chain(of_states).chain(of_transitions)
     }
 
-    /// Whether some transition takes events with this name.
+    /// Whether some transition handles events with this name.
     #[must_use]
     pub fn hears(&self, event: &str) -> bool {
         self.events.hears(event)
@@ -203,7 +203,7 @@ impl Chart {
         self.events.names(event)
     }
 
-    /// Whether a transition may take such an event, here or in a machine to which everything is forwarded.
+    /// Whether a transition may handle such an event, here or in a machine to which everything is forwarded.
     pub(crate) fn may_hear(&self, event: &str) -> bool {
         self.hears(event) || self.invokes().any(|invoke| invoke.auto_forward)
     }

@@ -11,7 +11,7 @@ use crate::chart::{
 use crate::expression::Scope;
 
 /// Warns of states that are never entered, transitions that are never taken and events that the machine sends to itself
-/// and never takes, as far as the file alone shows.
+/// and never handles, as far as the file alone shows.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     problems.extend(unheard(chart));
     let ends = Ends::of(chart);
@@ -44,10 +44,10 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     );
 }
 
-/// Events that the machine sends to itself and that no transition takes, each once.
+/// Events that the machine sends to itself and that no transition handles, each once.
 fn unheard(chart: &Chart) -> Vec<Problem> {
     if chart.invokes().any(|invoke| invoke.auto_forward) {
-        // An invoked machine may take them.
+        // An invoked machine may handle them.
         return Vec::new();
     }
     let mut sends: BTreeMap<&str, Vec<SourceSpan>> = BTreeMap::new();
@@ -68,7 +68,7 @@ fn unheard(chart: &Chart) -> Vec<Problem> {
             more => format!(", here and in {more} other places"),
         };
         let problem =
-            Problem::new(format!("the machine sends itself the event `{event}`{more}, but no transition takes it"))
+            Problem::new(format!("the machine sends itself the event `{event}`{more}, but no transition handles it"))
                 .as_warning();
         let help = "without `target` and `type`, an event goes to the machine itself; <send type=\"channel\" target=\"BT\" \
                     event=\"success\"/> answers the tree";
@@ -114,7 +114,7 @@ fn never_taken(
     if let Some(first) = earlier.iter().find(|first| first.covers(taken)) {
         let problem =
             warning("this transition is never taken".to_owned()).at(transition.span, "another transition comes first");
-        return Some(problem.at(chart.transition(first.transition).span, "this one already takes every such event"));
+        return Some(problem.at(chart.transition(first.transition).span, "this one already handles every such event"));
     }
     let hopeless = transition.descriptors.iter().map(|descriptor| ends.hopeless(&descriptor.text));
     let reasons: Vec<String> = hopeless.collect::<Option<_>>()?;
@@ -131,10 +131,10 @@ fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     if condition.test.is_fixed(&|_| false) { condition.test.truth(&scope).ok() } else { None }
 }
 
-/// The events that a transition takes.
+/// The events that a transition handles.
 struct Taken {
     transition: TransitionId,
-    /// The classes that its descriptors match, in ascending order and disjoint; empty if it takes no event.
+    /// The classes that its descriptors match, in ascending order and disjoint; empty if it handles no event.
     matches: Vec<Matches>,
 }
 
@@ -148,7 +148,7 @@ impl Taken {
         Self { transition, matches }
     }
 
-    /// Whether this takes every event that the other takes.
+    /// Whether this handles every event that the other handles.
     fn covers(&self, other: &Self) -> bool {
         // Two descriptors are disjoint, or one covers the other.
         let is_covered = |inner: &Matches| {

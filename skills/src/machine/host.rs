@@ -54,7 +54,7 @@ pub enum Note {
         /// The event's name.
         event: Arc<str>,
     },
-    /// The machine has sent itself an event that none of its transitions takes.
+    /// The machine has sent itself an event that none of its transitions handles.
     Unheard {
         /// The event's name.
         event: Arc<str>,

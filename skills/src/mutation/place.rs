@@ -106,5 +106,5 @@ fn missing(place: &impl ToString, found: usize, what: &str, help: String) -> Pro
         1 => format!("there is only 1 such {what}"),
         more => format!("there are {more} such {what}s, counted from 1"),
     };
-    Problem::new(format!("there is no such thing as {}", place.to_string())).with_help(help)
+    Problem::new(format!("{} does not exist", place.to_string())).with_help(help)
 }

@@ -78,7 +78,7 @@ fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topo
         }
         unheard.retain(|event| !(incoming.is_client && halts_nobody && event.ends_with(".halt")));
         let complain =
-            |event| Problem::new(format!("no transition reads `{event}`")).at(chart.span, "no transition takes it");
+            |event| Problem::new(format!("no transition reads `{event}`")).at(chart.span, "no transition handles it");
         problems.extend(unheard.into_iter().map(complain));
     }
     problems

@@ -102,7 +102,7 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
             None => write!(f, "{event}: {reason}"),
         },
         Note::UnhandledError { event } => write!(f, "{event} is not handled"),
-        Note::Unheard { event } => write!(f, "sends {event} to itself, but no transition takes it"),
+        Note::Unheard { event } => write!(f, "sends {event} to itself, but no transition handles it"),
         Note::Invoked { id, note } => {
             write!(f, "[{id}] ")?;
             write_note(note, None, f)

@@ -355,7 +355,7 @@ fn a_blank_line_before_the_xml_declaration_is_reported_as_such() {
 }
 
 #[test]
-fn an_event_that_a_machine_sends_itself_and_never_takes_is_reported() {
+fn an_event_that_a_machine_sends_itself_and_never_handles_is_reported() {
     let answer = "<send event='TICK_RESPONSE'><param name='status' expr='1'/></send>";
     let text = file(
         "",
@@ -370,7 +370,7 @@ fn an_event_that_a_machine_sends_itself_and_never_takes_is_reported() {
         said.lines().next(),
         Some(
             "«send» the machine sends itself the event `TICK_RESPONSE`, here and in one other place, but no \
-             transition takes it"
+             transition handles it"
         )
     );
     assert_eq!(chart.warnings().len(), 1, "{said}");
