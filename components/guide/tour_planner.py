@@ -31,7 +31,7 @@ class Tour:
         self.todo = wished + [stop for stop in self.todo if stop not in wished]
 
     def answer(self, request, data):
-        """The answer to a request: what it begins with, and its fields."""
+        """The answer to a request: its first symbol, and its fields."""
         if request == "begin_tour":
             self.begin()
         elif request == "tick_off":

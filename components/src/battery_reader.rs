@@ -34,7 +34,7 @@ impl BatteryReader {
         Ok(Self { service: Service::new(topology, process)?, latest: None })
     }
 
-    /// Returns it to its initial state: it has crashed, and restarts.
+    /// Returns it to its initial state, after a crash and restart.
     pub fn restart(&mut self) {
         self.service.forget();
         self.latest = None;
@@ -93,7 +93,7 @@ impl Process for BatteryReader {
     }
 }
 
-/// Hands the battery's readings to BatteryReader.
+/// Gives the battery's readings to BatteryReader.
 #[derive(Clone, Debug)]
 pub(crate) struct BatteryDriver {
     pub(crate) process: ProcessId,

@@ -1,4 +1,4 @@
-//! Blackboard: lets one skill navigate at a time, as in the paper's published system.
+//! Blackboard: lets only one skill navigate at a time, as in the paper's published system.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use crate::service::Service;
 
 /// The process Blackboard: an integer that a skill must lock before it may write it.
 ///
-/// The published component (`BlackboardComponent.cpp`) keeps any number of entries. The one in use counts how many
-/// skills may navigate and is initially 1. Each request names its skill and the entry:
+/// The published component (`BlackboardComponent.cpp`) holds any number of entries. The only one in use counts how many
+/// skills may navigate, initially 1. Each request names its skill and the entry:
 ///
 /// - `[<lock>, skill, <navigation>]` and `[<unlock>, …]` are answered with `[<ok>, true]`;
 /// - `[<read_data>, …]` is answered with `[<ok>, value]`;
@@ -23,9 +23,9 @@ use crate::service::Service;
 /// A request takes effect when it is answered. A skill that may not read, write or unlock gets the answer `[<error>,
 /// "unauthorized client"]`.
 ///
-/// The published component refuses a lock that it cannot grant, and the client asks again until it is granted. This one
-/// answers when it can grant the lock: to one client at a time, and to a client that has read 0 only when it would read
-/// something else.
+/// The published component refuses a lock that it cannot grant, and the client asks again until it succeeds. This one
+/// answers once it can grant the lock: to one client at a time, and to a client that has read 0 only after the value
+/// has changed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Blackboard {
     service: Service,

@@ -8,7 +8,7 @@
 //! [`operations`] lists the requests that the components understand. [`Blackboard`] and [`StopRule::AnyTrip`] belong to
 //! the paper's published system, for skills that follow its protocol.
 //!
-//! In this example a client asks for the battery's level once:
+//! In this example, a client asks once for the battery's level:
 //!
 //! ```
 //! use std::{sync::Arc, time::Duration};

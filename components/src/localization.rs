@@ -13,7 +13,7 @@ use maps::{Places, Pose};
 use crate::service::Service;
 
 /// The process Localization. It answers `[<is_at>, <Place>]` with `[<ok>, there]` according to its latest pose
-/// estimate, and with `[<error>, reason]` if it does not know the place. Requests before the first estimate wait.
+/// estimate, or with `[<error>, reason]` if it does not know the place. Requests before the first estimate wait.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Localization {
     service: Service,
@@ -36,12 +36,12 @@ impl Localization {
         self.at = Arc::default();
     }
 
-    /// Receives the latest estimate of the robot's pose, in the `map` frame, and the known places from its driver.
+    /// Receives the latest estimate of the robot's pose, in the `map` frame, and the known places, from its driver.
     pub fn update(&mut self, places: &Places, pose: &Pose) {
         self.at = Arc::new(places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect());
     }
 
-    /// Receives where the robot is among the known places: at one of them, or at none.
+    /// Receives the place at which the robot is: one of the known places, or none.
     pub fn set_place<'p>(&mut self, places: impl IntoIterator<Item = &'p str>, place: Option<&str>) {
         let there = self.at.iter().filter(|(_, there)| **there).map(|(name, _)| name.as_str());
         if self.at.is_empty() || there.ne(place) {
@@ -50,7 +50,7 @@ impl Localization {
         }
     }
 
-    /// The place at which the robot is, if it is at one that is known.
+    /// The place at which the robot is, if it is a known one.
     #[must_use]
     pub fn place(&self) -> Option<&str> {
         self.at.iter().find(|(_, there)| **there).map(|(name, _)| name.as_str())
@@ -108,7 +108,7 @@ impl Process for Localization {
     }
 }
 
-/// Updates Localization: which places contain the estimated pose.
+/// Tells Localization which places contain the estimated pose.
 #[derive(Clone, Debug)]
 pub(crate) struct LocalizationDriver {
     pub(crate) process: ProcessId,

@@ -24,11 +24,10 @@ pub enum TripStatus {
 /// The effect of a stop request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum StopRule {
-    /// It ends the trip to the place that it names and no other trip. It is answered with `[<ok>, <stopped>]` when it
-    /// is taken.
+    /// It ends only the trip to the place that it names. It is answered with `[<ok>, <stopped>]` when it is received.
     #[default]
     OwnTrip,
-    /// It ends any trip, whichever place it names, as in the paper's published system (`halt` in `GoToComponent.cpp`,
+    /// It ends any trip, whatever place it names, as in the paper's published system (`halt` in `GoToComponent.cpp`,
     /// where the comparison of the places is commented out). It is answered in the same way.
     AnyTrip,
 }
@@ -64,8 +63,8 @@ pub enum Order {
 ///   at once (`<stopped>` if another trip replaced it before the answer was sent).
 /// - `[<get_status>, <Place>]` is answered with the status of the last trip to this place, or with `[<ok>, <idle>]` if
 ///   the last trip was to another place or was stopped.
-/// - `[<stop_navigation>, <Place>]` ends the trip to this place and no other. It is answered with `[<ok>, <stopped>]`
-///   when it is taken, not when the robot stands still. So once a new trip has started, no `<running>` of the old one
+/// - `[<stop_navigation>, <Place>]` ends only the trip to this place. It is answered with `[<ok>, <stopped>]` when it
+///   is received, not when the robot stands still. So once a new trip has started, no `<running>` from the old one
 ///   arrives. Under [`StopRule::AnyTrip`] it ends every trip.
 ///
 /// Between steps the driver carries out its [orders](Self::next_order) and [reports](Self::set_trip_status) the status
@@ -94,7 +93,7 @@ impl Navigation {
         Self { stops, ..self }
     }
 
-    /// Returns it to its initial state: it has crashed, and restarts.
+    /// Returns it to its initial state, after a crash and restart.
     pub fn restart(&mut self) {
         self.service.forget();
         self.trip = None;
@@ -184,7 +183,7 @@ impl Process for Navigation {
         self.service.uses()
     }
 
-    /// Only the last order counts: the driver carries out all that wait before it moves the base.
+    /// Only the last order counts: the driver carries out all waiting orders before it moves the base.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         self.service.normalize(form);
         let outdated = self.orders.len().saturating_sub(1);

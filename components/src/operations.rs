@@ -1,4 +1,4 @@
-//! The messages of the components' channels: requests and answers.
+//! The messages on the components' channels: requests and answers.
 
 use channels::{FieldKind, Role, Shape, Symbol};
 use maps::Places;

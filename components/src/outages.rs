@@ -34,7 +34,7 @@ impl Component {
     }
 }
 
-/// Which components' drivers are frozen, like a node that hangs.
+/// The components whose drivers are frozen, like a node that hangs.
 ///
 /// The component's process continues to answer with the data it received last. To freeze the process too, suspend it
 /// ([`channels::ChannelSystem::suspend`]).
@@ -43,11 +43,11 @@ pub struct Outages {
     /// BatteryReader gets no readings of the battery.
     pub battery_reader: bool,
     /// The pose estimate and the data of Localization stay unchanged. Odometry and scans are lost; the first odometry
-    /// afterwards includes the distance driven meanwhile.
+    /// afterwards includes the distance driven in the meantime.
     pub localization: bool,
-    /// No velocity is commanded, so the base stands still, as one with a command watchdog does. Orders wait, and
-    /// Navigation gets no status of its trip. Laser scans are still recorded: a queue would deliver them as soon as the
-    /// driver continues.
+    /// No velocity is commanded, so the base stands still, as with a command watchdog. Orders wait, and Navigation gets
+    /// no status of its trip. Laser scans are still recorded: a queue would deliver them as soon as the driver
+    /// continues.
     pub navigation: bool,
 }
 

@@ -7,8 +7,8 @@ use channels::{
 
 /// The clients of a component: for each, the channel of its requests and the channel of its answers.
 ///
-/// A client's next request is received when the previous one has been answered. The reply carries the request's number.
-/// Each client has two transitions: receive and reply.
+/// A client's next request is received only after the previous one has been answered. The reply carries the request's
+/// number. Each client has two transitions: receive and reply.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Service {
     clients: Vec<Client>,
@@ -69,7 +69,7 @@ impl Service {
         self.clients[transition.0 as usize / 2].pending.as_ref().map(|request| &request.message)
     }
 
-    /// Forgets all pending requests: they are never answered.
+    /// Forgets all pending requests, which are never answered.
     pub(crate) fn forget(&mut self) {
         for client in &mut self.clients {
             client.pending = None;

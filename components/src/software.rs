@@ -1,4 +1,4 @@
-//! The robot's software: the drivers, and what they drive.
+//! The robot's software: the drivers, and what they control.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -133,7 +133,7 @@ impl Software {
                         None => self.navigator.stop(),
                     }
                 }
-                // The trip that ends has been aborted already.
+                // The trip that ends has already been aborted.
                 Some(Order::Stop) if self.has_foreign_goal => {}
                 Some(Order::Stop) => self.navigator.stop(),
                 None => return,
@@ -141,17 +141,17 @@ impl Software {
         }
     }
 
-    /// Sends Navigation a goal that no skill has sent, as RViz's "2D Goal Pose" does. As in Nav2, it takes the place of
-    /// the trip that is under way, which is aborted: whoever asks for the status of that trip hears of a failure, and
-    /// stopping it changes nothing any more. The next trip of a skill takes the place of this goal.
+    /// Sends Navigation a goal that no skill has sent, as RViz's "2D Goal Pose" does. As in Nav2, it replaces the
+    /// current trip, which is aborted: its status becomes a failure, and stopping it has no further effect. The next
+    /// trip of a skill replaces this goal.
     ///
     /// # Errors
-    /// The reason why Navigation does not take the goal: it does not run now.
+    /// The reason why Navigation does not accept the goal: it is not running.
     pub fn drive_to(&mut self, goal: Goal, system: &mut ChannelSystem) -> Result<(), &'static str> {
         if self.outages.navigation {
-            return Err("Navigation takes no goal now");
+            return Err("Navigation does not accept goals now");
         }
-        // What skills have asked for before comes first.
+        // Requests that skills have already sent come first.
         self.follow_orders(system);
         self.navigator.start(goal);
         self.has_foreign_goal = true;
@@ -186,13 +186,13 @@ impl Software {
         }
     }
 
-    /// The frozen components, to be changed; changes apply from the next step on.
+    /// The frozen components. Changes apply from the next step on.
     pub fn outages_mut(&mut self) -> &mut Outages {
         &mut self.outages
     }
 
     /// Crashes and restarts a component: its process and its driver return to their initial state. Requests that it had
-    /// taken are never answered.
+    /// received are never answered.
     ///
     /// - BatteryReader knows no level until the next reading.
     /// - Localization believes its configured initial pose, wherever the robot is now, as AMCL does when it restarts
@@ -250,7 +250,7 @@ impl Software {
         self.odometry.as_ref()
     }
 
-    /// How many particles localization uses.
+    /// The number of particles that localization uses.
     #[must_use]
     pub fn particle_count(&self) -> usize {
         self.localization.particles().len()
@@ -277,7 +277,7 @@ impl Software {
         self.navigator.reason()
     }
 
-    /// The recovery behavior by which navigation tries to find a path, if it has none.
+    /// The recovery behavior with which navigation tries to find a path, if it has none.
     #[must_use]
     pub fn recovery(&self) -> Option<Recovery> {
         self.navigator.recovery()

@@ -1,4 +1,4 @@
-//! What the robot does and what skills are told while a component is frozen, and after it has restarted.
+//! The robot's behavior, and the answers to skills, while a component is frozen and after it has restarted.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -155,7 +155,7 @@ impl Scene {
         }
     }
 
-    /// Asks, lets a step pass, and returns the answer if there is one by then.
+    /// Asks, lets one step pass, and returns the answer if there is one by then.
     fn ask(&mut self, component: &str, request: Message) -> Option<Message> {
         let channel = self.system.topology().find_channel("Client", component).unwrap();
         let client = self.system.process_mut::<Client>(self.client).unwrap();
@@ -237,7 +237,7 @@ fn frozen_localization_keeps_the_old_pose_until_it_continues() {
     let believed = *scene.software.estimate();
     scene.go("start_navigation");
     scene.pass(4.0);
-    assert!(scene.x_m() > 1.8, "navigation drives by what it is told");
+    assert!(scene.x_m() > 1.8, "navigation relies on the pose that it is told");
     assert_eq!((*scene.software.estimate(), scene.is_at("Start")), (believed, Some(true)));
     scene.go("stop_navigation");
     scene.software.outages_mut().localization = false;
@@ -276,7 +276,7 @@ fn restarted_navigation_has_no_trip_and_takes_the_next() {
 }
 
 #[test]
-fn a_goal_of_somebody_else_aborts_the_trip_until_a_skill_starts_the_next() {
+fn a_goal_from_somebody_else_aborts_the_trip_until_a_skill_starts_the_next() {
     let mut scene = Scene::new();
     let back = || Goal::at(Point::new(2.0, 2.0), Some(std::f64::consts::PI));
     scene.go("start_navigation");

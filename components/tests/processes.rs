@@ -1,4 +1,4 @@
-//! How the components answer: each request once, with its number, when the answer is known.
+//! How components answer: each request once, with its number, when the answer is known.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -44,14 +44,14 @@ fn offers(process: &dyn Process) -> Vec<Offer> {
     offers
 }
 
-/// Gives the component a request of this client; panics if it does not take one.
+/// Gives the component a request from this client; panics if it does not receive one.
 fn ask(process: &mut dyn Process, topology: &Topology, client: &str, request: Message, number: u64) {
     let taking = offers(process).into_iter().find(|offer| match offer.action {
         Action::Receive(channel, _) => topology.ends(channel).0 == client,
         _ => false,
     });
     let envelope = Envelope { message: request, request: RequestNumber(number) };
-    process.take(taking.expect("the component takes a request").transition, Some(envelope), Duration::ZERO);
+    process.take(taking.expect("the component receives a request").transition, Some(envelope), Duration::ZERO);
 }
 
 /// Lets the component answer this client, if it can.
@@ -98,7 +98,7 @@ fn a_stop_ends_only_the_trip_to_its_place() {
     assert_eq!(tell("GoToDestination", "start_navigation", "Destination"), Message::symbols(["ok", "running"]));
     let station = "RechargingStation";
     assert_eq!(tell("GotoRechargingStation", "start_navigation", station), Message::symbols(["ok", "running"]));
-    // The halt of the old trip comes after the start of the new one.
+    // The stop of the old trip comes after the start of the new one.
     assert_eq!(tell("GoToDestination", "stop_navigation", "Destination"), Message::symbols(["ok", "stopped"]));
     assert_eq!(tell("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "running"]));
     assert_eq!(tell("GotoRechargingStation", "stop_navigation", station), Message::symbols(["ok", "stopped"]));
@@ -192,7 +192,7 @@ fn ok(value: impl Into<Value>) -> Option<Message> {
 fn a_lock_is_granted_to_one_skill_at_a_time() {
     let mut board = Board::new();
     assert_eq!(board.call("one", "lock", None), ok(true));
-    assert_eq!(board.call("one", "lock", None), ok(true), "who has it may ask again");
+    assert_eq!(board.call("one", "lock", None), ok(true), "the holder may ask again");
     assert_eq!(board.call("other", "lock", None), None);
     assert_eq!(board.blackboard.location(), "navigation: 1, one");
     assert_eq!(board.call("one", "unlock", None), ok(true));

@@ -23,7 +23,7 @@ enum Mode {
     Night,
 }
 
-/// Asks for every key before it gives up, so that every problem is found.
+/// Asks for every key before it returns, so that every problem is found.
 fn read(root: Table<'_>) -> Option<Pump> {
     let name = root.text("name").required();
     let pressure_bar = root.number("pressure_bar").within(0.5..=6.0).required();

@@ -1,4 +1,4 @@
-//! Reads what a user wrote in TOML or YAML: typed values, and every problem at once, each with its place.
+//! Reads what a user wrote in TOML or YAML: typed values, and every problem at once, each with its location.
 //!
 //! A [`Document`] is parsed, optionally changed by `--set`, and read once. The reader asks a [`Table`] for the keys
 //! that the program knows. Values that are missing, of the wrong type or out of range are recorded, and reading
@@ -58,7 +58,7 @@ impl Document {
     ///
     /// # Errors
     /// The first syntax error, a second document, or a top level that is not a mapping. A text of more than 16 KiB is
-    /// refused, too: no file of this project needs more.
+    /// also refused: no file of this project needs more.
     pub fn parse_yaml(name: &str, text: &str) -> Result<Self, FileProblems> {
         yaml_text::document(&Source::new(name, text)).map(|root| Self { root })
     }
@@ -67,11 +67,11 @@ impl Document {
     ///
     /// Dots separate the parts of a key; a number selects an item of an array (`faults.0.charge_pct=5`). Missing tables
     /// on the way are created, so that a key with a default can be set. The value is TOML. A value that is not TOML and
-    /// does not begin with a quote or bracket is taken as text (`--set mode=scale`). Keys that contain a dot cannot be
+    /// does not begin with a quote or bracket is read as text (`--set mode=scale`). Keys that contain a dot cannot be
     /// set.
     ///
     /// # Errors
-    /// Every assignment that is malformed or leads nowhere, with its place in the assignment. Unknown keys and wrong
+    /// Every assignment that is malformed or leads nowhere, with the location in the assignment. Unknown keys and wrong
     /// values are found when the document is read.
     pub fn override_with<'a>(&mut self, assignments: impl IntoIterator<Item = &'a str>) -> Result<(), FileProblems> {
         let problems = assignments.into_iter().filter_map(|text| overrides::apply(&mut self.root, text).err());
@@ -103,7 +103,7 @@ impl Document {
     /// Reads the document with `read`, which gets its top level.
     ///
     /// # Errors
-    /// Every problem that `read` or the types it asked for reported, and every key that it did not ask for. If `read`
+    /// Every problem reported by `read` or by the types it asked for, and every key that it did not ask for. If `read`
     /// returns `None` without a problem, that is reported as an error.
     pub fn read<T>(self, read: impl for<'d> FnOnce(Table<'d>) -> Option<T>) -> Result<T, FileProblems> {
         let log = RefCell::new(Vec::new());

@@ -1,4 +1,4 @@
-//! Errors of reading and writing files.
+//! Errors when reading and writing files.
 
 use std::io;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// A file was read and has problems.
+    /// A file was read, but it has problems.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Problems(#[from] FileProblems),

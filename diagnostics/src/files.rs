@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::{Error, FileProblems, Source};
 
-/// Reads a whole file. Loaders take such a function, so files can come from disk, from the program or from a test.
+/// Reads a whole file. Loaders take such a function, so that files can come from disk, from the program or from a test.
 pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<Vec<u8>>;
 
 /// Larger files are refused: no valid map needs more.
@@ -18,7 +18,7 @@ const MAX_TEXT_BYTES: u64 = 1 << 24;
 /// Reads a file from disk; a [`ReadFile`].
 ///
 /// # Errors
-/// The error of the operating system; [`io::ErrorKind::InvalidInput`] for a device or a pipe, which might never end;
+/// The operating system's error; [`io::ErrorKind::InvalidInput`] for a device or a pipe, which might never end;
 /// [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk(path: &Path) -> io::Result<Vec<u8>> {
     from_disk_up_to(path, MAX_BYTES)
@@ -35,7 +35,7 @@ pub fn from_disk_up_to(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
 /// Reads a file or a pipe.
 ///
 /// # Errors
-/// The error of the operating system; [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
+/// The operating system's error; [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk_or_pipe(path: &Path) -> io::Result<Vec<u8>> {
     bounded(File::open(path).map_err(in_words)?, MAX_BYTES)
 }
@@ -57,7 +57,7 @@ pub fn text(bytes: Vec<u8>) -> io::Result<String> {
     String::from_utf8(bytes).map(without_mark).map_err(not_text)
 }
 
-/// Opens a file within the limit. Does not wait for a pipe's writer, and refuses devices that never end.
+/// Opens a file within the limit. Does not wait for a writer to open a pipe, and refuses devices that never end.
 fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
     let found = fs::metadata(path).map_err(in_words)?;
     if !found.is_file() && !found.is_dir() {
@@ -66,7 +66,7 @@ fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
     if found.len() > max_bytes { Err(too_large(max_bytes)) } else { File::open(path) }
 }
 
-/// The error in plain words where it is the most common one.
+/// The most common error in plain words, and others unchanged.
 fn in_words(error: io::Error) -> io::Error {
     match error.kind() {
         kind @ io::ErrorKind::NotFound => io::Error::new(kind, "there is no such file"),
@@ -100,7 +100,7 @@ pub fn read_text(path: &Path, read: ReadFile<'_>) -> Result<String, Error> {
 }
 
 fn not_text(path: &Path, error: &std::string::FromUtf8Error) -> FileProblems {
-    // Up to the offending byte, the readable version is the same.
+    // Up to the offending byte, the readable version of the text is the same.
     let readable = String::from_utf8_lossy(error.as_bytes());
     let source = Source::new(&path.display().to_string(), readable);
     let at = error.utf8_error().valid_up_to();

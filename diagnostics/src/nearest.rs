@@ -1,18 +1,18 @@
-//! Suggestions for misspelt names.
+//! Suggestions for misspelled names.
 
-/// Names longer than this, in bytes, are not compared, and at most ten times as many names: comparing very many takes
-/// too long.
+/// Names longer than this, in bytes, are not compared, nor are more than ten times as many names: comparing very many
+/// would take too long.
 const LONGEST: usize = 100;
 const COMPARED: usize = 1000;
 
 /// More names than this are not listed.
 const LISTED: usize = 20;
 
-/// At most this many problems of a file get a hint, because each hint looks at all names.
+/// At most this many problems of a file get a hint, because each hint compares all names.
 pub const MAX_HINTS: usize = 200;
 
-/// The known name that `name` was most likely meant to be: the one with the fewest typing errors, if they are at most a
-/// third of the name's letters. Case does not matter; of equally near names the first is chosen.
+/// The known name that `name` was most likely meant to be: the one with the fewest typing errors, if these affect at
+/// most a third of the name's letters. Case does not matter; of equally near names, the first is chosen.
 ///
 /// Names of more than 100 bytes are not compared, and at most 1000 names are.
 #[must_use]
@@ -34,7 +34,8 @@ pub fn did_you_mean<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) ->
     nearest(name, known).map(|nearest| format!("did you mean `{nearest}`?"))
 }
 
-/// `did you mean …?` for the [`nearest`] name, or else a list of the known names (`what`), cut off if it is long.
+/// `did you mean …?` for the [`nearest`] name, or otherwise a list of the known names (`what`), truncated if it is
+/// long.
 #[must_use]
 pub fn nearest_or_all(name: &str, what: &str, known: &[&str]) -> String {
     did_you_mean(name, known.iter().copied()).unwrap_or_else(|| match known {

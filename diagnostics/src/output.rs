@@ -1,4 +1,4 @@
-//! Writing files: whole or not at all.
+//! Writes files completely or not at all.
 //!
 //! Data goes to a temporary name in the same folder; the file gets its own name when it is complete. After a full disk,
 //! an error or a panic, the previous file is unchanged and nothing of the new one remains. A killed program may leave
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 
-/// How temporary names begin and end.
+/// The beginning and the end of temporary names.
 const TEMPORARY: (&str, &str) = (".steward-", ".part");
 
 /// Writes a whole file and creates missing folders.
@@ -27,7 +27,7 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
     }
 }
 
-/// A file being written: it replaces the previous file when it is [finished](Self::finish). If it never is, nothing
+/// A file being written. It replaces the previous file when it is [finished](Self::finish); if it never is, nothing
 /// remains of it.
 ///
 /// A device or a pipe (`/dev/stdout`) is not replaced but written to.
@@ -62,7 +62,7 @@ impl Unfinished {
     pub fn create(path: &Path) -> Result<Self, Error> {
         let begun = match fs::metadata(path) {
             Ok(found) if !found.is_file() => File::create(path).map(|file| (file, None)),
-            // A link stays a link: its target is replaced.
+            // A link remains a link: its target is replaced.
             Ok(_) => fs::canonicalize(path).and_then(temporary),
             Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
         };
@@ -70,7 +70,7 @@ impl Unfinished {
         Ok(Self { path: path.to_owned(), file, names })
     }
 
-    /// Where a file is meanwhile that some program is about to give this name: the latest, if there are several.
+    /// The present location of a file that some program is about to give this name: the latest, if there are several.
     #[must_use]
     pub fn of(path: &Path) -> Option<PathBuf> {
         let tag = tag(path);
@@ -112,29 +112,29 @@ impl Drop for Unfinished {
     }
 }
 
-/// Files of a folder that appear in it together.
+/// Files that appear in a folder together.
 ///
-/// Until they are [published](Self::publish), they are in a hidden folder inside it. If they never are, nothing remains
-/// of them. Several programs may write to one folder at once: the last to publish wins.
+/// Until they are [published](Self::publish), they are in a hidden folder inside it. If they are never published,
+/// nothing remains of them. Several programs may write to one folder at once: the last to publish wins.
 #[derive(Debug)]
 pub struct Staging {
     folder: PathBuf,
     hidden: PathBuf,
-    /// Old files that are removed when these appear.
+    /// Old files to remove when these appear.
     replaced: Vec<String>,
-    /// Locked while this value lives, so that others can recognize the remains of a killed program.
+    /// Locked while this value exists, so that others can recognize the remains of a killed program.
     _lock: Option<File>,
 }
 
 impl Staging {
-    /// Begins the files of a folder, which is created if it is missing. Removes what killed programs have left in it.
+    /// Begins files of a folder, which is created if it is missing. Removes what killed programs have left there.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub fn begin(folder: &Path) -> Result<Self, Error> {
         let begin = || {
             fs::create_dir_all(folder)?;
-            // A file system without locks only means that nothing is cleaned up.
+            // On a file system without locks, nothing is cleaned up.
             let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
             if turn.is_some() {
                 remove_abandoned(folder);
@@ -152,7 +152,7 @@ impl Staging {
         &self.folder
     }
 
-    /// Names old files that are removed when the new ones appear. They need not exist.
+    /// Names old files to remove when the new ones appear. They need not exist.
     pub fn replace(&mut self, names: Vec<String>) {
         self.replaced = names;
     }
@@ -219,7 +219,7 @@ impl Drop for Staging {
     }
 }
 
-/// Removes the hidden folders of programs that no longer run, as far as possible.
+/// Removes the hidden folders of programs that are no longer running, as far as possible.
 fn remove_abandoned(folder: &Path) {
     for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let is_abandoned = || path.is_dir() && File::open(&path).is_ok_and(|lock| lock.try_lock().is_ok());
@@ -255,7 +255,7 @@ fn first_free<T>(folder: &Path, tag: &str, make: impl Fn(&Path) -> io::Result<T>
     }
 }
 
-/// What the temporary name of a file says of its final one.
+/// What the temporary name of a file tells about its final name.
 fn tag(name: &Path) -> String {
     let mut hasher = DefaultHasher::new();
     name.file_name().hash(&mut hasher);

@@ -1,4 +1,4 @@
-//! Problems of a text, each with its place.
+//! Problems of a text, each with its location.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use crate::{Source, Span};
 /// One thing that is wrong, or looks wrong, in a text.
 ///
 /// [`Span::problem`] makes a problem that knows its text. A parser that has only the bytes of the text makes one with
-/// [`new`](Self::new): it is rendered with the text of the error that it becomes part of.
+/// [`new`](Self::new): it is rendered with the text of the error of which it becomes part.
 #[derive(Clone, Debug)]
 pub struct Problem {
     message: String,
@@ -21,7 +21,7 @@ pub struct Problem {
 }
 
 impl Span {
-    /// A problem at this place.
+    /// A problem at this location.
     #[must_use]
     pub fn problem(&self, message: impl Into<String>) -> Problem {
         Problem::new(message).of(self.source()).at_plainly(self.range())
@@ -35,13 +35,13 @@ impl Problem {
         Self { message: message.into(), source: None, labels: Vec::new(), help: None, severity: Severity::Error }
     }
 
-    /// Sets the text that it is about.
+    /// Sets the text to which it refers.
     #[must_use]
     pub fn of(self, source: &Source) -> Self {
         Self { source: Some(source.clone()), ..self }
     }
 
-    /// Marks a range of the text, in bytes, and labels it. The first marked range is the problem's place.
+    /// Marks a range of the text, in bytes, and labels it. The first marked range is the problem's location.
     #[must_use]
     pub fn at(mut self, stretch: impl Into<SourceSpan>, label: impl Into<String>) -> Self {
         self.labels.push(LabeledSpan::new_with_span(Some(label.into()), stretch));
@@ -87,7 +87,7 @@ impl Problem {
         Self { severity: Severity::Warning, ..self }
     }
 
-    /// The problem with each of its ranges mapped by `place`: into a text that contains its own, or into a part of it.
+    /// The problem with each of its ranges mapped by `place` into a text that contains its own, or into a part of it.
     #[must_use]
     pub fn moved(mut self, place: impl Fn(Range<usize>) -> Range<usize>) -> Self {
         for label in &mut self.labels {
@@ -121,20 +121,20 @@ impl Problem {
         self.severity == Severity::Error
     }
 
-    /// Where the problem is: the first byte of its first label, or the beginning of the text.
+    /// The location of the problem: the first byte of its first label, or the beginning of the text.
     #[must_use]
     pub fn offset(&self) -> usize {
         self.labels.first().map_or(0, LabeledSpan::offset)
     }
 
-    /// Where the problem is, if it knows its text.
+    /// The location of the problem, if it knows its text.
     #[must_use]
     pub fn span(&self) -> Option<Span> {
         let length = self.labels.first().map_or(0, LabeledSpan::len);
         self.source.as_ref().map(|source| source.span(self.offset()..self.offset() + length))
     }
 
-    /// Whether it is about this very text, not merely an equal one.
+    /// Whether it refers to this very text, not merely to an equal one.
     #[must_use]
     pub fn is_of(&self, source: &Source) -> bool {
         self.source.as_ref().is_some_and(|own| own.is(source))
@@ -175,7 +175,7 @@ impl Diagnostic for Problem {
     }
 }
 
-/// All problems of a file, in order of their places; never empty.
+/// All problems of a file, in the order of their locations; never empty.
 ///
 /// A file's problems may point into more than one text, for example into an override on the command line as well.
 #[derive(Clone, Debug)]
@@ -184,10 +184,10 @@ pub struct FileProblems {
 }
 
 impl FileProblems {
-    /// `Ok` if `problems` is empty, else all of them as one error.
+    /// `Ok` if `problems` is empty, otherwise all of them as one error.
     ///
     /// # Errors
-    /// The problems, sorted by place within a text. The texts are in the order in which they first appear.
+    /// The problems, sorted by location within a text. The texts are in the order in which they first appear.
     pub fn none_of(mut problems: Vec<Problem>) -> Result<(), Self> {
         if problems.is_empty() {
             return Ok(());
@@ -208,7 +208,7 @@ impl FileProblems {
         &self.problems
     }
 
-    /// The problems of both, for a caller that reads several files before it gives up.
+    /// The problems of both, for a caller that reads several files before it returns.
     #[must_use]
     pub fn and(mut self, others: Self) -> Self {
         self.problems.extend(others.problems);

@@ -8,7 +8,7 @@ use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
 /// The name of an assignment in diagnostics.
 pub(crate) const ASSIGNMENT: &str = "--set";
 
-/// A named text: usually a file, sometimes an argument of the command line. Cheap to clone.
+/// A named text: usually a file, sometimes a command-line argument. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Source(Arc<NamedSource<String>>);
 
@@ -66,7 +66,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// The text that the range belongs to.
+    /// The text to which the range belongs.
     #[must_use]
     pub fn source(&self) -> &Source {
         &self.source
@@ -78,7 +78,7 @@ impl Span {
         self.range.clone()
     }
 
-    /// Whether the text is an assignment of the command line (`--set`), and not a file.
+    /// Whether the text is an assignment on the command line (`--set`), not a file.
     #[must_use]
     pub fn is_assignment(&self) -> bool {
         self.source.name() == ASSIGNMENT
@@ -107,12 +107,12 @@ impl Span {
     }
 }
 
-/// A value and its place in a file.
+/// A value and its location in a file.
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
     /// The value.
     pub value: T,
-    /// Where it is written.
+    /// Its location.
     pub span: Span,
 }
 

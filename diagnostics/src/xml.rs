@@ -1,4 +1,4 @@
-//! Problems of any XML file: it is not well-formed, or it would take too long to read.
+//! Problems that any XML file may have: it is not well-formed, or it would take too long to read.
 
 use std::ops::Range;
 
@@ -6,8 +6,8 @@ use roxmltree::{Error, Node, TextPos};
 
 use crate::{Problem, nearest};
 
-/// Refuses an element with more than `limit` attributes: the XML parser compares each with all others. Call this before
-/// parsing.
+/// Refuses elements with more than `limit` attributes, since the XML parser compares each with all others. Call this
+/// before parsing.
 ///
 /// # Errors
 /// At the first attribute beyond the limit.
@@ -44,8 +44,8 @@ fn crowded_element(text: &str, limit: usize) -> Option<usize> {
     None
 }
 
-/// The problem of a text that the XML parser refuses, at the place where it gave up. `is_known` knows the names of
-/// elements.
+/// The problem with a text that the XML parser refuses, at the location where the parser stopped. `is_known` recognizes
+/// the names of elements.
 #[must_use]
 pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Problem {
     if matches!(error, Error::DtdDetected) {
@@ -64,7 +64,7 @@ pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Pr
     if matches!(error, Error::UnclosedRootNode | Error::UnexpectedEndOfStream | Error::NoRootNode) {
         return not_xml(&message).at(text.len()..text.len(), "here");
     }
-    // The parser appends the place to its message; the label shows it better.
+    // The parser appends the location to its message; the label shows it better.
     let message = message.rsplit_once(" at ").map_or(message.as_str(), |(message, _)| message);
     let start = offset(text, error.pos());
     let end = text[start..].chars().next().map_or(start, |character| start + character.len_utf8());

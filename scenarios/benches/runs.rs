@@ -1,4 +1,4 @@
-//! Whole runs, in simulated seconds a second ("items"): one core, pictures off, every scan computed.
+//! Whole runs, in simulated seconds per second ("items"): one core, no pictures, every scan computed.
 //!
 //! `nominal` is the whole scenario, most of which the robot spends at the charging station; `driving` is its first 45
 //! s, during which the robot is under way.
@@ -18,14 +18,14 @@ fn main() {
 
 fn nominal_scenario() -> Arc<Scenario> {
     let found = find::find("nominal").expect("the scenario comes with the program");
-    Arc::new(Scenario::load(&found, &[]).expect("the scenario is in order"))
+    Arc::new(Scenario::load(&found, &[]).expect("the scenario is valid"))
 }
 
 fn start(scenario: &Arc<Scenario>) -> Live {
-    Live::new(Arc::clone(scenario), 1, true).expect("the scenario is in order")
+    Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid")
 }
 
-/// Runs until the robot has come to rest at that place or the time is over; returns the time.
+/// Runs until the robot has come to rest at that place or the time is up; returns the time.
 fn run(mut live: Live, place: &str, limit: Duration) -> Duration {
     let start = live.record(Detail::Verdicts);
     let mut view = RunView::new(live.header(), start).expect("the records fit");
@@ -63,7 +63,7 @@ fn driving(bencher: Bencher) {
         .bench_local_values(|live| run(live, "nowhere", limit));
 }
 
-/// Setting up a run of a scenario that has been loaded.
+/// Setting up a run of a scenario that is already loaded.
 #[divan::bench]
 fn set_up(bencher: Bencher) {
     let scenario = nominal_scenario();

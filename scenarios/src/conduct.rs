@@ -11,8 +11,8 @@ use crate::ending::Ending;
 use crate::live::Live;
 
 /// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run: one more
-/// step then ends it as [interrupted](Ended::Interrupted). `follow` sees at least as much as `detail` demands. If there
-/// is a `record`, the run is written to it, as an [`Archive`].
+/// step then ends it as [interrupted](Ended::Interrupted). `follow` sees at least as much as `detail` requires. If
+/// there is a `record`, the run is written to it as an [`Archive`].
 ///
 /// # Errors
 /// A file that could not be written; the reason why the run cannot continue; an error of `follow`.
@@ -39,7 +39,7 @@ pub fn conduct<E: From<Error>>(
         }
         let failure = live.step().err();
         let step = live.record(detail);
-        // A failed step is recorded, too: it may show the reason.
+        // A failed step is also recorded: it may show the reason.
         if let Some(archive) = &mut archive {
             archive.record(RecordRef::Step(&step)).map_err(Error::from)?;
         }
@@ -64,5 +64,5 @@ pub fn conduct<E: From<Error>>(
     Ok(view)
 }
 
-/// The guarantee about the records of a run in progress.
+/// The invariant of the records of a run in progress.
 pub const FITS: &str = "a run's records refer only to what its header contains";

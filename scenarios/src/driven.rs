@@ -1,4 +1,4 @@
-//! What the drivers of the built-in components tell them, as data.
+//! The data that drivers give to the built-in components.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,10 +8,10 @@ use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVI
 use explorer::Update;
 use robot::BatteryState;
 
-/// What the drivers tell the built-in components between two steps.
+/// The data that drivers give to the built-in components between two steps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct DriverData {
-    /// The level that BatteryReader is told, in percent, and whether the battery is charged.
+    /// The level given to BatteryReader, in percent, and whether the battery is being charged.
     pub(crate) battery: Option<(f64, bool)>,
     /// Where Localization believes the robot to be.
     pub(crate) place: Option<String>,
@@ -19,7 +19,7 @@ pub(crate) struct DriverData {
     pub(crate) trip: Option<TripStatus>,
 }
 
-/// The built-in components of a system, which drivers tell something.
+/// The built-in components of a system that receive data from drivers.
 pub(crate) fn driven(system: &ChannelSystem) -> Vec<ProcessId> {
     let found = [
         process_of::<BatteryReader>(system, BATTERY_READER),
@@ -35,7 +35,7 @@ pub(crate) fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Opti
 }
 
 impl DriverData {
-    /// What the components of a system have been told last.
+    /// What the components of a system were told last.
     pub(crate) fn of(system: &ChannelSystem) -> Self {
         let id = |name| system.topology().find_process(name);
         Self::known_to(
@@ -45,7 +45,7 @@ impl DriverData {
         )
     }
 
-    /// What these components have been told last.
+    /// What these components were told last.
     pub(crate) fn known_to(
         battery: Option<&BatteryReader>,
         localization: Option<&Localization>,
@@ -58,7 +58,7 @@ impl DriverData {
         }
     }
 
-    /// Tells it the components, one by one. Localization knows the `known` places.
+    /// Gives this data to the components, one by one. Localization knows the `known` places.
     pub(crate) fn update(self, known: Arc<[String]>) -> Update {
         Arc::new(move |_: ProcessId, process: &mut dyn Process, _: Duration| {
             let process = process.as_any_mut();

@@ -7,7 +7,7 @@ use miette::Diagnostic;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The files or arguments are wrong: every problem found, each as a separate diagnostic.
+    /// The files or arguments are wrong. Contains every problem found, each as a separate diagnostic.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     BadInput(Vec<Box<dyn Diagnostic + Send + Sync>>),
     /// The processes that the files describe cannot continue.
@@ -31,7 +31,7 @@ pub enum StepError {
     /// There have been more communications than the scenario allows.
     #[error("there have been more than {0} communications")]
     Budget(u64),
-    /// The schedule that it follows demands something impossible.
+    /// The schedule that it follows requires something impossible.
     #[error("{0}")]
     Schedule(Problem),
 }
@@ -43,7 +43,7 @@ impl Error {
         Self::BadInput(vec![Box::new(diagnostic)])
     }
 
-    /// Bad input without a location in a file, with advice on what is accepted.
+    /// Bad input that has no location in a file, with advice on what is accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::bad_input(Problem::new(message).with_help(help))

@@ -2,9 +2,10 @@
 //!
 //! A fault is an entry of a scenario's `[[faults]]`: its `kind`, with that kind's parameters; one trigger (`at_s`,
 //! `at_tick`, `near`, `when`, `in_state`), optionally with a `probability`; and its duration (`lasts_s`) and
-//! repetitions (`times`, `every_s`). The catalogue ([`KINDS`]) lists every kind with its parameters and its place. No
-//! fault modifies code. Without its faults, a scenario gives the unfaulted run bit for bit: each fault draws its random
-//! numbers from its own streams, and the current effects are recomputed from the active faults.
+//! repetitions (`times`, `every_s`). The catalogue ([`KINDS`]) lists every kind with its parameters and with the part
+//! that it affects. No fault modifies code. A scenario whose faults are removed gives exactly the run without faults,
+//! bit for bit: each fault draws its random numbers from its own streams, and the current effects are recomputed from
+//! the active faults.
 //!
 //! So faults combine. A component is frozen as long as any active fault freezes it. A skill runs its machine, or the
 //! last active replacement in the order of the scenario, with the mistakes of all active faults; contradicting
@@ -77,7 +78,7 @@ impl Fault {
         (self.kind.words)(&self.arguments)
     }
 
-    /// The names of what it puts on the floor.
+    /// The names of the objects that it puts on the floor.
     #[must_use]
     pub fn bodies(&self) -> Vec<String> {
         let mut wrong = sim::Faults::default();
@@ -103,7 +104,7 @@ impl Fault {
         self.effect().needs_robot()
     }
 
-    /// The laser that it affects, if it affects a single one.
+    /// The laser that it affects, if it affects only one.
     pub(crate) fn laser(&self) -> Option<Spanned<String>> {
         self.named("laser").filter(|laser| laser.value != "all")
     }
@@ -123,7 +124,7 @@ impl Fault {
     }
 }
 
-/// The name of a fault's stream of random numbers: its kind and its number among the faults of this kind. So adding or
+/// The name of a fault's stream of random numbers: its kind, and its number among the faults of this kind. So adding or
 /// removing faults of other kinds changes nothing.
 fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
     let kind = faults[index].kind().name;

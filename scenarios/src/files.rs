@@ -46,7 +46,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("maps/museum.yaml", include_bytes!("../../maps/museum.yaml")),
     ("maps/museum.pgm", include_bytes!("../../maps/museum.pgm")),
     ("maps/museum.places.toml", include_bytes!("../../maps/museum.places.toml")),
-    // WaitForUser is not a skill of the paper's published system; it has the ordinary one.
+    // WaitForUser is not a skill of the paper's published system; the ordinary one is used.
     ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
 
@@ -72,12 +72,12 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
-/// Where a scenario's files are looked up: first beside the scenario's own file, then among the shipped files.
+/// Where a scenario's files are searched: first beside the scenario's own file, then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
     folder: PathBuf,
-    /// Whether the scenario is shipped. Of the files on disk, it has only those that an [assignment](named) names.
+    /// Whether the scenario is shipped. If so, its only files on disk are those that an [assignment](named) names.
     is_shipped: bool,
     /// The contents of files read from disk, if they are remembered.
     memory: Option<Arc<Mutex<Memory>>>,
@@ -104,7 +104,8 @@ impl Files {
         Self { folder: folder.into(), ..Self::default() }
     }
 
-    /// The same files; but those that assignments name are relative to `folder` if the scenario is a shipped one.
+    /// The same files, except that those that assignments name are relative to `folder` if the scenario is a shipped
+    /// one.
     #[must_use]
     pub fn with_assignments_in(self, folder: &Path) -> Self {
         if self.is_shipped { Self { folder: folder.to_owned(), ..self } } else { self }
@@ -138,8 +139,8 @@ impl Files {
         memory.map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(&memory.shipped).cloned().collect())
     }
 
-    /// The same files, but those on disk are looked up in this folder: relative to the current one or, if these are
-    /// only the shipped files, to the working directory.
+    /// The same files, except that those on disk are searched in this folder: relative to the current one or, if these
+    /// are only the shipped files, to the working directory.
     #[must_use]
     pub fn in_folder(&self, folder: &Path) -> Self {
         Self { folder: self.folder.join(folder), is_shipped: false, ..self.clone() }
@@ -156,7 +157,7 @@ impl Files {
     /// Reads a file.
     ///
     /// # Errors
-    /// The error of the operating system; `NotFound` if the file is neither on disk nor shipped.
+    /// The operating system's error; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
         if let Some(known) = memory().and_then(|memory| memory.on_disk.get(path).cloned()) {
@@ -195,8 +196,8 @@ fn shipped(path: &Path) -> Option<&'static [u8]> {
 /// The prefix of an assignment's path.
 const HERE: &str = ".";
 
-/// The path at `span`. The path of an assignment is relative to where it is given, even if the scenario that it changes
-/// is a shipped one.
+/// The path at `span`. The path of an assignment is relative to the place where it is given, even if the scenario that
+/// it changes is a shipped one.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
     if span.is_assignment() { Path::new(HERE).join(path) } else { path.as_ref().to_owned() }
 }
@@ -217,7 +218,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Where shipped files of the kind are, and how their names end.
+    /// The folder of the shipped files of the kind, and the ending of their names.
     fn place(self) -> (&'static str, &'static str) {
         match self {
             Self::Tree => ("trees/", ".xml"),
@@ -228,8 +229,8 @@ impl Kind {
         }
     }
 
-    /// The path that an argument means, for [`Files::beside`] the current folder: the argument itself, if it is the
-    /// path of a file there or of a shipped one, or else that of the shipped file with this name.
+    /// The path that an argument refers to, where [`Files::beside`] is the current folder: the argument itself, if it
+    /// is the path of a file there or of a shipped one, or otherwise that of the shipped file with this name.
     #[must_use]
     pub fn path(self, argument: &Path) -> PathBuf {
         let (folder, ending) = self.place();
@@ -256,8 +257,8 @@ pub fn shipped_campaigns() -> impl Iterator<Item = (&'static str, &'static str)>
     CAMPAIGNS.iter().filter_map(move |(path, text)| Some((name(path)?, *text)))
 }
 
-/// The names of the shipped scenarios in alphabetical order, without those of folders: `faults/KIND` for each kind of
-/// fault, and what can go wrong in the tour of `guide`.
+/// The names of the shipped scenarios in alphabetical order, without those in folders: `faults/KIND` for each kind of
+/// fault, and those of the things that can go wrong in the tour of `guide`.
 #[must_use]
 pub fn shipped_scenarios() -> Vec<&'static str> {
     scenario_names().filter(|name| !name.contains('/')).collect()
@@ -305,7 +306,7 @@ mod tests {
         assert_eq!(read("--set"), "own");
         assert_eq!(read("nominal.toml"), Files::shipped().read_text(Path::new("trees/recharge.xml")).unwrap());
         let shipped = named("maps/house.yaml", &at("--set"));
-        assert!(files.read(&shipped).is_ok(), "an assignment may name a shipped file, too");
+        assert!(files.read(&shipped).is_ok(), "an assignment may also name a shipped file");
     }
 
     #[test]

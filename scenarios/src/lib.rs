@@ -1,10 +1,9 @@
-//! Scenarios: the simulated service robot with its whole software stack, run under formal monitors.
+//! Scenarios: the simulated service robot with all its software, run under formal monitors.
 //!
 //! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a behavior tree, a skill for each of its
-//! leaves, properties, faults, and the expected results. With a map it has a robot; without one, tree, skills and
-//! components run alone. [`Live`](live::Live) is a running
-//! scenario, which advances step by step and describes itself in records; [`conduct`](conduct::conduct) runs one from
-//! start to end.
+//! leaves, properties, faults, and the expected results. With a map, it has a robot; without one, tree, skills and
+//! components run alone. [`Live`](live::Live) is a running scenario, which advances step by step and describes itself
+//! in records; [`conduct`](conduct::conduct) runs one from start to end.
 
 pub mod conduct;
 mod driven;

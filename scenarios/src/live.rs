@@ -32,8 +32,8 @@ use crate::world::{SimulatedRobot, World};
 /// A running scenario.
 ///
 /// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
-/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a
-/// RoAML model is at the time of an event. A run is described by its records: a [`header`](Self::header), a
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. In a RoAML model,
+/// each step happens at the time of an event. A run is described by its records: a [`header`](Self::header), a
 /// [`record`](Self::record) before the first step and after each, and an [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
@@ -53,14 +53,14 @@ pub struct Live {
     injector: Injector,
     /// The faults that were added since the last step.
     added: Vec<Arc<recording::Fault>>,
-    /// What happened in the last step.
+    /// The events of the last step.
     happenings: Vec<Happening>,
     tree_errors: TreeErrors,
     skill_errors: SkillErrors,
-    /// Whether each monitor has given its verdict.
+    /// Whether each monitor has reached its verdict.
     decided: Vec<bool>,
     overruns: u64,
-    /// `None` if the tree gets no more ticks.
+    /// `None` if the tree gets no further ticks.
     tick_clock: Option<TickClock>,
     /// Whether the first step has been made.
     begun: bool,
@@ -79,12 +79,12 @@ struct Told {
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     navigation: Navigation,
-    /// Whether the last step had a scene.
+    /// Whether the record of the last step had a scene.
     scene: bool,
 }
 
 impl Live {
-    /// The scenario at its start, with this root seed; without monitors if `watch` is false.
+    /// The scenario at its start, with this root seed. Without monitors if `watch` is false.
     ///
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
@@ -179,15 +179,15 @@ impl Live {
         }
         self.events.clear();
         self.happen(now)?;
-        // What is due at one time in a model happens one after the other, and the tick comes last.
+        // In a model, everything that is due at the same time happens one by one, and the tick comes last.
         while self.scenario.model.is_some() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
         Ok(())
     }
 
-    /// The time of the next step. The first step of a model is at the start, and each of the others at the time of the
-    /// next event. If there are faults, or someone sees the details of the run, there is also a step at every multiple
+    /// The time of the next step. The first step of a model is at the start, and each later one at the time of the next
+    /// event. If there are faults, or if somebody sees the details of the run, there is also a step at every multiple
     /// of [`STEP`].
     fn next_time(&self) -> Duration {
         let now = self.world.time();
@@ -203,12 +203,12 @@ impl Live {
         self.next_event().into_iter().chain(regular).fold(end, Duration::min).max(now)
     }
 
-    /// When the next timer or tick is due.
+    /// The time of the next timer or tick.
     fn next_event(&self) -> Option<Duration> {
         self.system.next_timer().into_iter().chain(self.tick_clock.as_ref().map(TickClock::next)).min()
     }
 
-    /// Lets everything happen that is due now; in a model, timers before the tick.
+    /// Lets everything happen that is due now; in a model, timers come before the tick.
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
         self.stirred |= fired;
@@ -231,7 +231,7 @@ impl Live {
         }));
     }
 
-    /// Generates a tick if it is due and `may` come, and runs the channel system until it is quiet. Returns whether
+    /// Generates a tick if one is due and `may` come, and runs the channel system until it is quiet. Returns whether
     /// there was a tick.
     fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
         let topology = Arc::clone(self.system.topology());
@@ -267,8 +267,8 @@ impl Live {
         }
     }
 
-    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model says
-    /// so.
+    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model demands
+    /// it.
     fn follow_tree(&mut self) {
         let Self { scenario, system, ids: Ids { tree, .. }, .. } = self;
         let (Some(model), Some(of), Some(ids), Some(last)) =
@@ -322,9 +322,9 @@ impl Live {
         self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
     }
 
-    /// Goes on with a scenario that differs from the present one in its faults alone: there are more at its end, which
-    /// are due now or later, or active ones last differently. The rest of the run is then that of a run of this
-    /// scenario from the start. Nothing has changed after an error.
+    /// Continues with a scenario that differs from the present one only in its faults: there are more at its end, which
+    /// are due now or later, or active ones have other durations. The rest of the run is then the same as in a run of
+    /// this scenario from the start. After an error, nothing has changed.
     ///
     /// # Errors
     /// [`Error::BadInput`] if a new fault does not fit the run.
@@ -337,7 +337,7 @@ impl Live {
         Ok(())
     }
 
-    /// Whether the schedule that it follows is over.
+    /// Whether the schedule that it follows has ended.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.player.as_ref().is_some_and(Player::is_over)
@@ -384,7 +384,7 @@ impl Live {
     #[must_use]
     pub fn header(&self) -> Header {
         let Scenario { name, file, origin, premises, tree, .. } = &*self.scenario;
-        // A schedule knows no map.
+        // A schedule has no map.
         let premises = premises.as_ref().filter(|_| self.player.is_none());
         Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -464,7 +464,7 @@ impl Live {
             details.outcomes = Some(outcomes);
         }
         let is_quiet = self.events.is_empty() && !self.time().is_zero();
-        // Messages, timers and faults move any process. The world moves devices and the robot's own components, too.
+        // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
         let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
         let Scenario { skills, components, .. } = &*self.scenario;
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
@@ -509,7 +509,7 @@ impl Live {
     /// The end record of the run if it ends here, with the given detail.
     #[must_use]
     pub fn end(&self, ended: Ended, detail: Detail) -> End {
-        // What was added since the last step is not part of the run.
+        // Faults that were added since the last step are not part of the run.
         let faults = 0..self.scenario.file.faults.len() - self.added.len();
         End {
             ended,

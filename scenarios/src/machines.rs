@@ -1,4 +1,4 @@
-//! Machines as records and pictures show them.
+//! Machines as they appear in records and pictures.
 
 use recording::{Machine, MachineState};
 use skills::{Chart, HistoryKind, StateId, StateKind};
@@ -11,7 +11,7 @@ pub fn record(process: &str, chart: &Chart) -> Machine {
     Machine { process: process.to_owned(), states }
 }
 
-/// Adds a state with all that is inside it; `parent` is the state around it, and whether that enters this one first.
+/// Adds a state with everything inside it; `parent` is the state around it, and whether that enters this one first.
 fn add(chart: &Chart, id: StateId, (parent, is_default): (Option<usize>, bool), states: &mut Vec<MachineState>) {
     let state = chart.state(id);
     let name = match state.kind() {

@@ -1,4 +1,4 @@
-//! The monitors of a scenario: made once for its channels, and shared by all runs on them. Most are made from
+//! The monitors of a scenario: built once for its channels, and shared by all runs on them. Most are built from
 //! properties; the scenario may also attach ready-made ones.
 
 mod machine;
@@ -31,7 +31,7 @@ pub(crate) struct Watched {
     summary: String,
 }
 
-/// A scenario's settings of its monitors.
+/// A scenario's settings for its monitors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Described<'a> {
     pub(crate) file: &'a ScenarioFile,
@@ -52,7 +52,7 @@ pub(crate) struct Monitoring {
 }
 
 impl Monitoring {
-    /// Makes the monitors of a model's properties, then those of the property files, given by their names and texts,
+    /// Builds the monitors of a model's properties, then those of the property files, given by their names and texts,
     /// then the ready-made ones; `watching` contains the machines among these, by index.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ impl Monitoring {
         self.monitors.push((Watched { name, formula, summary }, monitor));
     }
 
-    /// Whether the monitors are made for systems with this topology and tick period.
+    /// Whether the monitors were built for systems with this topology and tick period.
     pub(crate) fn fits(&self, topology: &Topology, tick: Duration) -> bool {
         self.tick == tick && *self.topology == *topology
     }
@@ -135,7 +135,7 @@ impl Monitoring {
     }
 }
 
-/// An entry of the scenario's `[[monitors]]`, with its machine if it has one that could be loaded.
+/// An entry of the scenario's `[[monitors]]`, with its machine if one could be loaded.
 fn ready_made(
     entry: &ReadyMade,
     machine: Option<&Arc<Chart>>,

@@ -2,7 +2,7 @@
 
 use diagnostics::{Problem, Spanned};
 
-/// The problem of a name that is not among the known ones.
+/// The problem of an unknown name.
 pub fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
     let known: Vec<&str> = known.into_iter().collect();
     let list = || match known.as_slice() {

@@ -1,4 +1,4 @@
-//! Events in the SCOPE language in a scenario: their problems are reported at their place in its file.
+//! Events in the SCOPE language in a scenario: their problems are reported at their locations in its file.
 
 use std::ops::Range;
 
@@ -39,8 +39,8 @@ fn read(
     events.map_err(|error| located(&error, before.len(), text).for_each(|problem| complaints.push(problem))).ok()
 }
 
-/// The problems, moved to their place in the scenario. The scenario's text begins at byte `start` of the text that was
-/// read.
+/// The problems, moved to their locations in the scenario. The scenario's text begins at byte `start` of the text that
+/// was read.
 fn located<'e>(error: &'e ScopeError, start: usize, text: &'e Spanned<String>) -> impl Iterator<Item = Problem> + 'e {
     let place = move |place: Range<usize>| {
         let (from, to) = (place.start.checked_sub(start)?, place.end.checked_sub(start)?);
@@ -61,7 +61,7 @@ mod tests {
 
     use super::*;
 
-    /// The places of the problems of `when` in the file.
+    /// The locations of the problems of `when` in the file.
     fn places(file: &str, before: &str) -> Vec<String> {
         let document = Document::parse_toml("scenario.toml", file).expect("a table");
         let text = document.read(|root| root.text("when").spanned().required()).expect("a text");

@@ -6,11 +6,11 @@ use recording::TREE;
 /// The name of the process that generates ticks.
 pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
 
-/// The names of the components that a scenario with a map has unless it describes others with these names.
+/// The names of the components of every scenario with a map, unless it describes others with these names.
 pub(crate) const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 /// The names of the processes other than leaves.
 pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
-/// The processes that a skill may send to.
+/// The processes to which a skill may send.
 pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];

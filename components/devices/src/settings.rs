@@ -43,7 +43,7 @@ impl DeviceKind {
     #[must_use]
     pub const fn noun(self) -> &'static str {
         match self {
-            Self::People => "sensor of people",
+            Self::People => "people sensor",
             other => other.name(),
         }
     }

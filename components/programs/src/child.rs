@@ -1,4 +1,4 @@
-//! A running program: it receives a line, and answers with a line.
+//! A running program: it receives lines, and answers each with a line.
 
 use std::convert::Infallible;
 use std::io::{self, Read, Write as _};
@@ -13,23 +13,23 @@ use tempfile::TempDir;
 
 use crate::program::{Limits, Program};
 
-/// The longest answer, in bytes.
+/// The maximum length of an answer, in bytes.
 pub(crate) const LONGEST: usize = 1 << 20;
 
-/// How much of what a program has written to stderr is kept: the end.
+/// How much of a program's stderr is kept, from its end.
 const KEPT_OF_STDERR: usize = 4 << 10;
 
 /// How many of the last lines on stderr are reported, and how many characters of each.
 const TOLD_LINES: usize = 3;
 const TOLD_CHARACTERS: usize = 200;
 
-/// How long the end of a program is waited for, once everything of it has been killed.
+/// How long to wait for the end of a program after everything of it has been killed.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A running program. When the value is dropped, nothing of it is left running.
+/// A running program. When the value is dropped, nothing of the program is left running.
 #[derive(Debug)]
 pub(crate) struct Child {
-    /// The program's keeper; where there are none, the program itself.
+    /// The program's keeper or, on systems without keepers, the program itself.
     process: process::Child,
     told: Sender<String>,
     heard: Receiver<Vec<u8>>,
@@ -39,11 +39,11 @@ pub(crate) struct Child {
     /// Closed when `process` has ended.
     gone: Receiver<Infallible>,
     limits: Limits,
-    /// Where the files are that came with it.
+    /// The folder of the files that came with it.
     _folder: Option<TempDir>,
 }
 
-/// Why a program has not answered, to be read after its name.
+/// Why a program did not answer, as a phrase that follows its name.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Silence {
     #[error("cannot be started: {0}")]
@@ -92,7 +92,7 @@ impl Child {
         let child =
             Self { process, told, heard, rest: Vec::new(), stderr: Arc::clone(&end), gone, limits, _folder: folder };
         let thread = || Builder::new().name("program".to_owned());
-        // A program that does not read lets its writer wait, until both are ended.
+        // A program that does not read makes its writer wait until both are ended.
         thread().spawn(move || lines.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes())))?;
         thread().spawn(move || pump(stdout, &chunks))?;
         thread().spawn(move || keep_end(stderr, &end, running))?;
@@ -107,7 +107,7 @@ impl Child {
             return Err(Silence::Unasked(beginning(&chunk)));
         }
         line.push('\n');
-        // The program may have closed its input, and answer all the same.
+        // The program may have closed its input and still answer.
         let _ = self.told.send(line);
         let deadline = now() + self.limits.answer_within;
         let mut searched = 0;
@@ -132,7 +132,7 @@ impl Child {
         }
     }
 
-    /// The line up to this newline, if nothing follows.
+    /// The line up to this newline, if nothing follows it.
     fn answer(&mut self, newline: usize) -> Result<String, Silence> {
         let more = self.rest.split_off(newline + 1);
         if !more.is_empty() {
@@ -142,7 +142,7 @@ impl Child {
         String::from_utf8(std::mem::take(&mut self.rest)).map_err(|_| Silence::NotText)
     }
 
-    /// Why there is no more output.
+    /// The reason why there is no more output.
     fn ended(&mut self, deadline: Instant) -> Silence {
         match self.gone.recv_timeout(deadline.saturating_duration_since(now())) {
             Err(RecvTimeoutError::Disconnected) => self.process.wait().map_or_else(Silence::from, Silence::Ended),
@@ -150,7 +150,7 @@ impl Child {
         }
     }
 
-    /// Ends the program. Returns its last lines on stderr, if it has written any.
+    /// Ends the program. Returns its last lines on stderr, if it wrote any.
     pub(crate) fn end(mut self) -> Option<String> {
         self.stop();
         let stderr = self.stderr.lock().unwrap_or_else(PoisonError::into_inner);
@@ -161,9 +161,9 @@ impl Child {
         (!told.is_empty()).then(|| told.join(" / "))
     }
 
-    /// Kills everything of it and waits until it is gone.
+    /// Kills all its processes and waits until they are gone.
     fn stop(&mut self) {
-        // The number of a process that has been waited for may be another's.
+        // Once a process has been waited for, its number may belong to another one.
         if !matches!(self.process.try_wait(), Ok(None)) {
             return;
         }
@@ -186,7 +186,7 @@ impl Drop for Child {
     }
 }
 
-/// Hands on what a program writes, never more than a little ahead.
+/// Passes on what a program writes, never more than a little ahead of the reader.
 fn pump(mut stdout: impl Read, chunks: &SyncSender<Vec<u8>>) {
     let mut chunk = vec![0; 1 << 16];
     while let Ok(length @ 1..) = stdout.read(&mut chunk) {
@@ -196,7 +196,7 @@ fn pump(mut stdout: impl Read, chunks: &SyncSender<Vec<u8>>) {
     }
 }
 
-/// Keeps the end of what a program writes to stderr. `_running` is closed when there is no more.
+/// Keeps the end of what a program writes to stderr. `_running` is closed when the output ends.
 fn keep_end(mut stderr: impl Read, end: &Mutex<Vec<u8>>, _running: Sender<Infallible>) {
     let mut chunk = [0; KEPT_OF_STDERR];
     while let Ok(length @ 1..) = stderr.read(&mut chunk) {
@@ -212,12 +212,12 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// The beginning of what a program has written, for a message.
+/// The beginning of a program's output, for a message.
 fn beginning(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).chars().take(60).collect()
 }
 
-/// How a program ended. A keeper reports signals as shells do.
+/// How a program ended. Like a shell, a keeper reports signals as exit statuses.
 fn ending(status: &process::ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = status.code().and_then(|code| rustix::process::Signal::from_named_raw(code.checked_sub(128)?))

@@ -1,12 +1,12 @@
-//! The process between this one and a program, which sees to it that nothing of the program is left running.
+//! The process between this one and a program, which ensures that nothing of the program is left running.
 //!
-//! A program may start others, in other process groups and sessions, and end before them. On Linux, all of them stay
+//! A program may start others in different process groups and sessions, and end before them. On Linux, all of them stay
 //! descendants of the keeper ([a "subreaper"][1]), and of no other program's keeper. When the program has ended, or is
-//! told to end (SIGTERM), or the process that started it has gone, the keeper kills all that still run and waits until
-//! they are gone. On other Unix systems it kills the program's process group.
+//! told to end (SIGTERM), or the process that started it is gone, the keeper kills all that are still running and waits
+//! until they are gone. On other Unix systems, it kills the program's process group.
 //!
-//! The program uses the keeper's standard streams. The keeper itself keeps only stderr, whose other end closes when the
-//! process that started it is gone, however it went.
+//! The program uses the keeper's standard streams. The keeper itself holds only stderr, whose other end closes when the
+//! process that started it is gone, whatever the cause.
 //!
 //! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
 
@@ -24,14 +24,13 @@ use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process_group, setrlimit, wait};
 use rustix::stdio::{dup2_stdin, dup2_stdout};
 
-/// The first argument of a process that is to be a keeper; the second is the limit of memory in bytes, and the rest is
-/// the command.
+/// The first argument of a keeper process; the second is the memory limit in bytes, and the rest is the command.
 const KEEP: &str = "keep-a-program";
 
 /// The exit status of a keeper whose program cannot be started.
 const UNSTARTABLE: u8 = 127;
 
-/// The program whose processes can be keepers.
+/// The executable whose processes can be keepers.
 static KEEPER: OnceLock<PathBuf> = OnceLock::new();
 
 /// The program's process group.
@@ -40,8 +39,8 @@ static GROUP: OnceLock<Pid> = OnceLock::new();
 /// Whether everything must end.
 static ENDING: AtomicBool = AtomicBool::new(false);
 
-/// To be called at the beginning of `main`, since a program that runs others starts itself again as their keeper. Such
-/// a process does its work here, and must end with the exit status that is returned.
+/// Call this at the beginning of `main`, since a program that runs others starts itself again as their keeper. A keeper
+/// process does its work here, and must end with the returned exit status.
 #[must_use]
 pub fn keep() -> Option<ExitCode> {
     let mut arguments = env::args_os().skip(1);
@@ -55,9 +54,9 @@ pub fn keep() -> Option<ExitCode> {
     Some(memory_bytes.map_or(ExitCode::FAILURE, |bytes| run(bytes, arguments)))
 }
 
-/// Uses this program for keepers, one whose `main` calls [`keep`]; only the first call counts.
+/// Uses this executable for keepers; its `main` must call [`keep`]. Only the first call has an effect.
 pub fn keep_with(program: PathBuf) {
-    // Only the first counts.
+    // Only the first call has an effect.
     let _ = KEEPER.set(program);
 }
 
@@ -66,13 +65,12 @@ pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Comman
     let keeper =
         KEEPER.get().ok_or_else(|| io::Error::other("the `main` of this process does not call `programs::keep`"))?;
     let mut kept = Command::new(keeper);
-    // Ctrl-C on a terminal reaches a whole process group: the process that started the keeper decides what happens
-    // then.
+    // Ctrl-C on a terminal reaches a whole process group: the process that started the keeper decides what to do then.
     kept.arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
     Ok(kept)
 }
 
-/// What a keeper does.
+/// The work of a keeper.
 fn run(memory_bytes: u64, mut command: impl Iterator<Item = OsString>) -> ExitCode {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
@@ -94,8 +92,8 @@ fn run(memory_bytes: u64, mut command: impl Iterator<Item = OsString>) -> ExitCo
     }
 }
 
-/// Waits until the program and all that it has started are gone. Returns the program's exit status or, as shells do,
-/// 128 plus the signal that ended it.
+/// Waits until the program and all that it started are gone. Returns the program's exit status or, like a shell, 128
+/// plus the number of the signal that ended it.
 fn attend(program: Pid, memory_bytes: u64) -> u8 {
     limit_memory(program, memory_bytes);
     GROUP.get_or_init(|| program);
@@ -112,7 +110,7 @@ fn attend(program: Pid, memory_bytes: u64) -> u8 {
                 status = Some(how);
                 end();
             }
-            // Whatever was started in the meantime has lost a parent, which has just been waited for.
+            // Processes started in the meantime have lost their parent, which has just been waited for.
             Ok(_) if ENDING.load(Ordering::SeqCst) => sweep(),
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(_) => return status.map_or(0, as_shells_do),
@@ -139,7 +137,7 @@ fn end() {
     sweep();
 }
 
-/// Kills all that runs now.
+/// Kills all processes that run now.
 fn sweep() {
     if let Some(group) = GROUP.get() {
         let _ = kill_process_group(*group, Signal::KILL);
@@ -177,7 +175,8 @@ mod descendants {
         fs::read_dir("/proc").into_iter().flatten().filter_map(|entry| {
             let pid = entry.ok()?.file_name().to_str()?.parse().ok()?;
             let stat = fs::read(format!("/proc/{pid}/stat")).ok()?;
-            // The name of the program is in brackets, and may have some itself; its state follows, then its parent.
+            // The name of the program is in parentheses, and may contain some itself; its state follows, then its
+            // parent.
             let rest = &stat[stat.iter().rposition(|byte| *byte == b')')? + 1..];
             Some((pid, std::str::from_utf8(rest).ok()?.split_whitespace().nth(1)?.parse().ok()?))
         })

@@ -1,24 +1,24 @@
-//! Components that are programs in any language, in lock step with simulated time.
+//! Components that are programs in any language, in lockstep with simulated time.
 //!
-//! A program speaks JSON, one object per line. It receives a line whenever something happens, and answers each with one
-//! line, for which the run waits. So a program that always gives the same answers gives the same run.
-//! `docs/src/reference/programs.md` describes the lines field by field; `components/programs/examples/speaker.py` is a
-//! program.
+//! A program speaks JSON, one object per line. It receives a line whenever something happens, and answers with one
+//! line, for which the run waits. So if a program always gives the same answers, the run is always the same.
+//! `docs/src/reference/programs.md` describes the lines field by field; `components/programs/examples/speaker.py` is an
+//! example.
 //!
 //! - [`Program`]: a command, its folder and its [`Limits`].
 //! - [`ProgramProcess`]: a program that communicates over channels.
-//! - [`keep`]: to be called at the beginning of `main`. It makes sure that nothing of a program is left running.
+//! - [`keep`]: must be called at the beginning of `main`. It ensures that nothing of a program is left running.
 //!
 //! # What can go wrong
-//! A program that cannot be found or executed is refused by [`Program::new`], one that does not start by
-//! [`ProgramProcess::start`]. A program that fails later counts as crashed, and the reason is one of its
-//! [`mishaps`](ProgramProcess::mishaps): it ends, does not answer in time, answers something else than the protocol
-//! says or something that its channels do not carry, writes without being asked, or runs out of memory.
+//! [`Program::new`] refuses a program that cannot be found or executed, and [`ProgramProcess::start`] one that does not
+//! start. A program that fails later counts as crashed, and the reason is one of its
+//! [`mishaps`](ProgramProcess::mishaps): it ends, does not answer in time, violates the protocol, sends what its
+//! channels do not carry, writes without being asked, or runs out of memory.
 //!
 //! # Systems
 //! On Linux, everything that a program has started is killed with it, even if it has left the program's process group,
-//! and even if this process was killed. On other Unix systems, that holds for the program's process group, and memory
-//! is not limited. Elsewhere only the program itself is killed.
+//! and even if this process is killed. On other Unix systems, this holds only for the program's process group, and
+//! memory is not limited. Elsewhere, only the program itself is killed.
 
 mod child;
 #[cfg(unix)]

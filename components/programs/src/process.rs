@@ -11,14 +11,14 @@ use crate::child::Child;
 use crate::program::Program;
 use crate::protocol::{self, Answer, Message};
 
-/// The shortest and the longest time after which a timer can be due, in seconds. No program can fill a step with
+/// The shortest and the longest delay of a timer, in seconds. The minimum keeps a program from filling a step with
 /// endless timers.
 const AFTER_S: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
 
 /// The maximum number of waiting timers.
 const MAX_TIMERS: usize = 4096;
 
-/// The location of a program that has not said in what state it is.
+/// The location of a program that has not named its state.
 const RUNNING: &str = "running";
 
 /// The location of a program that has failed.
@@ -27,11 +27,11 @@ const CRASHED: &str = "crashed";
 /// A program that communicates over channels. The crate's documentation describes how messages become lines and lines
 /// become messages.
 ///
-/// It offers nothing before it is [started](Self::start). When it fails, it counts as crashed: it receives messages and
-/// answers nothing.
+/// It offers nothing before it is [started](Self::start). After a failure it counts as crashed: it receives messages
+/// and never answers.
 ///
 /// Its state consists of everything it has received and answered. The running program itself cannot be copied: a copy
-/// of this process shares it, and either may continue, but not both. The copy that falls behind fails at its next
+/// of this process shares it, and only one of the two may continue. The one that falls behind fails at its next
 /// message.
 #[derive(Clone, Debug)]
 pub struct ProgramProcess {
@@ -78,7 +78,7 @@ struct Running {
 pub struct Failure(String);
 
 impl ProgramProcess {
-    /// The process of a topology that runs this program, which gets `data`, an object, when it starts.
+    /// The process of a topology that runs this program. At its start, the program gets `data`, an object.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, program: Arc<Program>, data: Datum) -> Self {
         Self {
@@ -97,7 +97,7 @@ impl ProgramProcess {
     /// Starts the program.
     ///
     /// # Errors
-    /// [`Failure`] if it cannot be started or does not answer as it should. The process has crashed then.
+    /// [`Failure`] if it cannot be started or does not answer correctly. The process then counts as crashed.
     pub fn start(&mut self, now: Duration) -> Result<(), Failure> {
         let data = self.data.clone();
         let started = Child::start(&self.program).map_err(|silence| format!("the program {silence}"));
@@ -110,9 +110,9 @@ impl ProgramProcess {
         started.map_err(|message| Failure(self.crash(message)))
     }
 
-    /// A new process with the same program and data that replaces `predecessor`, a process of the same component, which
-    /// ends. It starts at `now`. It continues the predecessor's request numbers, so that answers to the predecessor's
-    /// requests are ignored.
+    /// A new process with the same program and data, which replaces `predecessor`, a process of the same component. It
+    /// starts at `now`, and the predecessor ends. It continues the predecessor's request numbers, so that answers to
+    /// the predecessor's requests are ignored.
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         drop(predecessor.shared().take());
@@ -147,7 +147,7 @@ impl ProgramProcess {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells the program something and does what it answers, unless it has crashed.
+    /// Tells the program something and carries out its answer, unless it has crashed.
     fn hear(&mut self, message: &Message<'_>) {
         if self.phase == Phase::Started
             && let Err(failure) = self.tell(message)
@@ -178,7 +178,7 @@ impl ProgramProcess {
         followed.map_err(|problem| format!("answered wrongly: {}: {}", excerpt(&problem), excerpt(&answer)))
     }
 
-    /// Does what the program says. An error names the place in its answer.
+    /// Carries out the program's answer. An error names its place in the answer.
     fn follow(&mut self, answer: Answer, now: Duration) -> Result<(), String> {
         for (index, sent) in answer.send.into_iter().enumerate() {
             let data = protocol::datum(sent.data).map_err(|large| format!("at `send[{index}].data`: {large}"))?;
@@ -202,7 +202,7 @@ impl ProgramProcess {
         Ok(())
     }
 
-    /// Ends the program, and keeps why. Returns it, with what the program has written to stderr.
+    /// Ends the program and records the reason. Returns the reason, with what the program wrote to stderr.
     fn crash(&mut self, mut message: String) -> String {
         let own = |running: &mut Running| running.exchanged == self.exchanged;
         let running = self.shared().take_if(own);
@@ -249,13 +249,13 @@ impl Process for ProgramProcess {
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
-        // A program that has crashed takes requests without ever answering, so none has to be remembered.
+        // A program that has crashed receives requests without ever answering, so none has to be remembered.
         if self.phase == Phase::Crashed {
             return;
         }
         if let Some(event) = self.adapter.take(transition, received.as_ref()) {
             let from = event.origin.as_deref();
-            // A machine knows an answer by its sender, too: `Navigation.ok`.
+            // A machine also identifies an answer by its sender: `Navigation.ok`.
             let head = from.and_then(|from| event.name.strip_prefix(from)?.strip_prefix('.')).unwrap_or(&event.name);
             self.hear(&Message { time: now, event: head, from, data: &event.data });
         }
@@ -279,11 +279,11 @@ impl Process for ProgramProcess {
     fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         Err(NoNormalForm::Unsupported {
             reason: "it is a program, whose states are unknown".to_owned(),
-            help: Some("give it a machine for the proof: an SCXML file with the same interface".to_owned()),
+            help: Some("replace it by a machine for the proof: an SCXML file with the same interface".to_owned()),
         })
     }
 
-    /// The state that the program has named last.
+    /// The state that the program named last.
     fn location(&self) -> String {
         self.location.clone()
     }

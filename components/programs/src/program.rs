@@ -8,7 +8,7 @@ use std::{env, fmt};
 
 use diagnostics::Problem;
 
-/// The variables of its caller's environment that a program gets: what it and its libraries are found by.
+/// The variables of the caller's environment that a program inherits: those by which it and its libraries are found.
 const INHERITED: [&str; 9] =
     ["PATH", "HOME", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH", "PATHEXT", "SystemRoot", "TEMP", "TMP"];
 
@@ -16,7 +16,7 @@ const INHERITED: [&str; 9] =
 const FIXED: [(&str, &str); 5] = [
     ("LC_ALL", "C.UTF-8"),
     ("TZ", "UTC"),
-    // Python writes lines when they are printed, iterates over sets always in the same order, and leaves no files.
+    // Python prints lines at once, always iterates over sets in the same order, and leaves no files.
     ("PYTHONUNBUFFERED", "1"),
     ("PYTHONHASHSEED", "0"),
     ("PYTHONDONTWRITEBYTECODE", "1"),
@@ -33,9 +33,9 @@ pub struct Program {
 /// A word of a program's command.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Word {
-    /// A text, as a shell would pass it.
+    /// Plain text, passed as by a shell.
     Text(String),
-    /// A file that is not on disk: it is written to a temporary folder while the program runs, and its path is passed.
+    /// A file that is not on disk: while the program runs, it exists in a temporary folder, and its path is passed.
     File {
         /// Its name.
         name: String,
@@ -47,9 +47,9 @@ pub enum Word {
 /// The resources that a program may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// How long it may take for an answer, in real time.
+    /// The maximum time for an answer, in real time.
     pub answer_within: Duration,
-    /// The address space that each of its processes may use, in bytes. It is limited on Linux.
+    /// The maximum address space of each of its processes, in bytes. This is limited only on Linux.
     pub memory_bytes: u64,
 }
 
@@ -60,11 +60,11 @@ impl Default for Limits {
 }
 
 impl Program {
-    /// The program that this command starts in this folder, or else in a temporary one: the path of an executable file,
-    /// relative to the folder, or the name of one on the `PATH`, and its arguments.
+    /// The program that this command starts in this folder, or in a temporary one. The command begins with the path of
+    /// an executable file, relative to the folder, or with the name of one on the `PATH`; its arguments follow.
     ///
     /// # Errors
-    /// A [`Problem`] without a place if there is no such program, or the file cannot be executed.
+    /// A [`Problem`] without a location if there is no such program, or if the file cannot be executed.
     pub fn new(words: Vec<Word>, folder: Option<&Path>, limits: Limits) -> Result<Self, Problem> {
         let program = Self { words, folder: folder.map(Path::to_owned), limits };
         match program.words.first() {
@@ -130,7 +130,7 @@ impl Program {
         Ok(command)
     }
 
-    /// Whether it needs a temporary folder, for its files or to work in.
+    /// Whether it needs a temporary folder, for its files or as its working directory.
     pub(crate) fn needs_folder(&self) -> bool {
         self.folder.is_none() || self.words.iter().any(|word| matches!(word, Word::File { .. }))
     }
@@ -140,7 +140,7 @@ impl Program {
         self.folder.as_deref()
     }
 
-    /// What it may take.
+    /// Its limits.
     pub(crate) fn limits(&self) -> Limits {
         self.limits
     }
@@ -159,13 +159,13 @@ fn is_executable(file: &Path) -> bool {
     file.is_file() && rustix::fs::access(file, rustix::fs::Access::EXEC_OK).is_ok()
 }
 
-/// Elsewhere the system decides, when the program starts.
+/// Elsewhere, the system decides when the program starts.
 #[cfg(not(unix))]
 fn is_executable(file: &Path) -> bool {
     file.is_file() || file.with_extension("exe").is_file()
 }
 
-/// The command, as one would type it.
+/// The command, as a person would type it.
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words = self.words.iter().map(|word| match word {

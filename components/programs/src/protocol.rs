@@ -1,4 +1,4 @@
-//! The lines that are exchanged with a program.
+//! The lines exchanged with a program.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use skills::{Datum, TooLarge};
 pub(crate) struct Message<'m> {
     pub(crate) time: Duration,
     pub(crate) event: &'m str,
-    /// The sender; a program's own timers have none.
+    /// The sender; `None` for the program's own timers.
     pub(crate) from: Option<&'m str>,
     pub(crate) data: &'m Datum,
 }
@@ -31,7 +31,7 @@ impl Message<'_> {
     }
 }
 
-/// What a program answers.
+/// The answer of a program.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Answer {
@@ -40,7 +40,7 @@ pub(crate) struct Answer {
     pub(crate) state: Option<String>,
 }
 
-/// A message to another process, or to all that have subscribed to a topic.
+/// A message to another process, or to all subscribers of a topic.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Sent {
@@ -50,7 +50,7 @@ pub(crate) struct Sent {
     pub(crate) data: Map<String, Value>,
 }
 
-/// An event that the program gets later.
+/// An event that the program will receive later.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Timer {
@@ -70,7 +70,7 @@ impl Answer {
             let message = message.split(" at line ").next().unwrap_or_default();
             format!("it is not JSON: {message} at column {}", error.column())
         })?;
-        // Serde takes an array for a struct, too.
+        // Serde would also accept an array for a struct.
         let objects = ["send", "timers"].into_iter().flat_map(|key| {
             let items = json[key].as_array().into_iter().flatten().enumerate();
             items.map(move |(index, item)| (format!("at `{key}[{index}]`: "), item))
@@ -92,7 +92,7 @@ fn value(json: Value) -> Result<Datum, TooLarge> {
     Ok(match json {
         Value::Null => Datum::Null,
         Value::Bool(truth) => truth.into(),
-        // Every JSON number is one of these, if only nearly.
+        // Every JSON number is one of these, at least approximately.
         Value::Number(number) => number.as_f64().unwrap_or_default().into(),
         Value::String(text) => Datum::text(&text),
         Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, _>>()?)?,

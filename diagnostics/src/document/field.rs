@@ -1,4 +1,4 @@
-//! The value of one key while it is read: checked, then required or given a default.
+//! The value of one key while it is being read: checked, then required or given a default.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -48,13 +48,13 @@ impl<'d, T> Field<'d, T> {
         )
     }
 
-    /// Converts the value. The span is where it is written.
+    /// Converts the value. The span is its location.
     pub fn try_map<U>(self, convert: impl FnOnce(T, &Span) -> Result<U, Problem>) -> Field<'d, U> {
         let table = self.table;
         self.step(|value, span| convert(value, span).map_err(|problem| table.report(problem)).ok())
     }
 
-    /// Continues reading inside the value, usually a table. `None` from `read` means that it has recorded a problem.
+    /// Continues reading inside the value, usually a table. If `read` returns `None`, it has recorded a problem.
     pub fn and_then<U>(self, read: impl FnOnce(T) -> Option<U>) -> Field<'d, U> {
         self.step(|value, _| read(value))
     }
@@ -64,7 +64,7 @@ impl<'d, T> Field<'d, T> {
         self.try_map(|value, _| Ok(convert(value)))
     }
 
-    /// Keeps the value's place with the value.
+    /// Keeps the value's location with the value.
     pub fn spanned(self) -> Field<'d, Spanned<T>> {
         self.try_map(|value, span| Ok(Spanned { value, span: span.clone() }))
     }
@@ -79,7 +79,7 @@ impl<'d, T> Field<'d, T> {
         self.required_or(&help)
     }
 
-    /// Like [`required`](Self::required), with advice for the case that the key is missing.
+    /// Like [`required`](Self::required), with advice in case the key is missing.
     #[must_use]
     pub fn required_or(self, help: &str) -> Option<T> {
         match self.state {
@@ -105,7 +105,7 @@ impl<'d, T> Field<'d, T> {
         self.optional().unwrap_or(default)
     }
 
-    /// Processes a given value further. `None` from `next` means that a problem has been recorded.
+    /// Processes a given value further. If `next` returns `None`, it has recorded a problem.
     fn step<U>(self, next: impl FnOnce(T, &Span) -> Option<U>) -> Field<'d, U> {
         let state = match self.state {
             State::Given(value, span) => next(value, &span).map_or(State::Refused, |value| State::Given(value, span)),
@@ -117,7 +117,7 @@ impl<'d, T> Field<'d, T> {
 }
 
 impl<'d, T> Field<'d, Vec<T>> {
-    /// Reads every item, even if others fail. `None` from `read` means that it has recorded a problem.
+    /// Reads every item, even if others fail. If `read` returns `None`, it has recorded a problem.
     pub fn each<U>(self, read: impl FnMut(T) -> Option<U>) -> Field<'d, Vec<U>> {
         // Collecting into an Option would stop at the first invalid item.
         self.and_then(|items| items.into_iter().map(read).collect::<Vec<_>>().into_iter().collect())

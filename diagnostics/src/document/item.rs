@@ -7,7 +7,7 @@ use super::Table;
 use super::node::{Kind, Node};
 use crate::{Problem, Span, Spanned};
 
-/// A value of a document whose type is still open.
+/// A value of a document whose type is not yet determined.
 #[derive(Clone, Debug)]
 pub struct Item<'d> {
     node: &'d Node,
@@ -21,13 +21,13 @@ impl<'d> Item<'d> {
         Self { node, name, log }
     }
 
-    /// Where the value is written; the header for a table that has one.
+    /// The location of the value; the header for a table that has one.
     #[must_use]
     pub fn span(&self) -> &'d Span {
         &self.node.span
     }
 
-    /// The number, if the value is one; an integer is a number too. May be infinite or NaN.
+    /// The number, if the value is one (integers included). May be infinite or NaN.
     #[must_use]
     pub fn as_number(&self) -> Option<f64> {
         match self.node.kind {
@@ -37,7 +37,7 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// The integer, if the value is one of 64 bits.
+    /// The integer, if the value is one that fits into 64 bits.
     #[must_use]
     pub fn as_integer(&self) -> Option<i64> {
         if let Kind::Integer(number) = self.node.kind { number.try_into().ok() } else { None }
@@ -70,7 +70,7 @@ impl<'d> Item<'d> {
         Some(Table::open(entries, self.span(), self.log))
     }
 
-    /// A problem that says what the value must be (such as "a number") and what it is.
+    /// A problem that says what the value must be (such as "a number") and what it is instead.
     #[must_use]
     pub fn wrong(&self, wanted: &str) -> Problem {
         let problem = self.span().problem(format!("{} must be {wanted}", self.name));
@@ -88,7 +88,7 @@ impl<'d> Item<'d> {
 
 /// A type that a value of a document can be converted to.
 pub trait FromItem<'d>: Sized {
-    /// The accepted values, as a phrase to follow "must be": "a number".
+    /// The accepted values, as a phrase that follows "must be": "a number".
     fn wanted() -> String;
 
     /// Converts `item`.

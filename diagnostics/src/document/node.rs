@@ -1,4 +1,4 @@
-//! The tree of a parsed file in either syntax, with the places of all keys and values.
+//! The tree of a parsed file in either syntax, with the locations of all keys and values.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,14 +8,14 @@ use crate::{MAX_HINTS, Problem, Span, nearest};
 /// Deeper nesting is refused, because the walks over the tree are recursive.
 pub(super) const MAX_DEPTH: usize = 64;
 
-/// A value and its place. The place of a table with a header is the header.
+/// A value and its location. The location of a table with a header is the header.
 #[derive(Debug)]
 pub(super) struct Node {
     pub(super) span: Span,
     pub(super) kind: Kind,
 }
 
-/// What a value is.
+/// The kinds of values.
 #[derive(Debug)]
 pub(super) enum Kind {
     Text(String),
@@ -23,7 +23,7 @@ pub(super) enum Kind {
     /// May be infinite or NaN.
     Real(f64),
     Boolean(bool),
-    /// A date or a time of day; no key takes one.
+    /// A date or a time of day, which no key accepts.
     Moment,
     /// A YAML key without a value.
     Nothing,
@@ -33,19 +33,19 @@ pub(super) enum Kind {
     Table(Entries),
 }
 
-/// The entries of a table, and the keys that its reader has asked for so far.
+/// The entries of a table, and the keys that its reader has requested so far.
 #[derive(Debug, Default)]
 pub(super) struct Entries {
     pub(super) by_key: BTreeMap<String, Entry>,
     /// Whether unknown keys are allowed unless they look like misspellings.
     pub(super) lenient: Cell<bool>,
-    /// The known keys. A table that was asked for no key is not checked.
+    /// The known keys. A table of which no key was requested is not checked.
     pub(super) asked: RefCell<BTreeSet<String>>,
     /// Required keys that are missing, each with the problem to report.
     pub(super) missing: RefCell<Vec<(String, Problem)>>,
 }
 
-/// A key's place and its value.
+/// A key's location and its value.
 #[derive(Debug)]
 pub(super) struct Entry {
     pub(super) key: Span,
@@ -64,8 +64,8 @@ impl Node {
         }
     }
 
-    /// Collects the problems that are known only when reading is over: unknown keys, and required keys that are missing
-    /// rather than misspelt.
+    /// Collects the problems that are known only once reading is over: unknown keys, and required keys that are missing
+    /// rather than misspelled.
     pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {
         match &self.kind {
             Kind::Array(items) => items.iter().for_each(|item| item.left_over(problems)),
@@ -122,7 +122,7 @@ impl Entries {
             }
         }
         let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
-        // Others say where the key is needed, and keep their places.
+        // Others say where the key is needed, and keep their locations.
         let is_plain = |(key, problem): &(String, Problem)| problem.to_string() == format!("`{key}` is missing");
         let (plain, others): (Vec<_>, Vec<_>) = missing.partition(is_plain);
         problems.extend(together(plain));
@@ -130,7 +130,7 @@ impl Entries {
     }
 }
 
-/// The missing keys of a table as one problem.
+/// The missing keys of a table, as one problem.
 fn together(missing: Vec<(String, Problem)>) -> Option<Problem> {
     let names: Vec<String> = missing.iter().map(|(key, _)| format!("`{key}`")).collect();
     let help: Vec<&str> = missing.iter().filter_map(|(_, problem)| problem.help_text()).collect();

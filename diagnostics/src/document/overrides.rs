@@ -17,7 +17,7 @@ pub(super) fn apply(root: &mut Node, assignment: &str) -> Result<(), Problem> {
     assign(root, &path, value)
 }
 
-/// The parts of a dotted key, each with its place.
+/// The parts of a dotted key, each with its location.
 fn path(source: &Source, key: &str) -> Result<Vec<Span>, Problem> {
     let mut path = Vec::new();
     let mut start = 0;
@@ -36,7 +36,7 @@ fn path(source: &Source, key: &str) -> Result<Vec<Span>, Problem> {
     Ok(path)
 }
 
-/// The value from byte `at` on: TOML, or else plain text.
+/// The value from byte `at` on: TOML, or otherwise plain text.
 fn value(source: &Source, at: usize) -> Result<Node, Problem> {
     let text = source.text()[at..].trim();
     let span = source.span(source.text().trim_end().len() - text.len()..source.text().trim_end().len());

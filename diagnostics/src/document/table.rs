@@ -1,4 +1,4 @@
-//! A table of a document, to be asked for keys.
+//! A table of a document, whose keys the reader requests.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use super::node::Entries;
 use super::{Field, FromItem, Item};
 use crate::{Problem, Span, did_you_mean};
 
-/// A table of a document that is being read. Every key that was asked for counts as known.
+/// A table of a document that is being read. Every requested key counts as known.
 #[derive(Clone, Copy, Debug)]
 pub struct Table<'d> {
     entries: &'d Entries,
@@ -34,7 +34,7 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// The value of `key` as a finite number; an integer is accepted too.
+    /// The value of `key` as a finite number; integers are accepted, too.
     pub fn number(&self, key: &str) -> Field<'d, f64> {
         self.get(key)
     }
@@ -84,7 +84,8 @@ impl<'d> Table<'d> {
         })
     }
 
-    /// The keys of the table, in alphabetical order, each with its place. This does not make them known: ask for each.
+    /// The keys of the table, in alphabetical order, each with its location. This does not make them known: ask for
+    /// each.
     pub fn keys(&self) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
         self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
     }
@@ -106,7 +107,7 @@ impl<'d> Table<'d> {
         self.entries.lenient.set(true);
     }
 
-    /// The place of the table: its header, or all of an inline table.
+    /// The location of the table: its header, or all of an inline table.
     #[must_use]
     pub fn span(&self) -> &'d Span {
         self.span
@@ -117,7 +118,7 @@ impl<'d> Table<'d> {
         self.log.borrow_mut().push(problem);
     }
 
-    /// Records the problem of a missing key, unless the key turns out to be misspelt.
+    /// Records the problem of a missing key, unless the key turns out to be misspelled.
     pub fn report_missing(&self, key: impl Into<String>, problem: Problem) {
         self.entries.missing.borrow_mut().push((key.into(), problem));
     }

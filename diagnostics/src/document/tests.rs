@@ -150,7 +150,7 @@ fn missing_keys_of_a_table_are_one_problem() {
 }
 
 #[test]
-fn a_misspelt_key_is_not_also_missing() {
+fn a_misspelled_key_is_not_also_missing() {
     let problems = load(&SCENARIO.replace("name", "nane"), &[]).unwrap_err().plain();
     assert_eq!(problems, "nominal.toml:1:1: unknown key `nane` (did you mean `name`?)\n");
 }
@@ -225,7 +225,7 @@ fn numbers_out_of_range_of_their_types_are_refused() {
     insta::assert_snapshot!(problems.plain());
 }
 
-/// Every root seed that the command line accepts can be written in a file, too.
+/// Every root seed that the command line accepts can also be written in a file.
 #[test]
 fn integers_from_0_have_64_bits() {
     assert_eq!(load(SCENARIO, &["seed=18446744073709551615"]).map(|scenario| scenario.seed).ok(), Some(u64::MAX));
@@ -266,13 +266,13 @@ fn problems_of_a_base_are_shown_in_the_base() {
     let base = Document::parse_toml("base.toml", &SCENARIO.replace("80", "180")).expect("the base is TOML");
     let mut document = Document::parse_toml("short.toml", "nmae = \"short\"\n").expect("the document is TOML");
     document.inherit(base);
-    let problems = document.read(read).expect_err("a misspelt key and a charge of 180 %");
+    let problems = document.read(read).expect_err("a misspelled key and a charge of 180 %");
     let spans: Vec<Span> = problems.problems().iter().filter_map(Problem::span).collect();
     let places: Vec<(&str, usize)> = spans.iter().map(|span| (span.source().name(), span.line())).collect();
     assert_eq!(places, [("short.toml", 1), ("base.toml", 6)]);
 }
 
-/// Hints must not compare each with all others and list them all.
+/// Hints must neither compare each name with all others nor list them all.
 #[test]
 fn many_unknown_keys_are_each_reported() {
     let keys = |name: &str| (0..20_000).map(|n| format!("{name}{n} = 1\n")).collect::<String>();

@@ -8,7 +8,7 @@ use toml::{Spanned, Value};
 use super::node::{Entries, Entry, Kind, Node};
 use crate::{FileProblems, Problem, Source, Span};
 
-/// Further syntax errors tell nothing new: the file is something else.
+/// Further syntax errors tell nothing new: the text is probably not TOML.
 const MAX_SYNTAX_ERRORS: usize = 20;
 
 /// Parses a whole file.
@@ -18,7 +18,7 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     node(source, root, errors, 0)
 }
 
-/// The value of a node; of what TOML cannot say, nothing.
+/// The value of a node; `None` for what TOML cannot express.
 pub(super) fn value_of(node: &Node) -> Option<Value> {
     Some(match &node.kind {
         Kind::Text(text) => Value::String(text.clone()),
@@ -34,7 +34,7 @@ pub(super) fn value_of(node: &Node) -> Option<Value> {
     })
 }
 
-/// Parses the value that extends in `source` from byte `at` to the end.
+/// Parses the value in `source` that extends from byte `at` to the end.
 pub(super) fn value(source: &Source, at: usize) -> Result<Node, FileProblems> {
     let (value, errors) = DeValue::parse_recoverable(&source.text()[at..]);
     node(source, value, errors, at)
@@ -51,7 +51,7 @@ fn node(
     Ok(convert(root, &|range| source.span(range.start + at..range.end + at)))
 }
 
-/// The syntax errors, at most one per line: later ones mostly follow from the first.
+/// The syntax errors, at most one per line, since later ones mostly follow from the first.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> Vec<Problem> {
     let mut problems: Vec<Problem> = Vec::new();
     for error in errors {
@@ -68,8 +68,8 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> 
     problems
 }
 
-/// How lines, lists and numbers are written: advice for the messages of the parser that begin so; `LINE` is for the
-/// rest.
+/// Advice on how lines, lists and numbers are written, for parser messages that begin like this; `LINE` is for all
+/// others.
 const ADVICE: &[(&[&str], &str)] = &[
     (&["duplicate key"], "a key appears in its table only once; further tables of a list begin with `[[NAME]]`"),
     (&["unclosed array table"], "end it with `]]`"),

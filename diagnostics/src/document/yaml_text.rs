@@ -5,7 +5,7 @@ use saphyr::{LoadableYamlNode, MarkedYaml, Marker, Scalar, YamlData};
 use super::node::{Entries, Entry, Kind, MAX_DEPTH, Node};
 use crate::{FileProblems, Problem, Source, Span};
 
-/// Limits, together with [`too_deep`], how deep a text can nest: the parser itself recurses without a limit.
+/// Limits, together with [`too_deep`], how deeply a text can nest: the parser itself recurses without a limit.
 const MAX_BYTES: usize = 16 * 1024;
 
 /// Parses a whole file. Its top level must be a mapping; an empty file is an empty mapping.
@@ -40,8 +40,8 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     }
 }
 
-/// A line that may be nested too deeply, judged by markers such as `- - ? -`. The parser itself limits brackets, and a
-/// short text cannot nest deep over several lines, because each level is indented further.
+/// A line that may be nested too deeply, judging by markers such as `- - ? -`. The parser itself limits brackets, and a
+/// short text cannot nest deeply over several lines, because each level is indented further.
 fn too_deep(source: &Source) -> Option<Span> {
     let marks = |line: &str| {
         let blank = |byte: Option<&u8>| byte.is_none_or(u8::is_ascii_whitespace);
@@ -95,7 +95,7 @@ fn convert_scalar(scalar: &Scalar) -> Kind {
     }
 }
 
-/// Converts the parser's places, which count characters, to spans.
+/// Converts the parser's locations, which count characters, to spans.
 struct Places<'s> {
     source: &'s Source,
     byte_of_character: Vec<usize>,
@@ -110,7 +110,7 @@ impl<'s> Places<'s> {
         self.byte_of_character.get(marker.index()).copied().unwrap_or(self.source.text().len())
     }
 
-    /// The place of a node, without the blank lines and comments at the end of a block.
+    /// The location of a node, without the blank lines and comments at the end of a block.
     fn span(&self, yaml: &MarkedYaml) -> Span {
         let (start, end) = (self.byte(&yaml.span.start), self.byte(&yaml.span.end));
         let text = self.source.text().get(start..end).unwrap_or_default();

@@ -31,7 +31,7 @@ fn main() {
     // Cargo adds `--bench`.
     let rounds = std::env::args().skip(1).find_map(|argument| argument.parse().ok()).unwrap_or(15);
     let found = find::find("nominal").expect("the scenario comes with the program");
-    let scenario = Arc::new(Scenario::load(&found, &[]).expect("the scenario is in order"));
+    let scenario = Arc::new(Scenario::load(&found, &[]).expect("the scenario is valid"));
     let folder = tempfile::tempdir().expect("there is room for a recording");
     let path = folder.path().join("nominal.rec");
 
@@ -77,7 +77,7 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
 }
 
 fn run(scenario: &Arc<Scenario>, detail: Detail, record: Option<&Path>) {
-    let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is in order");
+    let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
     let follow = |_: &RunView| Ok::<_, scenarios::Error>(ControlFlow::Continue(()));
     conduct(live, detail, record, follow).expect("the run comes to its end");
 }

@@ -26,9 +26,9 @@ pub struct Parameter {
 /// The allowed values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ArgumentDomain {
-    /// Numbers in this range, including both ends.
+    /// Numbers in this range, both ends included.
     Numbers(f64, f64),
-    /// Whole numbers in this range, including both ends.
+    /// Whole numbers in this range, both ends included.
     Whole(u64, u64),
     /// Any text.
     Text,
@@ -36,9 +36,9 @@ pub enum ArgumentDomain {
     OneOf(&'static [&'static str]),
     /// True or false.
     Flag,
-    /// A point: x and y in metres, in the `map` frame.
+    /// A point: x and y in meters, in the `map` frame.
     Point,
-    /// A pose: x and y in metres, in the `map` frame, and a heading in degrees.
+    /// A pose: x and y in meters, in the `map` frame, and a heading in degrees.
     Pose,
     /// Several points.
     Points,
@@ -72,11 +72,11 @@ pub enum ArgumentValue {
     Text(String),
     /// True or false.
     Flag(bool),
-    /// A point, in metres.
+    /// A point, in meters.
     Point(Point),
     /// A pose.
     Pose(Pose),
-    /// Several points, in metres.
+    /// Several points, in meters.
     Points(Vec<Point>),
 }
 
@@ -158,7 +158,7 @@ impl ArgumentValue {
 #[derive(Clone, Debug)]
 pub struct Arguments {
     given: BTreeMap<&'static str, Spanned<ArgumentValue>>,
-    /// The place of the fault, for problems with missing arguments.
+    /// The location of the fault, for problems with missing arguments.
     span: Span,
 }
 
@@ -190,7 +190,7 @@ impl Arguments {
         self.given.iter().map(|(name, argument)| (*name, &argument.value))
     }
 
-    /// The place of the fault in its file.
+    /// The location of the fault in its file.
     pub(crate) fn span(&self) -> &Span {
         &self.span
     }
@@ -227,12 +227,12 @@ impl Arguments {
         text
     }
 
-    /// A text and its place.
+    /// A text and its location.
     pub(super) fn name(&self, name: &str) -> Spanned<String> {
         Spanned { value: self.text(name).to_owned(), span: self.span_of(name) }
     }
 
-    /// The place of an argument; the fault's place if the file does not set it.
+    /// The location of an argument; the fault's location if the file does not set it.
     fn span_of(&self, name: &str) -> Span {
         self.given.get(name).map_or(&self.span, |argument| &argument.span).clone()
     }
@@ -254,7 +254,7 @@ impl Arguments {
         *pose
     }
 
-    /// A pose and its place.
+    /// A pose and its location.
     pub(super) fn spanned_pose(&self, name: &str) -> Spanned<Pose> {
         Spanned { value: self.pose(name), span: self.span_of(name) }
     }

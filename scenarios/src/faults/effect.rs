@@ -23,7 +23,7 @@ pub(crate) enum Effect {
     Goal(Spanned<Pose>),
     /// Something is wrong with the robot or around it.
     World(Arc<dyn Fn(&mut sim::Faults) + Send + Sync>),
-    /// The robot's software has the map in this file instead of the scenario's.
+    /// The robot's software uses the map in this file instead of the scenario's.
     Map(Spanned<PathBuf>),
     /// A component does nothing. If it has crashed, it restarts when the fault ends.
     Outage {
@@ -39,7 +39,7 @@ pub(crate) enum Effect {
         /// What is wrong with it.
         trouble: DeviceTrouble,
     },
-    /// The messages on some channels are damaged.
+    /// The messages on some channels are disturbed.
     Channels {
         /// The channels.
         channels: Which,
@@ -66,17 +66,17 @@ pub(crate) enum Effect {
 pub(crate) enum DeviceTrouble {
     /// A sensor notices nothing.
     Deaf,
-    /// A speaker is not heard.
+    /// A speaker cannot be heard.
     Mute,
     /// A tray loses its box.
     Drop,
 }
 
 impl DeviceTrouble {
-    /// Which devices can have it, in words.
+    /// The devices that can have it, in words.
     pub(crate) fn befalls(self) -> &'static str {
         match self {
-            Self::Deaf => "a button, a microphone or a sensor of people",
+            Self::Deaf => "a button, a microphone or a people sensor",
             Self::Mute => "a speaker",
             Self::Drop => "a tray",
         }
@@ -97,9 +97,9 @@ impl DeviceTrouble {
 pub(crate) enum Which {
     /// The channel from one process to another.
     Between(Spanned<String>, Spanned<String>),
-    /// All from a component.
+    /// All channels from a component.
     From(Spanned<String>),
-    /// All to a component.
+    /// All channels to a component.
     To(Spanned<String>),
 }
 
@@ -112,7 +112,7 @@ pub(crate) enum Damage {
     Delay(Duration),
     /// It comes twice.
     Duplicate,
-    /// A field of it has another value: the field's number, from 1, and the value in the SCOPE language.
+    /// A field has another value: the field's number, from 1, and the value in the SCOPE language.
     Corruption(Spanned<String>, usize),
     /// It is replaced with its opposite.
     Opposite,
@@ -120,12 +120,12 @@ pub(crate) enum Damage {
     Pretence(&'static str),
 }
 
-/// The trouble with ticks.
+/// A disturbance of the ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TickTrouble {
     /// This share of them is not generated.
     Missed(f64),
-    /// They come this much later.
+    /// They come later by this delay.
     Late(Duration),
     /// They come later by a normally distributed delay with this standard deviation.
     Jitter(Duration),
@@ -151,7 +151,7 @@ impl Effect {
         )
     }
 
-    /// The component that the fault of a component names.
+    /// The component that is affected, if the fault names one.
     pub(crate) fn component(&self) -> Option<&Spanned<String>> {
         match self {
             Self::Outage { component, .. } | Self::Device { component, .. } => Some(component),

@@ -54,7 +54,7 @@ pub(crate) struct SystemUnderTest<'a> {
     pub(crate) events: &'a [Event],
 }
 
-/// What happened to a fault of the scenario, given by its index.
+/// What happened to a fault of the scenario, identified by its index.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Happening {
     /// It became active.
@@ -77,8 +77,8 @@ impl Injector {
         Self::prepare(scenario, world, system, streams, None, complaints)
     }
 
-    /// Goes on with a scenario that has more faults at its end, or in which faults last differently. Nothing has
-    /// changed after an error.
+    /// Continues with a scenario that has more faults at its end, or whose faults have other durations. After an error,
+    /// nothing has changed.
     ///
     /// # Errors
     /// [`Error::BadInput`] if a new fault does not fit the run.
@@ -143,7 +143,7 @@ impl Injector {
         happenings
     }
 
-    /// Applies the instantaneous effects at the beginning of a fault.
+    /// Applies a fault's instantaneous effects when it begins.
     fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match (effect, run.world.robot_mut()) {
@@ -173,7 +173,7 @@ impl Injector {
         Happening::Begun(index)
     }
 
-    /// Applies the instantaneous effects at the end of a fault.
+    /// Applies a fault's instantaneous effects when it ends.
     fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
@@ -258,16 +258,17 @@ impl Injector {
     }
 }
 
-/// Reports an effect that puts the robot where it can never be: outside the map, or in a wall.
+/// Reports an effect that puts the robot where it cannot be: outside the map, or in a wall.
 fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
     let (Effect::Kidnap(to), Some(robot)) = (effect, world.robot()) else { return };
     if let Err(error) = robot.sim.check_kidnapping(&to.value) {
-        let help = "give x and y in metres, in the map frame; the whole body of the robot must be on free floor";
+        let help = "give x and y in meters, in the map frame; the whole body of the robot must be on free floor";
         complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));
     }
 }
 
-/// Restarts a component that has crashed: a machine or a program begins anew, a built-in component with its driver.
+/// Restarts a component that has crashed: a machine or program starts again, a built-in component together with its
+/// driver.
 fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
     if let Some(crashed) = run.system.process::<SkillProcess>(id) {
         let successor = crashed.succeeding(crashed, run.world.time());

@@ -2,7 +2,7 @@
 
 use super::{Arguments, Effect, Parameter};
 
-/// Where a fault acts.
+/// The part of the system in which a fault acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// The battery, its sensor, the charging station.
@@ -24,7 +24,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// The place in words.
+    /// The part, in words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -30,7 +30,7 @@ pub(crate) struct Switched {
 /// What it does, as in a run.
 #[derive(Clone, Debug)]
 pub(crate) enum SwitchedEffect {
-    /// The process does nothing; if it has crashed, it begins anew when the fault ends.
+    /// The process does nothing; if it has crashed, it starts again when the fault ends.
     Outage { crashed: bool },
     /// Its messages say the opposite.
     WrongReply,
@@ -39,7 +39,7 @@ pub(crate) enum SwitchedEffect {
 }
 
 impl Switched {
-    /// The fault of this kind with this name. `None` is complained about.
+    /// The fault of this kind with this name. Problems are recorded, and the result is then `None`.
     pub(crate) fn named(
         kind: AllowedFault,
         name: &Spanned<String>,
@@ -119,7 +119,7 @@ fn mutated(
     })
 }
 
-/// A process begins anew, as after a crash.
+/// A process starts again, as after a crash.
 pub(crate) fn restart(process: &mut dyn Process, now: Duration) {
     let process = process.as_any_mut();
     if let Some(skill) = process.downcast_mut::<SkillProcess>() {
@@ -137,7 +137,7 @@ pub(crate) fn restart(process: &mut dyn Process, now: Duration) {
 #[derive(Debug, Default)]
 pub(crate) struct Switchboard {
     faults: Vec<Switched>,
-    /// Those that are active, each with what it does to messages.
+    /// The active faults, each with its effect on messages.
     active: Vec<(usize, Vec<DisturbanceId>)>,
 }
 
@@ -147,7 +147,7 @@ impl Switchboard {
         self.faults.iter().position(|fault| fault.kind == kind && fault.name == name)
     }
 
-    /// Adds a fault; its number.
+    /// Adds a fault and returns its number.
     pub(crate) fn add(&mut self, fault: Switched) -> usize {
         self.faults.push(fault);
         self.faults.len() - 1

@@ -36,7 +36,7 @@ fn every_kind_has_a_scenario_that_shows_it() {
 fn the_list_of_the_kinds_covers_every_file() {
     let places: BTreeSet<_> = KINDS.iter().map(|kind| kind.place).collect();
     assert_eq!(places.len(), 8);
-    assert!(KINDS.is_sorted_by_key(|kind| kind.place), "the kinds stand by place");
+    assert!(KINDS.is_sorted_by_key(|kind| kind.place), "the kinds are ordered by place");
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn all_errors_in_a_fault_are_reported_at_once() {
 }
 
 #[test]
-fn faults_at_fixed_times_may_overlap_only_where_their_times_do() {
+fn faults_at_fixed_times_may_overlap_only_if_their_times_do() {
     let timing = |text: &str| read(&format!("kind = \"joypad\"\n{text}")).expect(text).timing;
     let dt = std::time::Duration::from_millis(20);
     let overlap = |one: &str, other: &str| {

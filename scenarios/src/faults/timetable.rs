@@ -59,7 +59,7 @@ enum Phase {
     Holding(Duration),
 }
 
-/// A trigger with resolved names and its memory.
+/// A trigger with resolved names, and its memory.
 #[derive(Debug)]
 enum Watch {
     Time { next: Option<Duration>, every: Option<Duration> },
@@ -109,7 +109,7 @@ impl Timetable {
         changes
     }
 
-    /// Takes over the state of an earlier timetable with the first of these faults, which may last differently.
+    /// Adopts the state of an earlier timetable whose faults are the first of these. Their durations may differ.
     pub(crate) fn resume(&mut self, earlier: Self) {
         for (entry, earlier) in self.entries.iter_mut().zip(earlier.entries) {
             *entry = Entry { fault: Arc::clone(&entry.fault), ..earlier };

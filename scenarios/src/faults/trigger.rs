@@ -8,7 +8,7 @@ use diagnostics::{Problem, Spanned};
 /// The trigger of a fault. Each fires on an edge: when its condition *becomes* true.
 #[derive(Clone, Debug)]
 pub enum Trigger {
-    /// This time in the run is reached: `at_s`. With `every_s`, again and again.
+    /// The run reaches this time: `at_s`. With `every_s`, this repeats.
     Time {
         /// For the first time.
         at: Duration,
@@ -63,7 +63,7 @@ impl Timing {
         (from, once.map_or(Duration::MAX, |lasts| step_at(from.saturating_add(lasts), dt)))
     }
 
-    /// Reads the keys that determine when a fault is active. `momentary`: it is instantaneous and cannot last.
+    /// Reads the keys that determine when a fault is active. `momentary` says that it is instantaneous and cannot last.
     pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
         let trigger = read_trigger(table);
         let probability = table.number("probability").within(0.0..=1.0).or(1.0);

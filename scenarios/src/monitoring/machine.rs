@@ -1,4 +1,4 @@
-//! An SCXML machine as a monitor: messages become events of the machine, and some of its states mean a violation.
+//! An SCXML machine as a monitor: messages become events of the machine, and some of its states indicate a violation.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -22,8 +22,8 @@ const MOST_ERRORS: usize = 20;
 
 /// A machine that monitors a run.
 ///
-/// It takes a message that is one of its events in the same step, and comes to rest in that step. A delayed event of
-/// its own arrives with the next message or tick. Errors in its scripts are recorded and change nothing else.
+/// In the step of a message that is one of its events, it takes that event and comes to rest. Its own delayed events
+/// arrive with the next message or tick. Errors in its scripts are recorded and change nothing else.
 #[derive(Clone, Debug)]
 pub(crate) struct MachineMonitor {
     name: String,
@@ -55,7 +55,7 @@ struct Picture {
 }
 
 impl MachineMonitor {
-    /// The machine as attached by the scenario, started; `None` after its problems have been reported.
+    /// The machine attached by the scenario, started; `None` after its problems have been reported.
     pub(crate) fn new(
         name: &str,
         chart: &Arc<Chart>,
@@ -99,8 +99,8 @@ impl MachineMonitor {
         self.machine.chart()
     }
 
-    /// The knowledge that the machine gains from messages on such channels: the numbers with which the conditions of
-    /// its events compare their fields, and the members of `_event.data` that hold a field.
+    /// What the machine can learn from messages on such channels: the numbers with which the conditions of its events
+    /// compare their fields, and the members of `_event.data` that hold a field.
     pub(crate) fn learns(&self, of: impl Fn(ChannelId) -> bool) -> (Vec<f64>, Vec<&str>) {
         let (mut numbers, mut members) = (Vec::new(), Vec::new());
         for rule in self.rules.iter().filter(|rule| of(rule.channel)) {
@@ -123,7 +123,7 @@ impl MachineMonitor {
         go(&mut self.machine, &mut watch);
         self.violated |= watch.violated;
         for said in watch.said {
-            // The same error recurs; only its first occurrence is useful.
+            // The same error recurs; only its first occurrence is worth reporting.
             let known = self.errors.iter().any(|error| error.starts_with(&said));
             if !known && self.errors.len() < MOST_ERRORS {
                 self.errors.push(tick.map_or_else(|| said.clone(), |tick| format!("{said}; first at tick {tick}")));
@@ -135,12 +135,12 @@ impl MachineMonitor {
         self.machine.configuration().any(|state| states.contains(&state))
     }
 
-    /// The state that determines how it continues; `None` if the property is violated for good.
+    /// The state that determines how the machine continues; `None` if the property is violated for good.
     fn situation(&self) -> Option<&Machine> {
         (!self.violated).then_some(&self.machine)
     }
 
-    /// The active states of the picture.
+    /// The active states in the picture.
     fn active(&self) -> impl Iterator<Item = (StateId, LocationId)> + '_ {
         self.machine.active().filter_map(|state| self.picture.states.iter().find(|drawn| drawn.0 == state).copied())
     }
@@ -200,12 +200,12 @@ impl Monitor for MachineMonitor {
     fn normalize(&mut self) -> Result<(), NoNormalForm> {
         if self.machine.next_timer().is_some() {
             return Err(NoNormalForm::Unsupported {
-                reason: "it measures time in seconds, and a monitor of a proof sees only ticks".to_owned(),
+                reason: "it measures time in seconds, but a monitor in a proof sees only ticks".to_owned(),
                 help: Some("write the deadline as a property, with `time_until`".to_owned()),
             });
         }
         self.errors.clear();
-        // It contains no time and no request.
+        // It contains neither times nor requests.
         self.machine.normalize(&NormalForm::new(&Topology::default(), Duration::ZERO, &|_, number| number))
     }
 
@@ -221,7 +221,7 @@ impl Monitor for MachineMonitor {
 impl Rule {
     fn event(&self, message: &Message) -> skills::Event {
         let members = self.data.iter().map(|(name, content)| (Arc::clone(name), content.datum(message)));
-        // Only a text of megabytes is too large; the machine then sees no data.
+        // Only a text of several megabytes is too large; the machine then sees no data.
         let data = if self.data.is_empty() { Datum::Undefined } else { Datum::object(members).unwrap_or_default() };
         skills::Event::external(Arc::clone(&self.event)).with_data(data)
     }
@@ -282,13 +282,13 @@ fn deaf(chart: &Chart, name: &str, span: &Span, complaints: &mut Complaints) {
         chart.transitions().flat_map(|transition| chart.transition(transition).events()).collect();
     heard.sort_unstable();
     heard.dedup();
-    let problem = span.problem(format!("no transition of {} takes the event `{name}`", chart.name()));
+    let problem = span.problem(format!("no transition of {} is triggered by the event `{name}`", chart.name()));
     let help = diagnostics::did_you_mean(name, heard.iter().copied());
     let help = help.unwrap_or_else(|| format!("it takes {}", heard.join(", ")));
     complaints.push(problem.with_label("this event").with_help(help));
 }
 
-/// The effects and notes of a moving machine.
+/// The effects and notes of a machine while it moves.
 struct Watch<'w> {
     violated_in: &'w [StateId],
     violated: bool,
@@ -347,7 +347,7 @@ impl Picture {
     }
 }
 
-/// The state without children that is entered by default with a state.
+/// The atomic state that is entered by default with a state.
 fn first_entered(chart: &Chart, state: StateId) -> StateId {
     let inside = chart.state(state).initial().first().or_else(|| chart.state(state).children().first());
     inside.map_or(state, |inside| first_entered(chart, *inside))

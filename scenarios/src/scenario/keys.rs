@@ -248,12 +248,12 @@ fn execution() -> Vec<Key> {
         Key::new("components.NAME.door", "Of a door: its name in the world.", text()),
         Key::new(
             "components.NAME.within_m",
-            "Of a sensor of people: its range from the robot's centre, in metres.",
+            "Of a people sensor: its range from the robot's centre, in metres.",
             or(number(0.1, 100.0), 5),
         ),
         Key::new(
             "components.NAME.only",
-            "Of a sensor of people: the people that it notices; everyone if empty.",
+            "Of a people sensor: the people that it notices; everyone if empty.",
             or(list("an array of strings", &text()), json!([])),
         ),
         Key::new(

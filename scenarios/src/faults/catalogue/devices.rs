@@ -25,7 +25,7 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
 pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
     name: "device_deaf",
     place: Place::Devices,
-    about: "a button, a microphone or a sensor of people notices nothing",
+    about: "a button, a microphone or a people sensor notices nothing",
     parameters: &[Parameter::required("component", "which device", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"CallButton\"\nlasts_s = 60",

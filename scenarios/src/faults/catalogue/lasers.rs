@@ -91,7 +91,7 @@ pub(super) const MOUNT: FaultKind = FaultKind {
     about: "a laser is not mounted where the software believes",
     parameters: &[
         LASER,
-        Parameter::number("x_m", "the error to the front, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("x_m", "the error forward, in meters", -1.0, 1.0, 0.0),
         Parameter::number("y_m", "the error to the left, in metres", -1.0, 1.0, 0.0),
         Parameter::number("turn_deg", "the rotation to the left, in degrees", -180.0, 180.0, 0.0),
     ],

@@ -51,7 +51,7 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
 pub(super) const GOAL: FaultKind = FaultKind {
     name: "operator_goal",
     place: Place::Software,
-    about: "somebody else sends Navigation a goal: it takes the place of the trip under way, which fails",
+    about: "somebody else sends Navigation a goal: it replaces the current trip, which fails",
     parameters: &[Parameter::required("to", "the pose to drive to", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
@@ -65,7 +65,7 @@ pub(super) const GOAL: FaultKind = FaultKind {
 pub(super) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     place: Place::Software,
-    about: "the software's map differs from the world; only from the start of the run",
+    about: "the software's map differs from the world; possible only from the start of the run",
     parameters: &[Parameter::required("map", "the map's YAML file", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",

@@ -15,7 +15,7 @@ use crate::faults::effect::{Damage, Which};
 use crate::names::unknown;
 use crate::occurrences::messages;
 
-/// The damage that a fault does to the messages on some channels.
+/// The disturbance of the messages on some channels by a fault.
 #[derive(Debug)]
 pub(super) struct Damages {
     /// One for each channel, with the channel's name.
@@ -25,7 +25,7 @@ pub(super) struct Damages {
     streams: Streams,
     /// The prefix of its streams of random numbers.
     stream: String,
-    /// The number of times it has become active.
+    /// How often it has become active.
     times: u64,
     /// The current disturbances, while it is active.
     current: Vec<DisturbanceId>,
@@ -34,8 +34,8 @@ pub(super) struct Damages {
 }
 
 impl Damages {
-    /// The damage of an effect; `None` for an effect on something else. Each activation has its own stream on each
-    /// channel, taken from `streams` under a name that begins with `stream`.
+    /// The damage of an effect; `None` for an effect on something else. Each activation has its own random numbers on
+    /// each channel, from `streams` under a name that begins with `stream`.
     pub(super) fn prepare(
         effect: &Effect,
         topology: &Topology,
@@ -50,7 +50,7 @@ impl Damages {
         Self { disturbances, probability, streams, stream, times: 0, current: Vec::new(), hits: 0 }
     }
 
-    /// Starts to damage messages.
+    /// Starts to disturb messages.
     pub(super) fn begin(&mut self, system: &mut ChannelSystem) {
         let Self { disturbances, probability, streams, stream, times, current, .. } = self;
         for (channel, disturbance) in disturbances {
@@ -66,7 +66,7 @@ impl Damages {
         self.hits += self.current.drain(..).filter_map(|id| system.calm(id)).sum::<u64>();
     }
 
-    /// The number of messages damaged so far.
+    /// The number of messages disturbed so far.
     pub(super) fn hits(&self, system: &ChannelSystem) -> u64 {
         self.hits + self.current.iter().filter_map(|id| system.hits(*id)).sum::<u64>()
     }
@@ -185,7 +185,7 @@ fn opposite_symbol(symbol: &Symbol) -> &str {
     }
 }
 
-/// The message with another value in one of its fields; a message without this field stays unchanged.
+/// The message with another value in one of its fields; a message without this field is unchanged.
 fn corruption(
     text: &Spanned<String>,
     field: usize,

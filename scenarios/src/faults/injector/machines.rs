@@ -13,7 +13,7 @@ use crate::scenario::Scenario;
 #[derive(Debug)]
 pub(super) struct Machines(Vec<Skill>);
 
-/// A skill with its sound and its faulty machines.
+/// A skill, with its correct machine and its faulty ones.
 #[derive(Debug)]
 struct Skill {
     id: ProcessId,
@@ -25,8 +25,8 @@ struct Skill {
 }
 
 impl Machines {
-    /// The skills of a scenario whose machines faults change; the scenario has loaded these machines. Those that
-    /// `earlier` faults change already stay as they are.
+    /// The skills of a scenario whose machines faults change; the scenario has loaded these machines. Skills that
+    /// `earlier` faults already change stay as they are.
     pub(super) fn prepare(
         scenario: &Scenario,
         system: &ChannelSystem,
@@ -54,7 +54,7 @@ impl Machines {
         Self(skills)
     }
 
-    /// Lets each skill run the machine for the active faults. A machine that differs from the previous one starts now,
+    /// Makes each skill run the machine for the active faults. A machine that differs from the previous one starts now,
     /// in its initial state.
     pub(super) fn renew(&mut self, holding: &[usize], system: &mut ChannelSystem, now: Duration) {
         for skill in &mut self.0 {
