@@ -11,9 +11,9 @@ pub enum Place {
     Point {
         /// Position and heading in the `map` frame.
         pose: Pose,
-        /// Distance from the position up to which a robot is at the place, in metres.
+        /// How far from the position a robot may be and still be at the place, in metres.
         position_tolerance_m: f64,
-        /// Deviation from the heading up to which a robot is at the place, in radians.
+        /// How far its heading may deviate, in radians.
         heading_tolerance_rad: f64,
     },
     /// An area: a robot anywhere inside it, with any heading, is at the place. As a goal, it stands for its centroid.

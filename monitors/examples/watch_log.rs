@@ -11,7 +11,7 @@ use channels::Monitor;
 use miette::{IntoDiagnostic, Result, miette};
 use monitors::{Channels, EventLog, Outcome, load, topology_of_log, verify};
 
-/// The time between the log's ticks, to which the durations in properties are converted.
+/// The time between the log's ticks, by which durations in properties are converted to ticks.
 const TICK: Duration = Duration::from_secs(1);
 
 #[expect(clippy::print_stdout, reason = "a program that is run manually")]

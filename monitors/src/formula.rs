@@ -222,7 +222,7 @@ impl Formula {
         Self::Not(Box::new(self))
     }
 
-    /// The formula that this one implies the other.
+    /// The implication from this formula to the other.
     #[must_use]
     pub fn implies(self, other: Self) -> Self {
         Self::Implies(Box::new(self), Box::new(other))
@@ -241,7 +241,7 @@ impl Formula {
         self.is_bounded(true)
     }
 
-    /// Whether the formula demands nothing unbounded; if not `holds`, whether its negation does not.
+    /// Whether the formula (or its negation, unless `holds`) demands nothing unbounded.
     fn is_bounded(&self, holds: bool) -> bool {
         match self {
             Self::True | Self::False | Self::Event(_) => true,

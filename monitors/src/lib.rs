@@ -95,13 +95,13 @@
 //! Nothing else changes, except that there are no automata, since time has no letters.
 //!
 //! *Remembered values.* `m[k] as x` in an event holds if the message has the field, and x is then the value of that
-//! field in the last message on the event's channel. A part gives its own events' names their values in the state in
-//! which it is checked (the freeze quantifier of TPTL, on data); the whole part can compare with them, including all
-//! operators inside it, at any depth. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)` waits, for
-//! each A, for a B with the same value. A name must have exactly one value wherever it is used, and must not be that of
-//! a constant.
+//! field in the last message on the event's channel. In the state in which a part is checked, it assigns values to the
+//! names in its own events (the freeze quantifier of TPTL, on data); the whole part can compare with them, including
+//! all operators inside it, at any depth. So `always (A with m[2] as x implies time_until B with m[2] = x < 5)` waits,
+//! for each A, for a B with the same value. A name must have exactly one value wherever it is used, and must not be
+//! that of a constant.
 //!
-//! *Terms.* `+`, `-` and `*` of two integers are an integer, other results of arithmetic are reals. A term with a
+//! *Terms.* `+`, `-` and `*` of two integers give an integer; all other arithmetic gives a real. A term with a
 //! missing field, a value that is not a number, a division by zero or an infinite result has no value,
 //! and compares like a missing field: only `!=` holds.
 //!

@@ -352,7 +352,7 @@ impl<R: BufRead> Iterator for EventLog<R> {
     }
 }
 
-/// Feeds recorded events to monitors, one by one, to their end.
+/// Feeds recorded events to monitors, one by one, until they end.
 ///
 /// # Errors
 /// Those of the events themselves, such as [`LogError`] if a log cannot be read.

@@ -45,7 +45,7 @@ fn run(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     events
 }
 
-/// The tick of the event with this index. A tick is generated, and taken a step later.
+/// The tick of the event with this index: the same whether a tick is generated or, a step later, taken.
 fn tick_of(events: &[Event], index: Option<usize>) -> Option<u64> {
     index.map(|index| events[index].tick)
 }

@@ -121,7 +121,7 @@ impl Costmap {
         self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
     }
 
-    /// Centres of the cells where lasers have seen obstacles that are not on the map, in the `map` frame.
+    /// Centers of the cells where lasers have seen obstacles that are not on the map, in the `map` frame.
     pub fn marked(&self) -> impl ExactSizeIterator<Item = Point> {
         self.marks.iter().map(|offset| self.frame.center(*offset as usize))
     }

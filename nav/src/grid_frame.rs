@@ -47,7 +47,7 @@ impl GridFrame {
         (offset % self.width, offset / self.width)
     }
 
-    /// Centre of a cell in the `map` frame.
+    /// Center of a cell in the `map` frame.
     pub(crate) fn center(&self, offset: usize) -> Point {
         let (column, row) = self.column_and_row(offset);
         self.in_map(&Point::new(column as f64 + 0.5, row as f64 + 0.5))

@@ -168,7 +168,7 @@ pub struct Localization {
     suspicion: Option<Box<Search>>,
     /// The pose believed before a suspicion was confirmed, in the grid's frame at the last update.
     remembered: Option<Gaussian>,
-    /// Whether the belief has moved by odometry only since the last informative scan.
+    /// Whether only odometry has moved the belief since the last informative scan.
     is_blind: bool,
     contradiction: Contradiction,
     trust: OdometryTrust,
@@ -269,8 +269,8 @@ impl Localization {
         self.trust = OdometryTrust::new();
     }
 
-    /// Processes odometry. Readings must be in the order of their time. A reading from before the last one means that
-    /// the clock was set back, and earlier readings and scans are forgotten. A reading that is not finite is ignored.
+    /// Processes odometry. Readings must be in chronological order. A reading from before the last one means that the
+    /// clock was set back, and earlier readings and scans are forgotten. A reading that is not finite is ignored.
     pub fn odometry(&mut self, odometry: &Odometry) {
         if !is_finite(odometry) {
             return;

@@ -32,7 +32,7 @@ impl Default for RobotModel {
 }
 
 impl RobotModel {
-    /// The default robot in another size; its lasers stay as far from the edge, in proportion.
+    /// The default robot with a body of another size, on which its lasers move in proportion.
     #[must_use]
     pub fn with_radius(radius_m: f64) -> Self {
         let scale = radius_m / 0.30;

@@ -16,7 +16,7 @@ const RELEASE_GAP_M: f32 = 0.005;
 /// A contact of the robot, whichever body caused it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
-    /// When it began, since the start of the run.
+    /// When it began, as time since the start of the run.
     pub time: Duration,
     /// The name of the obstacle; none for walls.
     pub obstacle: Option<String>,

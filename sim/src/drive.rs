@@ -7,7 +7,7 @@
 //! robot, and the motors' acceleration limits their effect on an obstacle.
 //!
 //! Faults act in between: commands arrive late, wheels turn less than they should, and slipping wheels turn without
-//! moving the body. The encoders measure the motion of the wheels, the floor only the part without slip.
+//! moving the body. The encoders measure the whole motion of the wheels; only the part without slip moves the body.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -26,7 +26,7 @@ use crate::wheels::{Roll, slipped, turned};
 
 /// A body within this distance of the pose to which its wheels take it was not blocked, in metres and in radians. The
 /// rounding of physics stays below 15 µm and 20 µrad as long as the robot is within 128 m of the building's frame
-/// (`convert`) and turning rates are below 5 rad/s; beyond that, only its own precision is left.
+/// (`convert`) and turning rates are below 5 rad/s; beyond that, the robot has only the precision of physics.
 const HINDERED_BY: f64 = 5e-5;
 
 /// Slower than this counts as at rest, in m/s and in rad/s.

@@ -27,10 +27,10 @@ pub use lasers::{LaserFault, LaserTrouble};
 /// | `base.command_delay` | `drive_robot` | between the software's commands and the base |
 /// | `base.velocity_override` | `drive_robot` | instead of the command that has arrived |
 /// | `base.emergency_stop` | `drive_robot` | after command and joypad: the motors are off |
-/// | `base.speed_limit_mps` | `drive_robot` | as a limit of the motors |
+/// | `base.speed_limit_mps` | `drive_robot` | as a limit on the motors |
 /// | `base.left_wheel_factor`, `base.right_wheel_factor` | `drive_robot` | between motors and encoders |
 /// | `base.slip` | `drive_robot` | between wheels and floor |
-/// | `station` | `update_battery` | on the place of docking |
+/// | `station` | `update_battery` | on where the robot docks |
 /// | `battery.drain_factor`, `capacity_factor`, `charger_factor` | `update_battery` | between current and charge |
 /// | `odometry` | `measure_odometry` | between the wheels' motion and the reading |
 /// | `lasers`: `Mount`, `Ghost` | `scan` | on the visible objects |

@@ -50,8 +50,8 @@ impl<'a> Floor<'a> {
         })
     }
 
-    /// Whether a person with this radius can make this step past the bodies. One who overlaps a body may still leave
-    /// it.
+    /// Whether a person with this radius can make this step past the bodies. A person who overlaps a body may still
+    /// leave it.
     pub(crate) fn is_passable(&self, from: &Point, to: &Point, radius_m: f64) -> bool {
         let gap_m = |(body, pose): &(&Obstacle, Pose), at| distance_to(&body.shape, pose, at);
         self.bodies.iter().all(|body| gap_m(body, to) >= radius_m.min(gap_m(body, from)))

@@ -28,7 +28,7 @@ pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), S
     Ok(())
 }
 
-/// Fails if the robot can never be there, because of a wall or the end of the map.
+/// Fails if the robot can never be there, because of a wall or the edge of the map.
 pub(crate) fn check_walls(world: &World, robot: Entity, to: &Pose) -> Result<(), SimError> {
     let heading_rad = to.rotation.angle();
     if !heading_rad.is_finite() {

@@ -24,7 +24,7 @@ pub(crate) struct Obstacle {
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ObstaclePose(pub(crate) Pose);
 
-/// Since when an obstacle has been at rest: since the start, if it never moved.
+/// The time since which an obstacle has been at rest: the start, if it never moved.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct Rest(pub(crate) Duration);
 

@@ -32,7 +32,7 @@ impl Route {
     pub(crate) fn walk(&mut self, from: &Pose, way_m: f64, stops: impl Fn(usize) -> bool) -> (Pose, bool) {
         let mut at = *from;
         let mut left_m = way_m;
-        // Waypoints may coincide: in a step, at most all of them are passed.
+        // Waypoints may coincide: a step may pass several, but each at most once.
         for _ in 0..=self.waypoints.len() {
             let Some(next) = self.next else { break };
             let (then, left) = walk_to(&at, &self.waypoints[next], left_m);

@@ -1,6 +1,6 @@
 //! All the beams of a quadrant against the walls, in one sweep.
 //!
-//! Neighbouring beams mostly pass through the same cells and end on the same wall. So the sweep does not follow beams
+//! Neighboring beams mostly pass through the same cells and end on the same wall. So the sweep does not follow beams
 //! but *intervals* of beams, and its cost depends on the visible walls, not on the number of beams. The results equal
 //! those of the plain traversal ([`RayGrid::cast`](crate::RayGrid::cast)) to the last bit.
 //!

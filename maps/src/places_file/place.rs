@@ -5,12 +5,11 @@ use diagnostics::{Problem, Span, Spanned};
 use crate::map_file::MAX_COORDINATE_M;
 use crate::{Place, Point, polygon, pose};
 
-/// Default distance from a point up to which a robot is there, in metres. It is less than the 0.5 m within which the
-/// robot docks, so a robot that believes it is at its station can charge.
+/// The default position tolerance of a point, in metres. It is less than the 0.5 m within which the robot docks, so a
+/// robot that believes it is at its station can charge.
 pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
 
-/// Default deviation from a heading up to which a robot is there, in degrees. It is less than the 10° within which the
-/// robot docks.
+/// The default heading tolerance of a point, in degrees. It is less than the 10° within which the robot docks.
 pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
 
 /// The area with these corners; `span` covers all of them.

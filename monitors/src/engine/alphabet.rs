@@ -135,7 +135,7 @@ impl Alphabet {
         })
     }
 
-    /// Whether the samples have every possible letter: conditions compare with constants only.
+    /// Whether the samples have every possible letter: true if conditions compare only with constants.
     pub(crate) fn is_exact(&self) -> bool {
         self.readers.iter().flat_map(|reader| &reader.conditions).all(MessageCondition::is_simple)
     }

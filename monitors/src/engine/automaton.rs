@@ -17,7 +17,7 @@ use crate::engine::table::Table;
 /// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
 
-/// The target of symbols that stand for no message within the domain of its channel.
+/// The target of symbols that no message within its channel's domain has.
 const NOWHERE: StateNumber = StateNumber::MAX;
 
 /// The largest number of states of an automaton.

@@ -38,7 +38,7 @@ pub(crate) struct Record {
 }
 
 impl Told<'_> {
-    /// The tick in which τ is or was, counted from the first state.
+    /// The tick that contains the moment `tau`, which counts from the first state.
     fn tick(&self, tau: u64) -> u64 {
         let tau = tau.saturating_add(self.start);
         if !self.synthesis.vocabulary.is_timed {
@@ -203,7 +203,7 @@ impl Record {
     }
 
     /// Why a formula without distinguishable clauses is violated: the messages when an obligation began, the last
-    /// messages, and what did not come in time.
+    /// messages, and what did not happen in time.
     fn explain(&self, missed: Option<&Clause>, told: &Told) -> Witness {
         let words = &told.synthesis.vocabulary;
         let cause = missed.and_then(|missed| self.beginning(missed)).or(self.causes[0].as_ref());

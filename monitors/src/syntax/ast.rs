@@ -59,7 +59,7 @@ pub struct Constant {
     pub name: Name,
     /// Its value.
     pub value: Literal,
-    /// The place of the value.
+    /// The span of the value.
     pub value_span: ByteRange,
 }
 
@@ -74,21 +74,21 @@ pub struct PropertyItem {
     pub constraint: Constraint,
 }
 
-/// A name with its place.
+/// A name with its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
     /// The name.
     pub text: String,
-    /// Its place.
+    /// Its span.
     pub span: ByteRange,
 }
 
-/// A constraint of the paper's grammar, with its place.
+/// A constraint of the paper's grammar, with its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constraint {
     /// What it is.
     pub kind: ConstraintKind,
-    /// Its place.
+    /// Its span.
     pub span: ByteRange,
 }
 
@@ -191,16 +191,16 @@ pub struct Event {
     pub target: Name,
     /// The condition on the message.
     pub condition: Condition,
-    /// The place of the event, including its parentheses.
+    /// The span of the event, including its parentheses.
     pub span: ByteRange,
 }
 
-/// A condition on a message, with its place.
+/// A condition on a message, with its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Condition {
     /// What it is.
     pub kind: ConditionKind,
-    /// Its place.
+    /// Its span.
     pub span: ByteRange,
 }
 
@@ -267,7 +267,7 @@ pub enum Term {
 }
 
 impl Term {
-    /// Its place.
+    /// Its span.
     #[must_use]
     pub fn span(&self) -> ByteRange {
         match self {
@@ -283,7 +283,7 @@ impl Term {
 pub struct Field {
     /// Its name or number.
     pub name: FieldName,
-    /// Its place.
+    /// Its span.
     pub span: ByteRange,
 }
 
@@ -296,7 +296,7 @@ pub enum FieldName {
     Named(String),
 }
 
-/// The right side of a relation, with its place.
+/// The right side of a relation, with its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Operand {
     /// A literal.
@@ -306,7 +306,7 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// Its place.
+    /// Its span.
     #[must_use]
     pub fn span(&self) -> ByteRange {
         match self {

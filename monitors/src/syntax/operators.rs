@@ -17,7 +17,7 @@ const fn word(written: &'static str, signs: &'static str, about: &'static str, e
     Operator { written, signs, about, example }
 }
 
-/// All words and signs of the language, with what they mean. The semantics is in the documentation of this crate.
+/// All words and signs of the language, with what they mean. The crate's documentation defines the semantics.
 pub const OPERATORS: &[Operator] = &[
     word("property", "", "Begins a property: its name, `:=` or `≔`, and its formula.", "property phi := always E"),
     word(

@@ -89,7 +89,7 @@ impl Parser {
         self.tokens[self.at].span
     }
 
-    /// The place of the last token taken.
+    /// The span of the last token taken.
     pub(super) fn last_span(&self) -> ByteRange {
         self.tokens[self.at.saturating_sub(1)].span
     }

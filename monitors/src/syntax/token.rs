@@ -6,7 +6,7 @@ use diagnostics::Problem;
 use super::ast::ByteRange;
 use crate::formula::Arithmetic;
 
-/// A token with its place.
+/// A token with its span.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token {
     pub(super) kind: TokenKind,

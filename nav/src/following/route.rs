@@ -12,7 +12,7 @@ pub(crate) struct Route {
     points: Vec<Point>,
     /// From each point to the end, in metres.
     to_end_m: Vec<f64>,
-    /// The segment of the robot, and the position along it, from 0 to 1.
+    /// The segment that the robot is on, and its position along it, from 0 to 1.
     segment: usize,
     along: f64,
 }

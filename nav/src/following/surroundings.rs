@@ -79,7 +79,7 @@ impl Surroundings {
             ahead: sees(laser, 0.0),
             behind: sees(laser, std::f64::consts::PI),
         };
-        // From a laser behind the robot's center to what the body would touch in the end.
+        // From a laser behind the robot's center to what the body would touch at the end of its way.
         let farthest_m = FARTHEST_M.max(horizon_m + 2.0 * model.radius_m + BEFORE_BODY_M);
         Self { radius_m: model.radius_m, farthest_m, views: model.lasers.iter().map(view).collect() }
     }

@@ -23,10 +23,10 @@ const MOST: usize = 8;
 const PROBATION_SCANS: u32 = 10;
 const PROBATION_M: f64 = 1.5;
 
-/// How much more likely than the particles, in nats, a challenger must have made the scans.
+/// How much more likely, in nats, the scans must have been from a challenger than from the particles.
 const WINS_NATS: f64 = 30.0;
 
-/// How much less likely than usual, in nats, it may have made them.
+/// How much less likely than usual, in nats, they may have been from it.
 const LOSES_NATS: f64 = -5.0;
 
 /// How far a challenger may be from its best match (standard deviation, in metres and radians).
@@ -58,7 +58,7 @@ pub(crate) struct Trial<'a> {
     pub(crate) usual_nats: f64,
     /// Where the particles are.
     pub(crate) incumbent: &'a Gaussian,
-    /// The number of independent beams as which the scan counts.
+    /// The number of independent beams that the scan is worth.
     pub(crate) beams: f64,
     /// Whether a challenger may replace the incumbent, with regard to walls.
     pub(crate) may_win: &'a dyn Fn(&Gaussian) -> bool,

@@ -28,7 +28,7 @@ pub struct LocalizationParameters {
     /// Minimum number of particles. Default 500: enough for tracking, when all of them lie within one or two bins.
     pub min_particles: usize,
     /// Maximum number of particles. Default 10 000 (Nav2: 2000): only a global localization needs this many, and an
-    /// update of them takes about 7 ms.
+    /// update with them takes about 7 ms.
     pub max_particles: usize,
     /// KLD sampling: the largest divergence allowed between the sampled and the true distribution. Default 0.05.
     pub pf_err: f64,
@@ -36,7 +36,7 @@ pub struct LocalizationParameters {
     /// (99 %). Nav2 uses 0.99 itself, which as a quantile corresponds to 84 %.
     pub pf_z: f64,
     /// Turning noise from turning: variance in rad² per rad². Default 0.01 (Nav2: 0.2): 10 % of a turn. The alphas
-    /// cover odometry with errors of a few per cent; larger ones spread the particles more than the lasers require.
+    /// cover odometry with errors of a few percent; larger ones spread the particles more than the lasers require.
     pub alpha1: f64,
     /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad per metre.
     pub alpha2: f64,
@@ -88,10 +88,10 @@ pub struct LocalizationParameters {
     /// The particles are resampled when their effective number falls below this share of them. Default 0.5. (Nav2
     /// resamples every `resample_interval` updates.)
     pub resample_threshold: f64,
-    /// How fast the long-term average of the scans' likelihood follows, per update. Default 0.005 (Nav2: 0, which
+    /// How fast the long-term average of the scans' likelihood adapts, per update. Default 0.005 (Nav2: 0, which
     /// switches recovery off).
     pub recovery_alpha_slow: f64,
-    /// How fast the short-term average of the scans' likelihood follows, per update. Default 0.1 (Nav2: 0).
+    /// How fast the short-term average of the scans' likelihood adapts, per update. Default 0.1 (Nav2: 0).
     pub recovery_alpha_fast: f64,
 }
 

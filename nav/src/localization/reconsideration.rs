@@ -3,9 +3,9 @@
 //! Once per second the scans are [checked](super::contradiction) against the believed pose. A robot can be lost in two
 //! ways, and two other situations look similar.
 //!
-//! - *Beams pass through walls of the map.* The robot cannot be there. After a few such looks it is searched for
-//!   [everywhere](super::search). If it drives, it may still be there, and the map may be wrong: so it is also tracked,
-//!   and the belief stays until another place has explained the scans far better for some time.
+//! - *Beams pass through walls of the map.* The robot cannot be there. After a few such looks, a search
+//!   [everywhere](super::search) begins. If it drives, it may still be there, and the map may be wrong: so it is also
+//!   tracked, and the belief stays until another place has explained the scans far better for some time.
 //! - *Nearly all beams are short.* A robot that was moved from a large room to a small one sees this; so does a robot
 //!   that people or closed doors surround, whose wheels report that it has not moved. So the belief stays, and moves
 //!   with the odometry, while a *suspicion* searches for other places in parallel. The suspicion is confirmed if

@@ -84,7 +84,8 @@ pub(crate) struct Search {
     scans: u32,
     ahead_scans: u32,
     ahead_m: f64,
-    /// How much more likely than the tracked pose the best has made the scans while it was ahead, in nats.
+    /// How much more likely, in nats, the scans have been from the best than from the tracked pose while the best was
+    /// ahead.
     advantage_nats: f64,
     /// The number of scans in a row, and the distance, for which the best has been far ahead of the incumbent.
     doubted_scans: u32,
@@ -108,7 +109,7 @@ struct Candidate {
     at: Particle,
 }
 
-/// How much more likely a pose makes a beam than another one does, in nats.
+/// How much more likely, in nats, a beam is from one pose than from another.
 pub(crate) type Advantage<'a> = &'a dyn Fn(&Gaussian) -> f64;
 
 /// A scan, and the robot's motion to where it was taken.
@@ -117,7 +118,7 @@ pub(crate) struct Sighting<'a> {
     pub(crate) moved: &'a Pose,
     /// Ends of the scan's beams.
     pub(crate) ends: &'a Endpoints,
-    /// How much more likely a pose makes a beam of the scan than the tracked pose does, in nats, if there is one.
+    /// How much more likely, in nats, a beam of the scan is from a pose than from the tracked pose, if there is one.
     pub(crate) advantage: Option<Advantage<'a>>,
     /// The current pose of the incumbent, if it is tracked: particles track better than a matched guess.
     pub(crate) tracked: Option<Gaussian>,
@@ -132,7 +133,7 @@ impl Sighting<'_> {
         log_likelihood(&self.atlas.likelihoods, at, self.ends) * self.beams()
     }
 
-    /// The number of independent beams as which the scan counts.
+    /// The number of independent beams that the scan is worth.
     fn beams(&self) -> f64 {
         (self.ends.len() as f64).min(INDEPENDENT_BEAMS)
     }

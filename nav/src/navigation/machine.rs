@@ -15,7 +15,7 @@ use crate::planning::{PlanError, plan, plan_into};
 /// The path is blocked if there is an obstacle on it up to this distance ahead, in metres.
 const LOOK_AHEAD_M: f64 = 2.5;
 
-/// It is checked again when the robot has advanced by this distance, in metres.
+/// The path is checked again when the robot has advanced by this distance, in metres.
 const LOOK_AGAIN_M: f64 = 0.1;
 
 /// The robot stops and waits if the path is blocked nearer than this, in metres.

@@ -1,4 +1,4 @@
-//! The places that a robot can ever reach: a question about a map before anything runs.
+//! The places that a robot can ever reach, answered from the map before anything runs.
 
 use maps::{OccupancyGrid, Point};
 use robot::RobotModel;

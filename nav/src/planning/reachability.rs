@@ -42,7 +42,7 @@ pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool 
 /// No flood has reached the cell.
 const NONE: u8 = 2;
 
-/// Centres, in the `map` frame, of the cells of the largest connected part of a costmap in which a body with this
+/// Centers, in the `map` frame, of the cells of the largest connected part of a costmap in which a body with this
 /// radius (in metres) touches nothing, in the order of the grid.
 #[must_use]
 pub fn largest_part(costmap: &Costmap, radius_m: f64) -> Vec<Point> {

@@ -2,7 +2,7 @@
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
 
-/// A floor of `width_m` × `height_m` at 0.05 m, free inside of its outer walls, lower left corner at the origin.
+/// A floor of `width_m` × `height_m` at 0.05 m, free inside its outer walls, with its lower left corner at the origin.
 pub(crate) fn hall(width_m: f64, height_m: f64) -> OccupancyGrid {
     let cells = |metres: f64| (metres / 0.05).round() as usize;
     let mut map = OccupancyGrid::new(cells(width_m), cells(height_m), 0.05, pose(0.0, 0.0, 0.0));
@@ -79,7 +79,7 @@ pub(crate) fn round_trip() -> Vec<Point> {
     corners.map(|(x, y)| Point::new(x, y)).to_vec()
 }
 
-/// Two rooms of 4 m × 5 m with a doorway of that width in the wall between them, at x = 4 m.
+/// Two rooms of 4 m × 5 m with a doorway of this width in the wall between them, at x = 4 m.
 pub(crate) fn two_rooms(doorway_m: f64) -> OccupancyGrid {
     let mut map = hall(8.2, 5.0);
     fill(&mut map, [4.0, 0.0, 4.2, 5.0], Cell::Occupied);

@@ -9,7 +9,7 @@ pub(super) const LEAST_M: f64 = 0.02;
 const USUAL_M: f64 = 80.0;
 
 /// The greatest range in a log stands for "no hit" if it occurs at least this often, and in this share of all beams: no
-/// two walls are exactly equally far.
+/// two walls are at exactly the same distance.
 const FEWEST: usize = 20;
 const LEAST_SHARE: f64 = 0.002;
 

@@ -355,7 +355,7 @@ fn a_stray_corrected_pose_is_left_out_but_a_carried_robot_is_not() {
     assert_eq!((read(&carried).corrected_scans().count(), read(&carried).complaints().len()), (10, 0));
 }
 
-/// The log with another clock on a line.
+/// The log with a different clock on one line.
 fn with_clock(lines: &mut [String], line: usize, clock_s: &str) {
     let mut fields: Vec<&str> = lines[line - 1].split(' ').collect();
     let place = fields.len() - 3;

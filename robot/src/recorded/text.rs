@@ -9,8 +9,8 @@ use super::complaint::{Complaints, Flaw, RecordingError};
 /// Longer logs, in bytes, are refused.
 const LONGEST: u64 = 1 << 30;
 
-/// The log's text. A truncated compressed log is used up to its end, because it could be decoded so far. If the
-/// compressed data is inconsistent, none of it can be trusted.
+/// The log's text. A truncated compressed log is used up to where it ends, since everything before could be decoded. If
+/// the compressed data is inconsistent, none of it can be trusted.
 pub(super) fn decompressed(bytes: &[u8], complaints: &mut Complaints) -> Result<Vec<u8>, RecordingError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes.to_vec());

@@ -20,8 +20,8 @@ pub struct Follow {
     pub meets_within_m: f64,
     /// Their highest speed, in m/s. Default 1.
     pub speed_mps: f64,
-    /// The intervals in which they stand still, since the start of the run, whatever the robot does. After each, they
-    /// catch up with it. Default none.
+    /// The intervals of the run's time in which they stand still, whatever the robot does. After each, they catch up
+    /// with it. Default none.
     pub stands: Vec<(Duration, Duration)>,
 }
 

@@ -15,7 +15,7 @@ pub struct Walk {
     pub speed_mps: f64,
     /// The behavior at the last waypoint.
     pub end: RouteEnd,
-    /// When they start, since the beginning of the run.
+    /// When they start, as time since the beginning of the run.
     pub sets_out: Duration,
     /// How long they stand at each pause.
     pub pause: Duration,

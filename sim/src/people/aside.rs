@@ -79,9 +79,9 @@ impl Meeting {
 pub(super) struct WayOut(Point);
 
 impl WayOut {
-    /// The nearest place with a straight, free path that does not come nearer to the robot than the person is or than
-    /// it needs, and from which the robot's path ahead is free. Of several equally near places, the one with the most
-    /// room for the robot.
+    /// The nearest place with a straight, free path that does not come nearer to the robot than the person already is
+    /// or the robot needs, and from which the robot's path ahead is free. Of several equally near places, the one with
+    /// the most room for the robot.
     pub(super) fn find(meeting: &Meeting, floor: &Floor<'_>) -> Option<Self> {
         let from = meeting.at.translation.vector;
         let needed_m = meeting.apart_m + ROOM_M;

@@ -17,7 +17,7 @@ use super::fan::{FanBeam, Origin};
 use super::fixed::floor;
 use super::outcome::Outcome;
 
-/// Neighbouring beams that nothing has stopped yet: from `first` to `end`, exclusive, at the beginning of `row`.
+/// Neighboring beams that nothing has stopped yet: from `first` to `end`, exclusive, at the beginning of `row`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     first: usize,

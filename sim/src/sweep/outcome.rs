@@ -3,8 +3,7 @@
 use super::edges::Edges;
 use super::fan::{BLOCK, FanBeam};
 
-/// The outcome of a group of neighboring beams: a run of occupied cells, of which they hit the front or a side, or
-/// nothing.
+/// The outcome of a group of neighboring beams: a run of occupied cells whose front or side they hit, or nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Outcome {
     /// The first beam after the group.

@@ -1,4 +1,4 @@
-//! The same bits every time, and independent noises.
+//! The same bits every time, and independent noise.
 
 use maps::{Point, pose};
 use robot::{Reading, Robot, Streams, VelocityCommand};

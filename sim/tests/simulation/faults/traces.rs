@@ -91,7 +91,7 @@ fn a_scanner_recovers_fully_from_its_troubles_and_affects_nothing_else() {
             assert_eq!(faulted.of(others, 0), unfaulted.of(others, 0), "{trouble:?}");
         }
         assert_ne!(faulted.of(is_scan, 0), unfaulted.of(is_scan, 0), "{trouble:?}");
-        // The scan that is due in the last step of the fault still has it.
+        // The scan that is due in the last step of the fault still shows it.
         assert_eq!(faulted.of(is_scan, END + 1), unfaulted.of(is_scan, END + 1), "{trouble:?}");
     }
 }
