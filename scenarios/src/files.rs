@@ -72,7 +72,7 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
-/// Where a scenario's files are searched: first beside the scenario's own file, then among the shipped files.
+/// Where a scenario's files are looked up: first beside the scenario's own file, then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
@@ -139,7 +139,7 @@ impl Files {
         memory.map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(&memory.shipped).cloned().collect())
     }
 
-    /// The same files, except that those on disk are searched in this folder: relative to the current one or, if these
+    /// The same files, except that those on disk are looked up in this folder: relative to the current one or, if these
     /// are only the shipped files, to the working directory.
     #[must_use]
     pub fn in_folder(&self, folder: &Path) -> Self {

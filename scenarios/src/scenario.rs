@@ -88,7 +88,7 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The monitors of the properties, for a system with this topology: made on first use, and then shared by all runs
+    /// The monitors of the properties, for a system with this topology: built on first use, and then shared by all runs
     /// on the same channels.
     ///
     /// # Errors
@@ -101,12 +101,12 @@ impl Scenario {
         let Self { file, model, properties, watching, .. } = self;
         let described = Described { file, model: model.as_deref(), properties, watching };
         let made = Arc::new(Monitoring::new(described, topology)?);
-        // If a scenario with other channels shares it, there is one already, which stays.
+        // If a scenario with other channels shares the cell, it is already set and stays so.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)
     }
 
-    /// The runners of SCXML machines: the skills, and then the components from files, by the name of the process.
+    /// The processes that run SCXML machines: first skills, then components from files, by the name of the process.
     pub fn machine_processes(&self) -> impl Iterator<Item = (&str, &Skill)> {
         let components =
             self.components.iter().filter_map(|(name, component)| Some((name.as_str(), component.machine()?)));
@@ -119,7 +119,7 @@ impl Scenario {
         std::iter::once(&sound.machine).chain(faulty)
     }
 
-    /// The names of the components: the built-in ones, and then those from files.
+    /// The names of the components: first the built-in ones, then those from files.
     pub fn component_names(&self) -> impl Iterator<Item = &str> {
         let is_replaced = |name: &&str| self.components.contains_key(*name);
         let of_robot = BUILTIN.into_iter().filter(|_| self.premises.is_some());

@@ -207,7 +207,7 @@ impl Default for BatteryConfig {
 /// that it does not dock in passing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockingConfig {
-    /// Largest distance from the station, in metres. Default 0.5.
+    /// Maximum distance from the station, in meters. Default 0.5.
     pub distance_m: f64,
     /// Largest difference of heading from the station's, in radians. Default 10°.
     pub angle_rad: f64,

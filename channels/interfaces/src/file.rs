@@ -23,7 +23,7 @@ impl Interface {
     ///   Items of a bounded array may be missing. An unbounded array is refused.
     /// - `fields = ["pose.position", "ranges[0]"]` selects fields, and `fields = { nearest = "ranges[0]" }` also
     ///   renames them. The keys `request`, `reply`, `goal`, `feedback` and `result` do the same.
-    /// - A type `geometry_msgs/Pose` is searched as `geometry_msgs/msg/Pose.msg`: beside the package that uses it, in
+    /// - A type `geometry_msgs/Pose` is looked up as `geometry_msgs/msg/Pose.msg`: beside the package that uses it, in
     ///   each parent folder up to that of the file, and in `packages`.
     /// - No message has more than [`MAX_FIELDS`] fields.
     ///

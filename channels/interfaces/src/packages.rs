@@ -80,7 +80,7 @@ impl Kind {
     }
 }
 
-/// The parts of a definition, and its file, from which the types that it names are searched.
+/// The parts of a definition, and its file, relative to which the types that it names are looked up.
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub(crate) parts: Vec<ros::Message>,

@@ -21,7 +21,7 @@ pub struct Header {
     pub version: String,
     /// The scenario's name.
     pub scenario: String,
-    /// What the scenario shows, in one line.
+    /// What the scenario shows, on one line.
     pub about: String,
     /// Where the scenario comes from.
     pub origin: Origin,

@@ -41,7 +41,7 @@ pub enum Runs {
         program: Arc<Program>,
         /// The data that it receives when it starts.
         data: Datum,
-        /// The components that it asks, and whose topics it reads.
+        /// The components that it asks, or whose topics it reads.
         asks: Vec<String>,
     },
     /// A device of the world.
@@ -67,8 +67,8 @@ impl Component {
 }
 
 impl FileReader<'_> {
-    /// The components that the scenario describes, by name; `None` after reporting problems. Fields of the kind `place`
-    /// take these places.
+    /// The components that the scenario describes, by name; `None` after reporting problems. These places are the
+    /// values of fields of the kind `place`.
     pub(super) fn components(&mut self, file: &ScenarioFile, places: &Places) -> Option<BTreeMap<String, Component>> {
         let places: Vec<Symbol> = places.iter().map(|(name, _)| Symbol::new(name)).collect();
         let mut components = BTreeMap::new();
@@ -117,7 +117,7 @@ impl FileReader<'_> {
     ) -> Option<Runs> {
         let word = |text: &String| {
             let path = Path::new(text);
-            // Reading a file makes it one of the scenario's files, in whose fingerprint it counts.
+            // Reading a file makes it one of the scenario's files, so that it counts in their fingerprint.
             match self.files.read(path) {
                 Ok(contents) if !path.is_absolute() && self.files.on_disk(path).is_none() => {
                     Word::File { name: text.clone(), contents: contents.into() }
@@ -132,7 +132,7 @@ impl FileReader<'_> {
         let data = Datum::object(data.iter().map(|(id, value)| (id.value.as_str(), value.clone())));
         Some(Runs::Program {
             program: self.complaints.note(placed)?.into(),
-            // The values are numbers, strings and Booleans, as many as the file has room for.
+            // The values are numbers, strings and Booleans, as many as fit into the file.
             data: data.unwrap_or_default(),
             asks: asks.iter().map(|name| name.value.clone()).collect(),
         })

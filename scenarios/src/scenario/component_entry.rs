@@ -21,12 +21,12 @@ pub struct ComponentEntry {
     pub data: Data,
     /// The file with its interface, if others ask it or read its topics.
     pub interface: Option<Spanned<PathBuf>>,
-    /// The device in whose place its machine is in a proof, with that one's interface.
+    /// The device that its machine replaces in a proof; the machine gets the device's interface.
     pub stands_for: Option<DeviceKind>,
 }
 
 impl ComponentEntry {
-    /// Which kind of device it is, if it is one.
+    /// The kind of device, if it is one.
     pub(super) fn device(&self) -> Option<DeviceKind> {
         match &self.runs {
             RunsEntry::Device { settings, .. } => Some(settings.value.kind()),
@@ -44,9 +44,9 @@ pub enum RunsEntry {
     Program {
         /// Its command.
         command: Spanned<Vec<String>>,
-        /// What it may take.
+        /// Its limits.
         limits: Limits,
-        /// The components that it asks, and whose topics it reads.
+        /// The components that it asks, or whose topics it reads.
         asks: Vec<Spanned<String>>,
     },
     /// A device of the world.
@@ -75,7 +75,7 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
 /// The forms of a component: the key that selects each, the kind of a device, its name, and its keys.
 pub(super) type Form = (&'static str, Option<DeviceKind>, &'static str, &'static [&'static str]);
 
-/// All that a component may be.
+/// All possible forms of a component.
 pub(super) fn forms() -> impl Iterator<Item = Form> {
     let machine: Form = ("machine", None, "machine", &["machine", "interface", "data"]);
     let program: &[&str] = &["program", "answer_within_s", "memory_mb", "asks", "interface", "data"];
@@ -114,7 +114,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
             return None;
         }
         [] => {
-            let problem = span.problem(format!("the component `{name}` does not say what it runs"));
+            let problem = span.problem(format!("the component `{name}` has nothing to run"));
             let help = "give it a `machine`, a `program` or a `builtin` device";
             entry.report(problem.with_label("this component").with_help(help));
             return None;
@@ -131,7 +131,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     let form = forms().find(|form| (form.0, form.1) == (key, kind));
     let (_, _, what, known) = form.expect("there is a form for each");
     for (key, span) in entry.keys().filter(|(key, _)| !known.contains(key)) {
-        // Keys that are unknown altogether are reported elsewhere.
+        // Entirely unknown keys are reported elsewhere.
         if forms().any(|(.., keys)| keys.contains(&key)) {
             let problem = span.problem(format!("`{key}` has no meaning for a {what}")).with_label("this key");
             entry.report(problem.with_help(format!("a {what} has `{}`", known.join("`, `"))));

@@ -1,4 +1,4 @@
-//! The files that faults require: other machines, another map.
+//! The files that faults require: other machines, or another map.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::names::unknown;
 /// may be active together.
 pub type FaultyMachines = BTreeMap<Vec<usize>, Arc<Chart>>;
 
-/// The maximum number of combinations in which faults of one skill's machine may be active together.
+/// The maximum number of combinations of faults of one skill's machine that may be active together.
 const MOST_COMBINATIONS: usize = 100;
 
 /// A machine's file: its name and its text.
@@ -68,7 +68,7 @@ impl FileReader<'_> {
         let mut machines = BTreeMap::new();
         for (skill, faults) in faults {
             let Some(Skill { path, .. }) = machine(&skill) else { continue };
-            // Faults change the SCXML to which a model's machine was translated.
+            // Faults change the SCXML document into which a model's machine was translated.
             let translated = model.and_then(|model| model.processes().find(|process| process.name == skill));
             let text = match &translated {
                 Some(process) => Some(process.machine.scxml().to_owned()),
@@ -151,7 +151,7 @@ impl FileReader<'_> {
         machines
     }
 
-    /// The machine while these faults are active; or a problem, reported at the last of them.
+    /// The machine while these faults are active, or a problem reported at the last of them.
     fn machine(&mut self, sound: &MachineFile, faults: &[&Changing<'_>]) -> Option<Arc<Chart>> {
         let refused = match (changed(sound, faults), faults) {
             (Ok(chart), _) => return Some(chart),
@@ -162,13 +162,13 @@ impl FileReader<'_> {
                 last.span().problem(message).with_label("this fault")
             }
         };
-        self.complaints.push(refused.with_help("let one begin after the other has ended, with `at_s` and `lasts_s`"));
+        self.complaints.push(refused.with_help("start one after the other has ended, with `at_s` and `lasts_s`"));
         None
     }
 }
 
-/// The machine while these faults are active: the last replacement among them, or else the sound one, with the mistakes
-/// of all the others.
+/// The machine while these faults are active: the last replacement among them, or otherwise the correct machine, with
+/// the mistakes of all the others.
 fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, SkillError> {
     let replacement = faults.iter().rev().find_map(|one| match &one.change {
         Change::Replaced(file) => Some(file),

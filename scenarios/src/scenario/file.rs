@@ -45,7 +45,7 @@ pub struct ScenarioFile {
     pub components: Vec<ComponentEntry>,
     /// The property files; all their properties are monitored.
     pub properties: Vec<Spanned<PathBuf>>,
-    /// The place where the file, a base or the command line sets the property files.
+    /// Where the property files are set: in the file, in a base or on the command line.
     properties_said: Option<Span>,
     /// The scenario's own file, its base, the base of that, and so on.
     sources: Vec<String>,
@@ -79,7 +79,7 @@ pub enum TreeForm {
 pub enum Policy {
     /// Each enabled transition is equally likely.
     Random,
-    /// Each process in turn.
+    /// Each process takes its turn.
     RoundRobin,
 }
 
@@ -88,7 +88,7 @@ pub enum Policy {
 pub struct Order {
     /// What comes first.
     pub first: Spanned<String>,
-    /// What waits for it.
+    /// The message that waits for it.
     pub then: Spanned<String>,
 }
 
@@ -103,7 +103,7 @@ pub struct Execution {
     pub policy: Policy,
     /// This process moves only when no other can.
     pub starved: Option<Spanned<String>>,
-    /// Orders among messages that the scheduler must keep.
+    /// Orders among messages that the scheduler must enforce.
     pub orders: Vec<Order>,
     /// The effect of a stop request to Navigation.
     pub stops: StopRule,
@@ -111,10 +111,10 @@ pub struct Execution {
     pub tree: TreeForm,
     /// How long the tree waits for a leaf's answer.
     pub leaf_timeout: Duration,
-    /// The run ends at this time at the latest.
+    /// The latest time at which the run ends.
     pub max_time: Duration,
-    /// The maximum number of transitions of the system in one step of the simulation; beyond it, the system is
-    /// considered never quiet.
+    /// The maximum number of transitions of the system in one step of the simulation. Beyond it, the system is
+    /// considered never to become quiet.
     pub step_budget: u64,
     /// The maximum number of communications in a run.
     pub run_budget: u64,
@@ -133,7 +133,7 @@ pub struct Expectations {
     pub max_collisions: Option<u64>,
     /// The minimum charge of the battery, in percent.
     pub min_battery_pct: Option<f64>,
-    /// The maximum error of localization, in metres.
+    /// The maximum error of localization, in meters.
     pub max_localization_m: Option<f64>,
 }
 
@@ -171,11 +171,11 @@ impl ScenarioFile {
         Ok(file)
     }
 
-    /// The values of these keys of the top level, those that there are, with what the scenario inherits and
-    /// `overrides` as for `--set`.
+    /// The values of those of these top-level keys that the scenario has, including what it inherits and `overrides` as
+    /// for `--set`.
     ///
     /// # Errors
-    /// What is wrong with the syntax of the text, its bases or the overrides.
+    /// Syntax errors in the text, its bases or the overrides.
     pub(crate) fn values<'k>(
         found: &Found,
         overrides: &[String],
@@ -206,9 +206,9 @@ fn document<'a>(
 
 impl ScenarioFile {
     /// Whether an expectation applies to this property. A file's settings for its own properties do not apply if a
-    /// scenario based on it names other property files: the properties may be gone.
+    /// scenario based on it names other property files, since the properties may be gone.
     pub(crate) fn means(&self, property: &Spanned<String>) -> bool {
-        // The distance of a setting: from the command line, the scenario itself, its base, the base of that.
+        // How far away a value is set: on the command line, in the scenario itself, in its base, in the base of that.
         let distance =
             |span: &Span| self.sources.iter().position(|file| file == span.source().name()).map_or(0, |at| at + 1);
         self.properties_said.as_ref().is_none_or(|said| distance(&property.span) <= distance(said))
@@ -225,7 +225,7 @@ impl ScenarioFile {
     }
 }
 
-/// The document with everything inherited from its base, recursively.
+/// The document with everything that it inherits from its base, recursively.
 fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
     let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
     let path = base(&named(value, &span), files);
@@ -244,7 +244,7 @@ fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf
     Ok(document)
 }
 
-/// The file of a base: one beside the scenario, or else the shipped one with this name.
+/// The file of a base: one beside the scenario, or otherwise the shipped one with this name.
 fn base(name: &Path, files: &Files) -> PathBuf {
     let shipped = || find::shipped(name.strip_prefix(".").unwrap_or(name).to_str()?);
     let shipped = if files.on_disk(name).is_none() { shipped() } else { None };
@@ -273,7 +273,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
     let schedule = execution.as_ref().and_then(|execution| execution.schedule.as_ref());
     if let (Some(schedule), false) = (schedule, faults.is_empty()) {
-        let problem = schedule.span.problem("a run that follows a schedule has no faults, and this scenario has some");
+        let problem = schedule.span.problem("a run that follows a schedule has no faults, but this scenario has some");
         let help = "remove them: `faults = []`; a schedule itself determines which messages are lost";
         root.report(problem.with_label("this schedule").with_help(help));
     }

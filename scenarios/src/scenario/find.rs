@@ -10,7 +10,7 @@ use crate::files::{Files, scenario_names, shipped_scenarios};
 pub struct Found {
     /// The scenario's name: its file's name, without folder and extension.
     pub name: String,
-    /// Its name on the command line: the name of a shipped scenario, or else its path.
+    /// Its name on the command line: the name of a shipped scenario, or otherwise its path.
     pub argument: String,
     /// The file's name in diagnostics.
     pub path: String,
@@ -31,7 +31,7 @@ pub fn find(scenario: &str) -> Result<Found, Error> {
     if is_path && shipped(name).is_none() { on_disk(path) } else { by_name(name) }
 }
 
-/// The name that a shipped scenario with this path has.
+/// The name of the shipped scenario with this path.
 fn name_of(path: &str) -> Option<&str> {
     path.strip_prefix("scenarios/")?.strip_suffix(".toml")
 }
@@ -79,7 +79,7 @@ fn is_model_with(path: &Path, text: &str) -> bool {
 fn of_model(path: &Path) -> Found {
     let argument = path.display().to_string();
     let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();
-    // JSON writes texts as TOML does.
+    // JSON writes strings as TOML does.
     let text = |text: &str| serde_json::Value::from(text).to_string();
     let about = text(&format!("The RoAML model {argument}."));
     let text = format!("about = {about}\nmodel = {}\n", text(&argument));
@@ -91,7 +91,7 @@ fn unknown(name: &str) -> Error {
     Error::refused(format!("unknown scenario `{name}`"), help)
 }
 
-/// The shipped scenario that a name or path nearly is, or else all of them, between these words.
+/// The shipped scenario whose name or path is most similar, or otherwise all of them, between these words.
 fn help(path: &Path, before: &str, after: &str) -> String {
     match path.to_str().and_then(|path| diagnostics::did_you_mean(path, scenario_names())) {
         Some(meant) => format!("{meant} `steward list` names all scenarios"),

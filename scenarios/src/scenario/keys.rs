@@ -11,7 +11,7 @@ use crate::schema::{
     text, whole, with,
 };
 
-/// The triggers of a fault, of which it has one.
+/// The triggers of a fault, of which it has exactly one.
 const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
 
 /// The JSON schema of a scenario file.
@@ -37,7 +37,7 @@ pub fn schema() -> Value {
     )
 }
 
-/// All keys of a scenario file but the parameters of its faults, which depend on their [kinds](KINDS).
+/// All keys of a scenario file except the parameters of its faults, which depend on their [kinds](KINDS).
 #[must_use]
 pub fn keys() -> Vec<Key> {
     let parts = [files(), robot(), execution(), world(), monitors(), faults(), ending(), prove()];
@@ -62,7 +62,7 @@ fn files() -> Vec<Key> {
              An array is inherited as a whole or not at all.",
             text(),
         ),
-        Key::new("about", "What the scenario shows, in one line.", or(text(), "")),
+        Key::new("about", "What the scenario shows, on one line.", or(text(), "")),
         Key::new(
             "seed",
             "The root seed unless `--seed` gives one. All random numbers of a run are derived from it.",
@@ -70,12 +70,12 @@ fn files() -> Vec<Key> {
         ),
         Key::new(
             "folder",
-            "The folder in which the scenario's other files are looked for first, instead of its own.",
+            "The folder in which the scenario's other files are looked up first, instead of its own.",
             text(),
         ),
         Key::new(
             "map",
-            "The map: a YAML file in the format of ROS's `map_server`. Without a map there is no robot: tree, skills \
+            "The map: a YAML file in the format of ROS's `map_server`. Without a map, there is no robot: tree, skills \
              and components run alone.",
             text(),
         ),
@@ -114,7 +114,7 @@ fn files() -> Vec<Key> {
         Key::new("sites.start", "Where the robot starts. Needed with a map.", start),
         Key::new(
             "sites.station",
-            "The point at which the charging station stands. Without it, nothing is charged.",
+            "The point at which the charging station stands. Without it, the battery is never charged.",
             text(),
         ),
         Key::new("sites.destination", "The place to which the robot is sent, for pictures.", text()),
@@ -133,16 +133,16 @@ fn robot() -> Vec<Key> {
             "Radius of the body, in metres. The footprint is a disc; other shapes are not supported.",
             or(number(0.05, 2.0), 0.3),
         ),
-        Key::new("robot.max_linear_mps", "Largest forward speed, in metres per second.", or(number(0.05, 3.0), 0.45)),
-        Key::new("robot.max_angular_radps", "Largest turning rate, in radians per second.", or(number(0.1, 4.0), 1)),
+        Key::new("robot.max_linear_mps", "Maximum forward speed, in meters per second.", or(number(0.05, 3.0), 0.45)),
+        Key::new("robot.max_angular_radps", "Maximum turning rate, in radians per second.", or(number(0.1, 4.0), 1)),
         Key::new(
             "robot.max_linear_acceleration_mps2",
-            "Largest acceleration, in metres per second squared.",
+            "Maximum acceleration, in meters per second squared.",
             or(number(0.05, 10.0), 0.5),
         ),
         Key::new(
             "robot.max_angular_acceleration_radps2",
-            "Largest angular acceleration, in radians per second squared.",
+            "Maximum angular acceleration, in radians per second squared.",
             or(number(0.1, 50.0), 2),
         ),
         Key::new(
@@ -158,15 +158,15 @@ fn robot() -> Vec<Key> {
             or(pose(), json!([0, 0, 0])),
         ),
         laser("field_of_view_deg", "Its field of view, in degrees.", or(number(1.0, 360.0), 270)),
-        laser("beams", "How many beams it has.", or(with(whole(2), json!({ "maximum": 5000 })), 360)),
-        laser("range_m", "The largest distance that it measures, in metres.", or(number(0.5, 100.0), 10)),
-        laser("min_range_m", "The smallest distance that it measures, in metres.", or(number(0.0, 0.4), 0.1)),
+        laser("beams", "The number of beams.", or(with(whole(2), json!({ "maximum": 5000 })), 360)),
+        laser("range_m", "The maximum distance that it measures, in meters.", or(number(0.5, 100.0), 10)),
+        laser("min_range_m", "The minimum distance that it measures, in meters.", or(number(0.0, 0.4), 0.1)),
         laser("rate_hz", "Scans per second.", or(number(1.0, 50.0), 10)),
         Key::new("robot.docking", "When the robot is docked at its station, and charges.", table(json!({}))),
-        docking("distance_m", "Largest distance from the station, in metres.", or(number(0.01, 10.0), 0.5)),
+        docking("distance_m", "Maximum distance from the station, in meters.", or(number(0.01, 10.0), 0.5)),
         docking(
             "angle_deg",
-            "Largest difference of heading from the station's, in degrees.",
+            "Maximum difference between its heading and the station's, in degrees.",
             or(number(0.1, 180.0), 10),
         ),
         docking("rest_s", "How long the robot must be at rest, in seconds.", or(seconds(), 1)),
@@ -196,7 +196,7 @@ fn robot() -> Vec<Key> {
 /// The keys that say what a component runs.
 const COMPONENT_FORMS: [&str; 3] = ["machine", "program", "builtin"];
 
-/// A component has one form at most, the rest being in its base, and the keys of that form.
+/// A component has at most one form, the rest being in its base, and the keys of that form.
 fn component_forms() -> Value {
     let form = |(key, kind, _, keys): Form| {
         let is_kind = kind.map_or_else(|| json!(true), |kind| json!({ "const": kind.name() }));
@@ -221,8 +221,8 @@ fn execution() -> Vec<Key> {
         Key::new("components.NAME.machine", "The file of its machine.", text()),
         Key::new(
             "components.NAME.program",
-            "A program instead of a machine: a path relative to the scenario's folder or a name on the `PATH`, and \
-             its arguments.",
+            "A program instead of a machine: a path relative to the scenario's folder or a name on the `PATH`, \
+             followed by its arguments.",
             list("an array of strings", &text()),
         ),
         Key::new(
@@ -237,7 +237,7 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "components.NAME.asks",
-            "The components that a program asks, and whose topics it reads.",
+            "The components that a program asks, or whose topics it reads.",
             list("an array of strings", &text()),
         ),
         Key::new(
@@ -263,7 +263,7 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "components.NAME.pressed_s",
-            "Of a button: when it is pressed, in seconds.",
+            "Of a button: the times at which it is pressed, in seconds.",
             or(list("an array of times in seconds", &seconds()), json!([])),
         ),
         Key::new("components.NAME.hears[]", "Of a microphone: a request that it hears.", table(json!({}))),
@@ -272,7 +272,7 @@ fn execution() -> Vec<Key> {
             .required(),
         Key::new(
             "components.NAME.reach_m",
-            "Of a tray: how far from the robot's edge a box may be, in metres.",
+            "Of a tray: the maximum distance of a box from the robot's edge, in meters.",
             or(number(0.0, 5.0), 0.8),
         ),
         Key::new("components.NAME.data", "Initial values of the machine's data.", table(json!({}))),
@@ -296,8 +296,8 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "execution.schedule",
-            "A file with a schedule, as `steward prove --out` writes it. The run follows it step by step; it replaces \
-             drivers and physics.",
+            "A file with a schedule, as `steward prove --out` writes it. The run follows the schedule step by step, \
+             without drivers and physics.",
             text(),
         ),
         Key::new(
@@ -313,7 +313,7 @@ fn execution() -> Vec<Key> {
             or(one_of(&["own-trip", "any-trip"]), "own-trip"),
         ),
         Key::new("execution.starve", "This process moves only when no other can.", text()),
-        Key::new("execution.order[]", "A message is received only after another.", table(json!({}))),
+        Key::new("execution.order[]", "A message is received only after another one.", table(json!({}))),
         Key::new(
             "execution.order[].first",
             "The message that comes first: an event of the SCOPE language, or several joined by `or`.",
@@ -323,23 +323,20 @@ fn execution() -> Vec<Key> {
         Key::new("execution.order[].then", "The message that waits for it.", text()).required(),
         Key::new(
             "execution.leaf_timeout_s",
-            "A leaf that has not answered the tree after this time, in seconds, has failed; one that was told to \
-             halt has halted.",
+            "The time, in seconds, after which a leaf that has not answered the tree counts as failed or, if it was \
+             told to halt, as halted.",
             or(some_seconds(), 2),
         ),
-        Key::new(
-            "execution.max_time_s",
-            "When the run ends in any case, in simulated seconds.",
-            or(some_seconds(), 3600),
-        ),
+        Key::new("execution.max_time_s", "The latest end of the run, in simulated seconds.", or(some_seconds(), 3600)),
         Key::new(
             "execution.step_budget",
-            "How many transitions one step may have before the run ends because the system never becomes quiet.",
+            "The maximum number of transitions in one step. Beyond it, the run ends because the system never becomes \
+             quiet.",
             or(whole(1), 100_000),
         ),
         Key::new(
             "execution.run_budget",
-            "How many messages a run may have before it is stopped.",
+            "The maximum number of messages in a run, which is then stopped.",
             or(whole(1), 10_000_000),
         ),
     ]
@@ -378,10 +375,10 @@ fn world() -> Vec<Key> {
         ),
         Key::new(
             "people[].speed_mps",
-            "Walking speed, in metres per second; the maximum for somebody who follows the robot.",
+            "Walking speed, in meters per second; the maximum speed of somebody who follows the robot.",
             or(number(0.05, 3.0), 0.8),
         ),
-        Key::new("people[].sets_out_s", "When the person sets out, in seconds.", or(seconds(), 0)),
+        Key::new("people[].sets_out_s", "The time at which the person sets out, in seconds.", or(seconds(), 0)),
         Key::new("people[].pause_s", "How long the person pauses, in seconds.", or(seconds(), 0)),
         Key::new(
             "people[].pauses",
@@ -396,17 +393,18 @@ fn world() -> Vec<Key> {
         ),
         Key::new(
             "people[].follows",
-            "Whether the person follows the robot, once they have met it. Such a person has no `route`.",
+            "Whether the person follows the robot after meeting it. Such a person has no `route`.",
             or(flag(), false),
         ),
         Key::new(
             "people[].distance_m",
-            "With `follows`: the distance that the person keeps from the robot's centre, in metres.",
+            "With `follows`: the distance that the person keeps from the robot's center, in meters.",
             metres(1.2),
         ),
         Key::new(
             "people[].meets_within_m",
-            "With `follows`: how near the robot's centre must come, in metres, with a free way between them.",
+            "With `follows`: the maximum distance from the robot's center at which they meet, in meters. Nothing may \
+             be between them.",
             metres(2.0),
         ),
         Key::new(
@@ -428,7 +426,7 @@ fn world() -> Vec<Key> {
         Key::new("doors[].closed_s", "When it is closed, in seconds. `[from]` lasts to the end of the run.", spans()),
         Key::new(
             "doors[].every_s",
-            "After how many seconds `closed_s` begins again. Without it, never.",
+            "The time after which `closed_s` repeats, in seconds. Without it, it never does.",
             some_seconds(),
         ),
         Key::new("boxes[]", "A box that is not on the map.", table(json!({}))),
@@ -437,7 +435,7 @@ fn world() -> Vec<Key> {
         Key::new("boxes[].length_m", "Length, in metres.", side(0.6)),
         Key::new("boxes[].width_m", "Width, in metres.", side(0.4)),
         Key::new("boxes[].mass_kg", "Mass, in kilograms.", or(number(0.1, 1000.0), 10)),
-        Key::new("boxes[].fixed", "Whether it stays where it is. Otherwise the robot can push it.", or(flag(), false)),
+        Key::new("boxes[].fixed", "Whether it stays where it is. Otherwise, the robot can push it.", or(flag(), false)),
     ]
 }
 
@@ -450,7 +448,7 @@ fn monitors() -> Vec<Key> {
     vec![
         Key::new(
             "monitors[]",
-            "A monitor that is not made from a property: an SCXML machine, or with `figure` one of the paper's.",
+            "A monitor that is not made from a property: an SCXML machine or, with `figure`, one of the paper's.",
             table(kinds),
         ),
         Key::new("monitors[].name", "The monitor's name. If not given, that of the machine or figure.", text()),
@@ -458,18 +456,18 @@ fn monitors() -> Vec<Key> {
         Key::new("monitors[].machine", "The SCXML file. Needed without `figure`.", text()),
         Key::new(
             "monitors[].violated_in",
-            "The states that mean a violation, which is final even if the machine leaves them at once. Needed with \
+            "The states that indicate a violation, which is final even if the machine leaves them at once. Needed with \
              `machine`.",
             names(),
         ),
         Key::new(
             "monitors[].pending_in",
-            "The states that leave the monitor inconclusive if the run ends there.",
+            "The states in which the verdict is inconclusive if the run ends there.",
             names(),
         ),
         Key::new(
             "monitors[].events[]",
-            "Which messages become which event of the machine. Needed with `machine`.",
+            "The messages that become events of the machine. Needed with `machine`.",
             table(json!({})),
         ),
         Key::new("monitors[].events[].event", "The event's name.", text()).required(),
@@ -513,10 +511,10 @@ fn faults() -> Vec<Key> {
             "Trigger: when a skill enters a state.",
             with(text(), json!({ "title": "`SKILL.STATE`" })),
         ),
-        Key::new("faults[].within_m", "With `near`: how near, in metres.", or(number(0.0, 1e6), 1)),
+        Key::new("faults[].within_m", "With `near`: how near, in meters.", or(number(0.0, 1e6), 1)),
         Key::new(
             "faults[].probability",
-            "How likely the fault takes effect when it is triggered.",
+            "The probability that the fault takes effect when it is triggered.",
             or(number(0.0, 1.0), 1),
         ),
         Key::new(
@@ -528,7 +526,7 @@ fn faults() -> Vec<Key> {
         Key::new("faults[].every_s", "With `at_s`: the fault repeats after this time, in seconds.", some_seconds()),
         Key::new(
             "faults[].times",
-            "How often it takes effect at most. If not given, once, or with `every_s` without a limit.",
+            "The maximum number of times that it takes effect. By default once; with `every_s`, without limit.",
             with(whole(1), json!({ "maximum": 1_000_000_000 })),
         ),
     ];
@@ -584,7 +582,7 @@ fn ending() -> Vec<Key> {
         Key::new("stop.at", "When the robot has come to rest at this place, or at one of several.", names()),
         Key::new(
             "stop.on_violation",
-            "When a property is violated: any (`true`), or one of those named. Without monitors the run continues.",
+            "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
             or(violation, false),
         ),
         Key::new("stop.when_settled", "When every property has a final verdict.", or(flag(), false)),
@@ -600,7 +598,7 @@ fn ending() -> Vec<Key> {
             "At these times, in seconds.",
             or(list("an array of numbers", &seconds()), json!([])),
         ),
-        Key::new("snapshots.every_s", "Repeatedly, each time after this number of seconds.", snapshots),
+        Key::new("snapshots.every_s", "Repeatedly, at intervals of this many seconds.", snapshots),
         Key::new(
             "expect",
             "The expected outcome of the run. The exit status says whether the run met it.",
@@ -613,17 +611,9 @@ fn ending() -> Vec<Key> {
         ),
         Key::new("expect.reached", "Places that the robot must have reached.", or(places(), json!([]))),
         Key::new("expect.not_reached", "Places that the robot must not have reached.", or(places(), json!([]))),
-        Key::new("expect.max_collisions", "How many collisions there may be.", whole(0)),
-        Key::new(
-            "expect.min_battery_pct",
-            "The least charge that the battery may have, in percent.",
-            number(0.0, 100.0),
-        ),
-        Key::new(
-            "expect.max_localization_m",
-            "The largest localization error that is expected, in metres.",
-            number(0.0, 1e6),
-        ),
+        Key::new("expect.max_collisions", "The maximum number of collisions.", whole(0)),
+        Key::new("expect.min_battery_pct", "The minimum charge of the battery, in percent.", number(0.0, 100.0)),
+        Key::new("expect.max_localization_m", "The maximum localization error, in meters.", number(0.0, 1e6)),
     ]
 }
 
@@ -642,8 +632,8 @@ fn prove() -> Vec<Key> {
         Key::new("prove", "What `steward prove` assumes and proves.", table(json!({}))),
         Key::new(
             "prove.properties",
-            "The properties to be proved. If not given, all of them. `progress` (no deadlock and no livelock) is \
-             always among them.",
+            "The properties to prove. If not given, all of them. `progress` (no deadlock and no livelock) is always \
+             among them.",
             one_or_more(),
         ),
         Key::new(
@@ -653,19 +643,19 @@ fn prove() -> Vec<Key> {
         ),
         Key::new(
             "prove.threads",
-            "How many threads explore. If not given, as many as there are cores. The result is always the same.",
+            "How many threads explore. If not given, one per core. The result does not depend on it.",
             with(whole(1), json!({ "maximum": 1024 })),
         ),
-        Key::new("prove.battery", "What the battery's level may do.", table(json!({}))),
+        Key::new("prove.battery", "How the battery's level may change.", table(json!({}))),
         Key::new(
             "prove.battery.drain_pct_per_tick",
-            "How far the level falls per tick at most, in percent; it rises only at the charging station. Without it, \
+            "The maximum fall of the level per tick, in percent; it rises only at the charging station. Without it, \
              the level may jump to any value at any time.",
             per_tick(),
         ),
         Key::new(
             "prove.battery.charge_pct_per_tick",
-            "How far the level rises at least in a tick throughout which it is charged, in percent.",
+            "The minimum rise of the level, in percent, in a tick throughout which the battery is charged.",
             or(per_tick(), 0),
         ),
         Key::new(
@@ -682,13 +672,17 @@ fn prove() -> Vec<Key> {
         Key::new("prove.trips.fail", "Whether trips may fail.", or(flag(), true)),
         Key::new(
             "prove.trips.passes",
-            "The places at which the robot may be during a trip, besides its start and its goal.",
+            "The places that the robot may pass during a trip, besides its start and its goal.",
             or(passes, json!([])),
         ),
         Key::new("prove.messages", "What may happen to messages in transit.", table(json!({}))),
-        Key::new("prove.messages.lose", "How many messages of a run may be lost.", count()),
-        Key::new("prove.messages.repeat", "How many messages of a run may be delivered twice.", count()),
-        Key::new("prove.messages.delay", "How many messages of a run may be delayed.", count()),
+        Key::new("prove.messages.lose", "The maximum number of messages of a run that may be lost.", count()),
+        Key::new(
+            "prove.messages.repeat",
+            "The maximum number of messages of a run that may be delivered twice.",
+            count(),
+        ),
+        Key::new("prove.messages.delay", "The maximum number of messages of a run that may be delayed.", count()),
         Key::new(
             "prove.messages.delay_s",
             "How long a delayed message is held back, in seconds.",
@@ -702,7 +696,7 @@ fn prove() -> Vec<Key> {
         Key::new("prove.faults", "Faults that may begin and end at any time.", table(json!({}))),
         Key::new(
             "prove.faults.count",
-            "How many faults may begin in a run.",
+            "The maximum number of faults in a run.",
             or(with(whole(1), json!({ "maximum": 9 })), 1),
         ),
         Key::new(
@@ -739,7 +733,8 @@ fn prove() -> Vec<Key> {
         Key::new("prove.components.NAME", "A component that a proof replaces by a machine.", table(json!({}))),
         Key::new(
             "prove.components.NAME.machine",
-            "The file of the machine. It keeps the component's interface, and may do whatever the component may do.",
+            "The file of the machine. It has the component's interface, and may do everything that the component may \
+             do.",
             text(),
         )
         .required(),

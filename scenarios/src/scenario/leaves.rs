@@ -1,4 +1,4 @@
-//! The settings of a tree's leaves in a scenario: its table `leaves`.
+//! The settings for a tree's leaves in a scenario: its table `leaves`.
 
 use diagnostics::document::{Item, Table};
 use diagnostics::{Span, Spanned};
@@ -7,7 +7,7 @@ use skills::Datum;
 /// Initial values of a machine's data, by datum id.
 pub(crate) type Data = Vec<(Spanned<String>, Datum)>;
 
-/// The settings of a leaf: an entry of the table `leaves`.
+/// The settings for a leaf: an entry of the table `leaves`.
 #[derive(Clone, Debug)]
 pub struct LeafEntry {
     /// The name of the leaf's process.

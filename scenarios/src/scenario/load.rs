@@ -1,4 +1,4 @@
-//! Loads a scenario: its file, everything that the file names, and the checks that it all fits together.
+//! Loads a scenario: its file, everything that the file names, and checks that it all fits together.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -32,8 +32,8 @@ impl Scenario {
         Self::load_with(found, overrides, None, |_| Ok(()))
     }
 
-    /// Loads a scenario like [`load`](Self::load), with the machines that its `[prove.components]` puts in place of
-    /// components.
+    /// Loads a scenario like [`load`](Self::load), with the machines that replace components in its
+    /// `[prove.components]`.
     ///
     /// # Errors
     /// As for [`load`](Self::load).
@@ -62,7 +62,7 @@ impl Scenario {
         change(&mut file)?;
         let mut complaints = Complaints::default();
         let schedule = file.execution.schedule.clone().and_then(|path| {
-            // Its run is one of a proof.
+            // A run with a schedule is one of a proof.
             complaints.take(file.prove.put_stand_ins(&mut file.components));
             FileReader { files: &found.files, complaints: &mut complaints }.schedule(&path)
         });
@@ -173,9 +173,9 @@ impl<'a> Loader<'a> {
         })
     }
 
-    /// Checks that skills and components fit together, unless the scenario to share with has the same ones. Returns the
-    /// places that skills always drive to, each with one such skill. `places` is `None` without a map, and its content
-    /// if the places could not be loaded.
+    /// Checks that skills and components fit together, unless they are the same as in the scenario to share with.
+    /// Returns the places to which skills always drive, each with one such skill. `places` is `None` without a map, and
+    /// its content is `None` if the places could not be loaded.
     fn check_machines(
         &mut self,
         file: &ScenarioFile,
@@ -298,7 +298,7 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Reports faults of components that are unknown or cannot have them.
+    /// Reports faults of components that are unknown or cannot have such faults.
     fn check_fault_components<'c>(
         &mut self,
         file: &'c ScenarioFile,

@@ -13,7 +13,7 @@ use super::file_reader::FileReader;
 use super::model_entry::ModelEntry;
 use super::{Component, Runs, Skill};
 
-/// Takes over from the model what the scenario does not set.
+/// Takes from the model what the scenario does not set.
 fn complete(entry: &ModelEntry, execution: &mut Execution, parameters: &roaml::Parameters) {
     let is_open = |key: &str| !entry.sets(key);
     if is_open("tick_s") {
@@ -23,7 +23,7 @@ fn complete(entry: &ModelEntry, execution: &mut Execution, parameters: &roaml::P
         execution.max_time = parameters.max_time;
     }
     if is_open("leaf_timeout_s") {
-        // AS2FM waits for an answer for as long as it takes.
+        // AS2FM waits for an answer forever.
         execution.leaf_timeout = execution.max_time + Duration::from_secs(1);
     }
 }
@@ -46,7 +46,7 @@ impl FileReader<'_> {
     }
 }
 
-/// The skills and the components of a model: the machines of leaves, and all others.
+/// The skills and the components of a model: the machines of leaves, and all the others.
 pub(super) fn machines(model: &Model) -> (BTreeMap<String, Skill>, BTreeMap<String, Component>) {
     let (mut skills, mut components) = (BTreeMap::new(), BTreeMap::new());
     for process in model.processes() {

@@ -1,4 +1,4 @@
-//! A scenario file's settings of a RoAML model.
+//! A scenario file's settings for a RoAML model.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use diagnostics::document::Table;
 
 use crate::files::named;
 
-/// The keys that describe what a model has itself.
+/// The keys that describe what a model itself contains.
 const OF_THE_MODEL: [&str; 5] = ["tree", "skills", "leaves", "components", "map"];
 
 /// The model of a scenario file.
@@ -20,12 +20,12 @@ pub struct ModelEntry {
 }
 
 impl ModelEntry {
-    /// Reads the key `model`, and refuses what the model has itself.
+    /// Reads the key `model`, and refuses keys that describe what the model itself contains.
     pub(super) fn read(root: Table<'_>) -> Option<Self> {
         let path = root.text("model").try_map(|path, span| Ok(named(path, span))).spanned().optional()?;
         for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
             let problem = span.problem(format!("`{key}` is not allowed beside a `model`"));
-            let help = "a RoAML model has a tree and machines of its own, and no map: remove one of the two keys";
+            let help = "a RoAML model has its own tree and machines, and no map: remove one of the two keys";
             root.report(problem.with_label("this key").with_help(help));
         }
         let _ = (root.text("tree").optional(), root.text("skills").optional());

@@ -14,7 +14,7 @@ use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
 
-/// The poses of the start and, if there is one, the station. Every place that the scenario names must exist.
+/// The poses of the start and of the station, if there is one. Every place that the scenario names must exist.
 pub(super) fn check_places(
     file: &ScenarioFile,
     PremisesEntry { sites, .. }: &PremisesEntry,
@@ -47,7 +47,7 @@ pub(super) fn check_places(
     Some((start?, Some(station?)))
 }
 
-/// Checks for faults of a missing station.
+/// Checks for faults that affect a missing station.
 fn check_station_faults(faults: &[Arc<Fault>], complaints: &mut Complaints) {
     for fault in faults.iter().filter(|fault| ["station_dead", "station_slow"].contains(&fault.kind().name)) {
         let problem = fault.arguments().span().problem("there is no charging station");
@@ -103,7 +103,7 @@ pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: 
     }
 }
 
-/// The places that the scenario itself requires the robot to reach, and why.
+/// The places that the scenario itself requires the robot to reach, with the reasons.
 fn needed<'f>(file: &'f ScenarioFile, sites: &'f Sites) -> impl Iterator<Item = (&'f String, String)> {
     let station = sites.station.iter().map(|name| (name, "sites.station"));
     let destination = sites.destination.iter().map(|name| (name, "sites.destination"));
@@ -162,7 +162,7 @@ fn extent(map: &OccupancyGrid) -> String {
     format!("the map extends from {} to {}", position(&least), position(&most))
 }
 
-/// A position in messages, in metres.
+/// A position for messages, in meters.
 fn position(at: &Point) -> String {
     format!("({:.2}, {:.2})", at.x, at.y)
 }
@@ -190,7 +190,7 @@ impl Scenario {
     }
 }
 
-/// The robot may be reported to be at the station without being docked.
+/// The robot may be reported at the station without being docked.
 fn wide_tolerances(span: &Span, name: &str, place: &Place, docking: &DockingConfig) -> Option<Problem> {
     let Place::Point { position_tolerance_m, heading_tolerance_rad, .. } = place else { return None };
     if *position_tolerance_m <= docking.distance_m && *heading_tolerance_rad <= docking.angle_rad {

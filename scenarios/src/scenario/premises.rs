@@ -1,4 +1,4 @@
-//! The premises of a scenario: the map on which its robot drives. A scenario without a map has neither; tree, skills
+//! The premises of a scenario: the map on which its robot drives. A scenario without a map has no robot; tree, skills
 //! and components run alone.
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use super::world::{WorldBody, read_world};
 use crate::faults::Fault;
 use crate::files::named;
 
-/// The contents of a scenario file that are about its map and the robot on it.
+/// The contents of a scenario file that concern its map and the robot on it.
 #[derive(Clone, Debug)]
 pub struct PremisesEntry {
     /// The map's YAML file.
@@ -28,7 +28,7 @@ pub struct PremisesEntry {
     pub sites: Sites,
     /// The simulated robot and its world.
     pub sim: SimConfig,
-    /// People, doors and boxes: the bodies in `sim.obstacles`, with their places in the file.
+    /// People, doors and boxes: the bodies in `sim.obstacles`, with their locations in the file.
     pub world: Vec<WorldBody>,
 }
 
@@ -64,10 +64,10 @@ impl FromItem<'_> for Start {
     }
 }
 
-/// The keys of a file that are about its map and the robot on it.
+/// The keys of a file that concern its map and the robot on it.
 const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
 
-/// The keys of tables that ask something of a robot on a map.
+/// The keys of tables that require something of a robot on a map.
 const OF_A_ROBOT: [(&str, &[&str]); 3] = [
     ("stop", &["at"]),
     ("prove", &["battery", "trips"]),
@@ -75,7 +75,7 @@ const OF_A_ROBOT: [(&str, &[&str]); 3] = [
 ];
 
 impl PremisesEntry {
-    /// Reads what a file says about its map, if it has one. `None` after recording problems.
+    /// Reads the parts of a file that concern its map, if it has one. `None` after recording problems.
     #[expect(clippy::option_option, reason = "a file may have no map, or a wrong one")]
     pub(super) fn read(root: Table<'_>) -> Option<Option<Self>> {
         let map = root.text("map").try_map(|path, span| Ok(named(path, span))).spanned();
@@ -92,7 +92,7 @@ impl PremisesEntry {
         Some(Some(Self { map: map?, places, sites: sites?, sim, world }))
     }
 
-    /// Reports what a file without a map says about a map and the robot on it, each at its place.
+    /// Reports every part of a file without a map that concerns a map or the robot on it, each at its location.
     pub(super) fn report_missing(root: Table<'_>, faults: &[Arc<Fault>]) {
         let report = |span: &Span, what: &str| {
             let problem = span.problem(format!("{what} needs a map, and this scenario has none"));
@@ -140,13 +140,13 @@ pub struct Premises {
     pub map: Arc<OccupancyGrid>,
     /// The places on the map.
     pub places: Places,
-    /// The software's map, if a fault gives it another one than the world's.
+    /// The software's map, if a fault gives it a map other than the world's.
     pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The start pose of the robot, in the `map` frame.
     pub start: Pose,
     /// The pose of a robot docked at the charging station, in the `map` frame, if there is a station.
     pub station: Option<Pose>,
-    /// The places that skills always drive to, each with one such skill.
+    /// The places to which skills always drive, each with one such skill.
     pub(super) driven_to: BTreeMap<String, String>,
     /// The places file.
     pub(super) written: Arc<PlacesFile>,
