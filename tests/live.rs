@@ -1,4 +1,4 @@
-//! `steward live`: who may see a run, and what is done by hand is a scenario that gives the same run.
+//! `steward live`: who may see a run, and sessions saved as scenarios that give the same run.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -81,7 +81,7 @@ fn hear(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
     }
 }
 
-/// Adds up frames until what is known of the run fits.
+/// Merges frames until the known state of the run fits.
 fn until(socket: &mut WebSocket<TcpStream>, fits: impl Fn(&Value) -> bool) -> Value {
     let mut known = json!({});
     while !fits(&known) {
@@ -97,13 +97,13 @@ fn is_at(value: &Value, time: f64) -> bool {
     value.as_f64().is_some_and(|at| (at - time).abs() < 1e-6)
 }
 
-/// Goes to a time; what is shown there.
+/// Goes to a time; returns what is shown there.
 fn seek(socket: &mut WebSocket<TcpStream>, time: f64) -> Value {
     ask(socket, &json!({ "do": "seek", "time": time }));
     until(socket, |known| is_at(&known["at"], time) && known["anew"] == true && known["verdicts"].is_string())
 }
 
-/// Records a run of the first experiment, which ends at 24 s; its report.
+/// Records a run of the first experiment that ends at 24 s; returns its report.
 fn record(path: &Path, arguments: &[&str]) -> Value {
     let all = ["--set", "execution.max_time_s=24", "--no-snapshots", "--record", path.to_str().unwrap()];
     let out = path.with_extension("out");
@@ -117,7 +117,7 @@ fn ask(socket: &mut WebSocket<TcpStream>, request: &Value) -> Value {
 }
 
 #[test]
-fn only_the_own_page_with_the_token_gets_in() {
+fn only_our_own_page_with_the_token_gets_in() {
     let live = Live::start("nominal", &[]);
     let (host, page) = (format!("Host: {}\r\n", live.host), format!("/?token={}", live.pilot));
     let status = |path: &str, headers: &str| live.get(path, headers).lines().next().unwrap_or_default().to_owned();
@@ -125,11 +125,11 @@ fn only_the_own_page_with_the_token_gets_in() {
     assert_eq!(status(&page, &host), well);
     assert_eq!(status(&format!("/?token={}", live.viewer), &host), well);
     assert_eq!(status(&page, &format!("Host: localhost:{}\r\n", live.host.rsplit(':').next().unwrap())), well);
-    // Another name for the same address, as by DNS rebinding; none; two.
+    // Another name for the same address, as in DNS rebinding; no name; two names.
     assert_eq!(status(&page, "Host: evil.example\r\n"), forbidden);
     assert_eq!(status(&page, &format!("{host}Host: evil.example\r\n")), forbidden);
     assert_ne!(status(&page, ""), well);
-    // Another site's page; a request of the own one; a wrong token.
+    // Another site's page; a request from our own page; a wrong token.
     assert_eq!(status(&page, &format!("{host}Origin: http://evil.example\r\n")), forbidden);
     assert_eq!(status("/main.js", &format!("{host}Origin: null\r\n")), forbidden);
     assert_eq!(status(&page, &format!("{host}Origin: http://{}\r\n", live.host)), well);
@@ -154,7 +154,7 @@ fn only_the_own_page_with_the_token_gets_in() {
 }
 
 #[test]
-fn one_pilot_steers_and_what_is_no_request_is_refused() {
+fn one_pilot_steers_and_invalid_requests_are_refused() {
     let live = Live::start("nominal", &["--seed", "3"]);
     let mut pilot = live.socket(&live.pilot);
     assert_eq!(hear(&mut pilot, "greeting")["seed"], 3);
@@ -187,7 +187,7 @@ fn one_pilot_steers_and_what_is_no_request_is_refused() {
         let refused = said.get("refused").or_else(|| said["answer"].get("refused")).unwrap_or(&Value::Null);
         assert!(refused.as_str().is_some_and(|words| words.contains(reason)), "{request}: {said}");
     }
-    // What is too long ends the connection, and not the run: the next one steers.
+    // A message that is too long ends the connection, but not the run: the next pilot steers.
     let _ = pilot.send(Message::text("x".repeat(20_000)));
     while pilot.read().is_ok() {}
     assert_eq!(hear(&mut second, "pilot"), true);
@@ -195,12 +195,12 @@ fn one_pilot_steers_and_what_is_no_request_is_refused() {
 }
 
 #[test]
-fn a_session_by_hand_is_a_scenario_that_gives_the_same_run() {
+fn a_saved_session_is_a_scenario_that_gives_the_same_run() {
     let live = Live::start("nominal", &["--set", "battery.initial_pct=60"]);
     let mut pilot = live.socket(&live.pilot);
     ask(&mut pilot, &json!({ "do": "pause" }));
     ask(&mut pilot, &json!({ "do": "speed", "times": null }));
-    // Tick by tick, so that the run cannot end before what is done next.
+    // Tick by tick, so that the run cannot end before the next act.
     let after = |pilot: &mut WebSocket<TcpStream>, time: f64| {
         while hear(pilot, "time").as_f64().unwrap() < time {
             ask(pilot, &json!({ "do": "tick" }));
@@ -212,7 +212,7 @@ fn a_session_by_hand_is_a_scenario_that_gives_the_same_run() {
     ask(&mut pilot, &fault(json!({ "kind": "obstacle_appears", "at": [-3.0, 6.6, 0] }), "box"));
     after(&mut pilot, 7.0);
     ask(&mut pilot, &json!({ "do": "release", "name": "pad" }));
-    // What takes the place of something else under the same name has moved it.
+    // A second fault of the same name moves what the first one has put there.
     ask(&mut pilot, &fault(json!({ "kind": "obstacle_appears", "at": [-4.5, 7.0, 0] }), "box"));
     ask(&mut pilot, &fault(json!({ "kind": "operator_goal", "to": [-2.0, 5.0, 90] }), ""));
     let moved = json!([{
@@ -234,10 +234,10 @@ fn a_session_by_hand_is_a_scenario_that_gives_the_same_run() {
     assert_eq!(replayed["outcome"], "as_expected");
 }
 
-/// A name that would be an element of the page if the page took it for one.
+/// A name that would become an element if the page treated it as markup.
 const EVIL: &str = "<img src=x onerror=alert(1)>";
 
-/// Makes an application in which places, people, a leaf with its machine, a component and a property have that name.
+/// Writes an application in which places, people, a leaf with its machine, a component and a property have that name.
 fn write_evil(folder: &Path) -> PathBuf {
     assert!(steward(&["init", folder.to_str().unwrap()]).status.success());
     let escaped = EVIL.replace('<', "&lt;").replace('>', "&gt;");
@@ -267,7 +267,7 @@ fn write_evil(folder: &Path) -> PathBuf {
     folder.join(file)
 }
 
-/// Whether a text has the name as markup, and whether it has it at all.
+/// Whether a text contains the name as markup, and whether it contains it at all.
 fn has_evil(drawn: &str) -> (bool, bool) {
     (drawn.contains("<img"), drawn.contains("&lt;img"))
 }
@@ -284,7 +284,7 @@ fn names_are_text_in_everything_that_the_server_draws() {
     assert_eq!(drawn.iter().map(|svg| has_evil(svg)).collect::<Vec<_>>(), [(false, true); 2]);
     assert_eq!(greeting["scenario"], EVIL);
     assert_eq!(has_evil(hear(&mut pilot, "tree").as_str().unwrap()), (false, true));
-    // The next tick violates a property, and how that came about is told.
+    // The next tick violates a property, and the page explains how that came about.
     ask(&mut pilot, &json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 10 } }));
     while hear(&mut pilot, "stories") == "" {}
     for part in ["stories", "verdicts", "course"] {
@@ -303,7 +303,7 @@ fn a_port_that_is_taken_and_a_wrong_scenario_are_refused() {
 }
 
 #[test]
-fn what_was_is_shown_while_a_session_goes_on() {
+fn the_past_is_shown_while_a_session_goes_on() {
     let live = Live::start("nominal", &[]);
     let mut pilot = live.socket(&live.pilot);
     ask(&mut pilot, &json!({ "do": "pause" }));
@@ -317,7 +317,7 @@ fn what_was_is_shown_while_a_session_goes_on() {
     assert!(now > 7.0, "{now}");
     let fault = json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 12 } });
     assert_eq!(ask(&mut pilot, &fault)["refused"], "the past cannot be changed; go back to now");
-    // Steps and ticks are those of the past; the session stays where it is.
+    // Steps and ticks move through the past; the session stays where it is.
     ask(&mut pilot, &json!({ "do": "step" }));
     assert!(is_at(&until(&mut pilot, |known| is_at(&known["time"], 3.02))["to"], now));
     ask(&mut pilot, &json!({ "do": "tick" }));
@@ -367,7 +367,7 @@ fn a_recording_shows_what_the_run_was_like_at_any_time() {
     for time in [-1.0, 1e300] {
         assert!(ask(&mut pilot, &json!({ "do": "seek", "time": time }))["refused"].is_string());
     }
-    // Whoever goes on at the end starts over.
+    // Playing on at the end starts over.
     ask(&mut pilot, &json!({ "do": "resume" }));
     until(&mut pilot, |known| known["at"].as_f64().is_some_and(|at| at < end));
 }
@@ -379,7 +379,7 @@ fn a_recording_is_followed_while_it_grows() {
         let whole = folder.path().join(name);
         let report = record(&whole, &[]);
         let bytes = std::fs::read(&whole).unwrap();
-        // As a program that is still at it, which gives the file its name in the end.
+        // Like a program that is still recording, and gives the file its final name at the end.
         let path = folder.path().join(format!("growing-{name}"));
         let mut file = diagnostics::Unfinished::create(&path).unwrap();
         let (begun, rest) = bytes.split_at(bytes.len() * 3 / 5);
@@ -407,7 +407,7 @@ fn two_recordings_are_shown_side_by_side() {
     assert_eq!(hear(&mut pilot, "greeting")["sides"], 2);
     ask(&mut pilot, &json!({ "do": "pause" }));
     until(&mut pilot, |known| known["to"] == 24.0 && known["grows"] == false);
-    // The sides have what is shown; nobody steers from there.
+    // The sides show the runs; nobody steers from there.
     let mut sides = [0, 1].map(|side| live.socket(&format!("{}&side={side}", live.pilot)));
     for (side, report) in sides.iter_mut().zip([&first, &second]) {
         assert_eq!(hear(side, "greeting")["seed"], report["seed"]);

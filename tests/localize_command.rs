@@ -18,7 +18,7 @@ use trials::replay::drive::{Drive, route};
 
 use crate::steward::{refusal, steward};
 
-/// A robot with a laser as those of most logs: 180 beams over 180°.
+/// A robot with a laser like those of most logs: 180 beams over 180°.
 fn model() -> RobotModel {
     let laser = LaserSpec {
         name: "front".to_owned(),
@@ -78,7 +78,7 @@ impl Folder {
     }
 
     fn arguments<'a>(&self, arguments: &[&'a str]) -> Vec<std::borrow::Cow<'a, str>> {
-        // Names with an ending are files of the folder.
+        // Names with an extension are files in the folder.
         let in_folder =
             |name: &'a str| match name.contains('.') && Path::new(name).extension().is_some() && !name.starts_with('0')
             {
@@ -88,7 +88,7 @@ impl Folder {
         arguments.iter().map(|name| in_folder(name)).collect()
     }
 
-    /// What a command prints that must succeed, and what it says on stderr.
+    /// Runs a command, which must succeed; returns its stdout and stderr.
     fn run(&self, arguments: &[&str]) -> (String, String) {
         let arguments = self.arguments(arguments);
         let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
@@ -102,7 +102,7 @@ impl Folder {
         serde_json::from_str(&self.run(arguments).0).unwrap()
     }
 
-    /// What is said of a command that is refused, on one line.
+    /// The message of a command that is refused, on one line.
     fn refusal(&self, arguments: &[&str]) -> String {
         let arguments = self.arguments(arguments);
         let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
@@ -177,7 +177,7 @@ const TOPICS: [(&str, &str, &str); 6] = [
     ),
 ];
 
-/// The same drive as a bag: with topics for odometry and truth, or with transforms alone.
+/// The same drive as a bag: with topics for odometry and truth, or only with transforms.
 fn bag(log: &str, map: &maps::OccupancyGrid, transforms_alone: bool) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
@@ -241,7 +241,7 @@ fn a_robot_is_localized_in_a_bag_as_in_a_log() {
     let of_log = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);
     for (name, transforms_alone, topics) in [("drive.mcap", false, &topics[..]), ("transforms.mcap", true, &[])] {
         std::fs::write(folder.path(name), bag(&log(), &maps::house::draw(), transforms_alone)).unwrap();
-        // The map, too, is that of the bag.
+        // The map, too, comes from the bag.
         let of_bag = folder.json(&[&["localize", "--log", name, "--json"], topics].concat());
         assert_eq!(of_bag["scans"], of_log["scans"], "{name}");
         for (key, most) in [("median_m", 0.005), ("rmse_m", 0.005), ("driven_m", 0.01)] {
@@ -294,7 +294,7 @@ fn a_map_made_of_a_log_is_accurate_enough_for_localization() {
     assert!(said.contains("cells of 0.05 m from"), "{said}");
     let result =
         folder.json(&[&["localize", "--map", "made.yaml", "--log", "drive.log", "--json"], &BAD_ODOMETRY[..]].concat());
-    // The map's cells are of 0.05 m.
+    // The map's cells measure 0.05 m.
     assert!(result["median_m"].as_f64().unwrap() < 0.05 && result["lost"].as_array().unwrap().is_empty(), "{result}");
 }
 
@@ -317,7 +317,7 @@ fn damaged_logs_are_used_as_far_as_is_safe_and_reported_by_line() {
     std::fs::write(folder.path("broken.log"), &broken[..broken.len() - 40]).unwrap();
     let (said, notes) = folder.run(&["localize", "--map", "house.yaml", "--log", "broken.log", "--json"]);
     let scans = serde_json::from_str::<serde_json::Value>(&said).unwrap()["scans"].as_u64().unwrap();
-    assert_eq!(scans + 2, whole["scans"].as_u64().unwrap(), "all but the spoilt ones");
+    assert_eq!(scans + 2, whole["scans"].as_u64().unwrap(), "all but the broken ones");
     assert!(notes.contains("line 4: this FLASER should have 192 fields, but has 191"), "{notes}");
     assert!(notes.contains("the log is truncated within this line"), "{notes}");
     let mut packed = GzEncoder::new(Vec::new(), Compression::fast());

@@ -1,4 +1,4 @@
-//! Whole-system tests: the real binary, run as a user would.
+//! Whole-system tests: run the real binary as a user would.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

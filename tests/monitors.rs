@@ -1,4 +1,4 @@
-//! The monitors that are made from text: compared with those built by hand, on recorded runs, and with themselves as
+//! The monitors that are made from text, compared with hand-built ones on recorded runs, and with their own export to
 //! SCXML.
 
 use std::fs::File;
@@ -56,7 +56,7 @@ fn parsed_and_hand_built_monitors_agree_on_recorded_runs() {
     }
 }
 
-/// Properties that become graphs as in the paper, bans, and automata.
+/// Properties that become graphs as in the paper, bans, or automata.
 const OF_ALL_KINDS: &str = "
     property ban := always ((BatteryReader, BatteryLevel, level < 20)
         implies not time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) <= 2)
@@ -70,7 +70,7 @@ const OF_ALL_KINDS: &str = "
             implies time_until (BatteryReader, BatteryLevel, true) <= 2)
     property sense := always not (BatteryReader, BatteryLevel, m[1] = <error> and m[2] = \"no \\\"sensor\\\"\")";
 
-/// A run of ticks and of messages, one of each kind that the monitor distinguishes, in an order that looks random.
+/// A run of ticks and messages, of each kind that the monitor distinguishes, in a pseudorandom order.
 fn made_up_run(monitor: &ScopeMonitor, mut seed: u64) -> Vec<Event> {
     let samples: Vec<EventKind> = monitor.samples().collect();
     let mut ticks = 0_u64;
@@ -88,7 +88,7 @@ fn made_up_run(monitor: &ScopeMonitor, mut seed: u64) -> Vec<Event> {
     events.collect()
 }
 
-/// An event as an exported machine gets it.
+/// An event in the form in which an exported machine gets it.
 fn cue(event: &Event, topology: &Topology) -> String {
     let (name, data) = match &event.kind {
         EventKind::Tick => ("tick".to_owned(), json!(event.tick)),
@@ -100,7 +100,7 @@ fn cue(event: &Event, topology: &Topology) -> String {
     json!({ "event": name, "data": data }).to_string() + "\n"
 }
 
-/// How many of the events the machine has taken when it enters a state that means violation.
+/// The index of the event at which the machine enters a state that means a violation.
 fn violation_in_scxml(chart: &Arc<Chart>, events: &[Event], topology: &Topology) -> Option<usize> {
     let text: String = events.iter().map(|event| cue(event, topology)).collect();
     let cues = Cues::parse("run.jsonl", &text).unwrap();
@@ -116,7 +116,7 @@ fn violation_in_scxml(chart: &Arc<Chart>, events: &[Event], topology: &Topology)
 #[test]
 fn exported_scxml_gives_the_same_verdicts_in_the_engine_of_the_skills() {
     let topology = topology("nominal");
-    // Two minutes are longer than the runs.
+    // Two minutes would be longer than the runs.
     let shipped = SHIPPED.map(|(name, text)| (name, text.replace("theta2 := 120", "theta2 := 12")));
     let texts = shipped.into_iter().chain([("of all kinds", OF_ALL_KINDS.to_owned())]);
     let files = texts.map(|(name, text)| load(name, &text, &topology, Duration::from_secs(1)).unwrap());

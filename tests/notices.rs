@@ -1,4 +1,4 @@
-//! Notices that licences require.
+//! Notices that licenses require.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,12 +7,12 @@ use crate::workspace::{Package, metadata};
 
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
-/// The licences of an expression that LICENSE-APACHE does not cover: MIT or the first of those that may be chosen.
+/// The licenses of an expression that LICENSE-APACHE does not cover: of several choices, MIT or else the first.
 fn to_be_named(expression: &str) -> BTreeSet<String> {
     let chosen = expression.split(" AND ").filter_map(|part| {
         let choices: Vec<&str> =
             part.trim_matches(['(', ')']).split(" OR ").flat_map(|choice| choice.split('/')).map(str::trim).collect();
-        // Public domain asks for nothing.
+        // The public domain requires nothing.
         let is_free = choices.iter().any(|choice| ["Apache-2.0", "CC0-1.0"].contains(choice));
         let chosen = choices.iter().find(|choice| **choice == "MIT").or(choices.first());
         chosen.filter(|_| !is_free).map(|chosen| (*chosen).to_owned())
@@ -20,7 +20,7 @@ fn to_be_named(expression: &str) -> BTreeSet<String> {
     chosen.collect()
 }
 
-/// The crates that the program is made of, those of this workspace left out.
+/// The crates that the program consists of, without those of this workspace.
 #[cfg(target_os = "linux")]
 fn crates() -> Vec<Package> {
     let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
@@ -40,7 +40,7 @@ fn crates() -> Vec<Package> {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn everyone_who_requires_a_notice_is_named() {
+fn every_required_notice_is_there() {
     let mut wanted: BTreeSet<(String, String)> = BTreeSet::new();
     for package in crates() {
         let expression = package.license.as_deref().unwrap_or("a licence of its own");
@@ -62,7 +62,7 @@ fn everyone_who_requires_a_notice_is_named() {
 }
 
 #[test]
-fn a_licence_is_named_unless_a_different_one_may_be_chosen() {
+fn a_license_is_named_unless_a_different_one_may_be_chosen() {
     let named = |expression| to_be_named(expression).into_iter().collect::<Vec<_>>().join(" ");
     assert_eq!(named("MIT OR Apache-2.0"), "");
     assert_eq!(named("Unlicense/MIT"), "MIT");

@@ -1,4 +1,4 @@
-//! An output file is complete or not there at all, and has a name of its own.
+//! An output file is complete or does not exist, and has its own name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +8,7 @@ use tempfile::tempdir;
 
 use crate::steward::{refusal, steward};
 
-/// All files below a folder, with what they hold.
+/// All files in a folder and its subfolders, with their contents.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -25,7 +25,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-/// The binary in `folder`, which cannot write a file of more than that many half kilobytes.
+/// Runs the binary in `folder`, where it cannot write a file larger than `limit` blocks of 512 bytes.
 #[cfg(target_os = "linux")]
 fn on_a_small_disk(folder: &Path, limit: u32, arguments: &[&str]) -> Output {
     let script = format!("ulimit -f {limit}; exec \"$@\"");
@@ -57,7 +57,7 @@ fn a_full_disk_leaves_existing_outputs_unchanged() {
     let run = ["--scenario", "battery_fault", "--set", "stop.after_s=0"];
     let quick = [&run[..], &["--no-snapshots"]].concat();
     let with = |more: &[&'static str]| [&quick[..], more].concat();
-    // Each has room for some of its files and not for all.
+    // Each has room for some of its files, but not for all.
     let commands: [(&str, u32, Vec<&str>); 8] = [
         ("pictures", 100, [&run[..], &["--out", "pictures"]].concat()),
         ("report", 16, with(&["--out", "report"])),
@@ -69,7 +69,7 @@ fn a_full_disk_leaves_existing_outputs_unchanged() {
         ("copy", 8, vec!["init", "copy"]),
     ];
     for (name, limit, arguments) in &commands {
-        // A folder that `init` writes to has to be empty.
+        // `init` needs an empty folder.
         let whole = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder.path()).output();
         assert!(whole.unwrap().status.success(), "{arguments:?}");
         if *name == "copy" {
@@ -141,7 +141,7 @@ fn a_map_is_not_overwritten_silently() {
     assert!(files(folder.path()) == before);
     assert!(call(&["--out", &at("m.yaml"), "--force", "--resolution", "0.1"]).status.success());
     assert!(files(folder.path())["m.pgm"] != before["m.pgm"]);
-    // Into a folder, and not beside it.
+    // A map is written into a folder, not beside it.
     std::fs::create_dir(at("maps")).unwrap();
     assert!(call(&["--out", &at("maps")]).status.success());
     assert!(call(&["--out", &at("new/")]).status.success());
@@ -151,7 +151,7 @@ fn a_map_is_not_overwritten_silently() {
     }
 }
 
-/// Runs a scenario of that file name, with this property instead of its own; returns the files that it writes to `out`.
+/// Runs a scenario with that file name and a property with this name; returns the files that it writes to `out`.
 fn outputs_of(file: &str, property: &str) -> Vec<String> {
     let folder = tempdir().unwrap();
     let shipped = ["phi1", "phi2", "phi3"].map(|name| format!("\"properties/{name}.scope\"")).join(", ");

@@ -1,4 +1,4 @@
-//! The shipped protocol between tree, skills and components tolerates any single fault of any channel: whichever
+//! The shipped protocol between tree, skills and components tolerates any single fault of any channel: no matter which
 //! message is lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and the final state is
 //! the same as without the fault.
 
@@ -20,13 +20,13 @@ use skills::{Chart, SHIPPED, SkillProcess};
 
 const STEP: Duration = Duration::from_millis(100);
 const TICKS: u32 = 14;
-/// The level is below the threshold from this tick on, so that a trip is halted and another one started.
+/// The level is below the threshold from this tick on, so that one trip is halted and another one starts.
 const LOW_AFTER: u32 = 4;
 
 /// Answers each request at once, from a table.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Reader {
-    /// For each client, where it sends its requests and receives its answers, and what it has asked.
+    /// For each client, the channels of its requests and its answers, and its open request.
     clients: Vec<(ChannelId, ChannelId, Option<Envelope>)>,
     answers: BTreeMap<&'static str, Value>,
 }
@@ -108,8 +108,8 @@ impl Model {
         Self { tree, system, bt, generator, reader }
     }
 
-    /// This happens to the `nth` message that any process outside the tree sends or receives; the count continues in
-    /// the returned value.
+    /// Applies this effect to the `nth` message that any process outside the tree sends or receives; the returned
+    /// counter keeps counting.
     fn disturb_nth(&mut self, nth: u64, effect: &Effect) -> Arc<AtomicU64> {
         let sent = Arc::new(AtomicU64::new(0));
         let topology = Arc::clone(self.system.topology());
@@ -121,7 +121,7 @@ impl Model {
         sent
     }
 
-    /// Runs all ticks, a second apart: which of them were taken, and the final state of the tree.
+    /// Runs all ticks, a second apart; returns which of them were taken, and the final state of the tree.
     fn run(&mut self, scheduler: &mut dyn Scheduler) -> Result<(Vec<bool>, Vec<NodeState>), String> {
         let mut taken = Vec::new();
         for step in 0..10 * TICKS {
@@ -164,7 +164,7 @@ fn schedulers() -> Vec<Box<dyn Scheduler>> {
     vec![Box::new(RoundRobin::default()), Box::new(Random::new(ChaCha8Rng::seed_from_u64(7)))]
 }
 
-/// Every message of a run is disturbed in this way, one per run.
+/// Disturbs every message of a run in this way, one per run.
 fn every_message(effect: &Effect) {
     for as_nodes in [false, true] {
         for turn in 0..schedulers().len() {
@@ -175,7 +175,7 @@ fn every_message(effect: &Effect) {
             assert_eq!(taken, vec![true; TICKS as usize]);
             let messages = sent.load(Ordering::Relaxed);
             assert!(messages > 150, "{messages} messages");
-            // Events in the last ticks cannot be completed by the end.
+            // Disturbances in the last ticks cannot be overcome by the end.
             for nth in 0..messages * 6 / 10 {
                 let mut faulty = Model::new(as_nodes);
                 faulty.disturb_nth(nth, effect);

@@ -1,11 +1,11 @@
-//! `steward prove`: every schedule and everything that may happen around tree, skills and components.
+//! `steward prove`: every schedule, and everything that may happen around tree, skills and components.
 
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, steward};
 
-/// The results of a proof, which must end with this status.
+/// The results of a proof, which must end with this exit status.
 fn proof(status: i32, arguments: &[&str]) -> Value {
     let output = steward(&[&["prove", "--json"], arguments].concat());
     let said = String::from_utf8_lossy(&output.stderr);
@@ -56,7 +56,7 @@ const OR_THERE: [&str; 7] = [
 ];
 
 #[test]
-fn being_there_is_an_answer_whatever_the_battery_and_the_route() {
+fn phi2_or_there_is_proved_for_any_battery_and_any_route() {
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &[&OR_THERE[..], &["--set", tree]].concat());
         assert_eq!(results(&proof), [("phi2_or_there", "proved"), ("progress", "proved")]);
@@ -183,7 +183,7 @@ fn the_published_protocol_takes_turns_but_not_in_time() {
 }
 
 #[test]
-fn a_guide_that_cannot_reach_a_stop_leaves_it_out_and_does_nothing_worse() {
+fn a_guide_that_cannot_reach_a_stop_skips_it_and_does_nothing_worse() {
     let whole = proof(0, &["guide"]);
     let expected = ["shows_once", "opens_first", "locks_nobody_in", "plans_promptly"].map(|name| (name, "proved"));
     assert_eq!(results(&whole), [&[("shows_all", "violated")], &expected[..], &[("progress", "proved")]].concat());
@@ -238,7 +238,7 @@ fn planted() -> (TempDir, String) {
 }
 
 #[test]
-fn without_a_property_whatever_is_never_reached_is_listed_with_its_location() {
+fn unreached_items_are_listed_with_their_locations_even_without_a_property() {
     let (_folder, scenario) = planted();
     for tree in ["execution.tree=whole", "execution.tree=nodes"] {
         let proof = proof(0, &[&scenario, "--set", tree]);
@@ -281,7 +281,7 @@ fn without_a_property_whatever_is_never_reached_is_listed_with_its_location() {
 }
 
 #[test]
-fn a_machine_that_counts_without_end_is_named() {
+fn a_machine_that_counts_forever_is_named() {
     let (folder, scenario) = planted();
     let knock = std::fs::read_to_string(folder.path().join("Knock.scxml")).expect("a machine");
     let counts = "<datamodel><data id=\"count\" expr=\"0\"/></datamodel>\n<state id=\"here\">";
@@ -296,7 +296,7 @@ fn a_machine_that_counts_without_end_is_named() {
 }
 
 #[test]
-fn whatever_is_never_reached_does_not_depend_on_the_form_of_the_tree() {
+fn unreached_items_do_not_depend_on_the_form_of_the_tree() {
     let of = |tree| proof(0, &["nominal", "--property", "progress", "--set", tree])["unreached"].clone();
     assert_eq!(of("execution.tree=whole"), of("execution.tree=nodes"));
 }
@@ -383,7 +383,7 @@ fn faults_of_the_catalogue_may_occur_in_a_proof() {
     assert_eq!(run["replayed"], true);
     let steps = run["steps"].as_array().expect("steps");
     assert!(steps.iter().any(|it| it["environment"] == mistake), "{run:#}");
-    // The run can be written and followed: where it does not come to the same verdict, the command fails.
+    // The run can be written and followed: the command fails if that does not give the same verdict.
     let folder = tempdir().expect("a folder");
     let out = folder.path().to_str().expect("a path in UTF-8");
     self::proof(1, &["nav2/halted_early_fixed", "--property", "stands_still", "--set", &faults, "--out", out]);
@@ -404,12 +404,12 @@ fn mutants_that_survive_are_mistakes_that_no_property_notices() {
     let of = |result: &str| mutants.iter().filter(|it| it["result"] == result).collect::<Vec<_>>();
     let (killed, survive) = (of("killed"), of("survives"));
     assert!(killed.len() >= 5 && survive.len() > 50, "{} killed, {} survive", killed.len(), survive.len());
-    // As many of the skill as there are, and some of the tree.
+    // All mutants of the skill, and some of the tree.
     let listed = steward(&["skill", "mutants", "skills/machines/nav2/FollowPathFixed.scxml"]).stdout;
     let count = mutants.iter().filter(|it| it["skill"] == "FollowPath").count();
     assert_eq!(String::from_utf8_lossy(&listed).lines().count(), count);
     assert!(mutants.iter().any(|it| it["skill"].is_null()), "{mutants:?}");
-    // Each is what the same mistake in the file is.
+    // Each equals the same mistake in the file.
     let folder = tempdir().expect("a folder");
     let text = std::fs::read_to_string("skills/machines/nav2/FollowPathFixed.scxml").expect("it is shipped");
     let mistakes = skills::mutations("FollowPathFixed.scxml", &text).expect("a machine");

@@ -8,7 +8,7 @@ use tempfile::tempdir;
 use crate::ready_made_monitors::MACHINES;
 use crate::steward::{refusal, report};
 
-/// A scenario for the files in `tests/published`, which have the form of the authors'.
+/// A scenario for the files in `tests/published`, which have the form of the authors' files.
 const SCENARIO: &str = r#"
 folder = "."
 map = "maps/house.yaml"
@@ -55,7 +55,7 @@ fn files_in_the_authors_format_run_experiment_1() {
     let folder = tempdir().unwrap();
     let published = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/published");
     let scenario = folder.path().join("ours.toml");
-    // Machines without a name in the scenario are called what they call themselves.
+    // Machines without a name in the scenario keep their own names.
     let machines = MACHINES.replace("name = \"charge\"\n", "").replace("name = \"trip\"\n", "");
     let machines = machines.replace("GoToDestination", "GoToKitchen").replace("GotoRechargingStation", "GoToDock");
     std::fs::write(&scenario, format!("{SCENARIO}{machines}")).unwrap();

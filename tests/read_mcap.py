@@ -29,7 +29,7 @@ RUNS = {
 }
 LATCHED = ("/map", "/places", "/robot", "/tf_static", "/bodies", "/tree", "/processes", "/monitors", "/navigation",
            "/rosout")
-DRAWN = {  # what Rerun makes of types that it knows
+DRAWN = {  # the types that Rerun draws, and what they become
     "sensor_msgs/msg/PointCloud2": "Points3D",
     "nav_msgs/msg/OccupancyGrid": "GridMap",
     "tf2_msgs/msg/TFMessage": "Transform3D",
@@ -42,9 +42,9 @@ DRAWN = {  # what Rerun makes of types that it knows
 
 
 def plain(value):
-    """A decoded message as dictionaries, lists and numbers, whoever decoded it."""
+    """A decoded message as dictionaries, lists and numbers, whichever library decoded it."""
     if dataclasses.is_dataclass(value):
-        # Constants are in capitals, and the name of the type is no field.
+        # Constants are in capitals, and the name of the type is not a field.
         names = [field.name for field in dataclasses.fields(value) if field.name[0].islower()]
         return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, numpy.ndarray):
@@ -59,7 +59,7 @@ def plain(value):
 
 
 def same(a, b):
-    """Equality for which NaN is equal to itself, and a byte to its number."""
+    """Equality under which NaN equals itself, and a byte its number."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, list) and isinstance(b, list):
@@ -95,7 +95,7 @@ def token(name):
 
 
 def compare_with_log(topics, log):
-    """Channels, ticks and the tree, one by one."""
+    """Compares channels, ticks and the tree, message by message."""
     channels = collections.defaultdict(list)
     for line in log:
         if "message" in line:
@@ -118,7 +118,7 @@ def compare_with_log(topics, log):
 
 
 def compare_with_report(topics, report):
-    """What is known at the end, and how it came about."""
+    """Compares what is known at the end, and how it came about."""
     final = {status["name"]: status for status in topics["/monitors"][-1][1]["status"]}
     assert {name: status["message"] for name, status in final.items()} == {
         monitor["name"]: monitor["verdict"] for monitor in report["monitors"]
@@ -126,7 +126,7 @@ def compare_with_report(topics, report):
     for monitor in report["monitors"]:
         values = {pair["key"]: pair["value"] for pair in final[monitor["name"]]["values"]}
         assert values["property"] == monitor["property"] and values["location"] == monitor["state"]
-        # The report has the tick of a violation alone.
+        # The report has the tick only for violations.
         assert monitor["tick"] is None or values["tick"] == str(monitor["tick"])
     told = [(message["name"], message["msg"]) for _, message in topics["/rosout"]]
     assert told[-1] == (report["scenario"], report["ended_because"])
@@ -150,7 +150,7 @@ def compare_with_report(topics, report):
 
 
 def compare_with_each_other(topics):
-    """Scans and their points; grid, image and points of the map; markers and their points."""
+    """Compares scans with their points; grid, image and points of the map; markers with their points."""
     static = topics["/tf_static"][0][1]["transforms"]
     for mount in static:
         frame = mount["child_frame_id"]
@@ -210,7 +210,7 @@ def run_and_read(scenario, more, folder):
     if report["robot"] is not None:
         compare_with_each_other(topics)
 
-    # By its definitions in the file, and by those that rosbags has of ROS itself.
+    # With the definitions in the file, and with those of ROS that rosbags has.
     stores = [get_typestore(store) for store in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY, Stores.ROS2_KILTED)]
     read, standard = collections.Counter(), 0
     with Reader(path) as reader:

@@ -1,4 +1,4 @@
-//! Monitors that a scenario attaches as they stand: SCXML machines, and those of the paper's figure.
+//! Monitors that a scenario attaches ready-made: SCXML machines, and those of the paper's figure.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, report};
 
-/// The machines of the form that the paper's authors published, with the messages that are their events.
+/// Machines of the form that the paper's authors published, with the messages that become their events.
 pub(crate) const MACHINES: &str = r#"
 [[monitors]]
 name = "charge"

@@ -1,4 +1,4 @@
-//! A run that was recorded can be shown again: from the recording alone come the files that the run left.
+//! A recorded run can be shown again: the recording alone gives the files that the run wrote.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -29,7 +29,7 @@ const RUNS: [(&str, &[&str]); 13] = [
     ("faults/kidnap", &["--set", "execution.max_time_s=15"]),
 ];
 
-/// All files of a folder; of the report everything but how long the computer took.
+/// All files of a folder; the report without its timing.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let file = |entry: std::io::Result<std::fs::DirEntry>| {
         let path = entry.unwrap().path();
@@ -56,7 +56,7 @@ fn property_files(scenario: &str, folder: &Path) -> Vec<String> {
     loaded.properties.iter().enumerate().map(write).collect()
 }
 
-/// `verify` gives the same results for a recording as the run did: verdict, tick, witness.
+/// Checks that `verify` gives the same results for a recording as the run did: verdict, tick, witness.
 fn check_verdicts(scenario: &str, recording: &str, report: &Value, folder: &Path) {
     let files = property_files(scenario, folder);
     if files.is_empty() {
@@ -126,7 +126,7 @@ fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() 
     }
 }
 
-/// All scenarios that come with the program and need nothing else.
+/// All shipped scenarios that need nothing else.
 #[test]
 #[ignore = "takes minutes"]
 fn verdicts_of_recordings_are_those_of_their_runs() {
@@ -203,7 +203,7 @@ fn an_incomplete_recording_is_refused_with_one_message() {
     has(said_of(&whole[..whole.len() * 3 / 4]), "ends before its run does");
     has(said_of(&whole[..8]), "is not a recording of a run");
     let mut damaged = whole.clone();
-    // In the first chunk; an index could be damaged and the run still be read.
+    // In the first chunk: with a damaged index, the run could still be read.
     damaged[20_000] ^= 0x40;
     has(said_of(&damaged), "is damaged");
     has(said_of(&of_another_program()), "is not a recording of a run");
@@ -226,7 +226,7 @@ fn of_another_program() -> Vec<u8> {
     file.into_inner()
 }
 
-/// Whether a recording that is being written has more than the start of its run already.
+/// Whether a recording that is being written already has more than the start of its run.
 fn tells_of_a_step(path: &Path) -> bool {
     let Ok(mut recording) = Recording::open(path) else { return false };
     recording.begin().is_ok_and(|mut view| recording.advance(&mut view).is_ok())

@@ -1,4 +1,4 @@
-//! The chapters of docs/src/reference: what the code can say, it writes, between two comments; the rest is checked.
+//! The chapters of docs/src/reference: the code generates what it can, between two comments; the rest is checked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -16,7 +16,7 @@ use tempfile::tempdir;
 
 use crate::steward::{report, steward};
 
-/// Fails if a file of the repository is not what the code makes of it; with `STEWARD_BLESS` writes it instead.
+/// Fails if a file of the repository differs from what the code generates; with `STEWARD_BLESS`, writes it instead.
 pub(crate) fn compare(file: &str, made: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     if std::env::var_os("STEWARD_BLESS").is_some() {
@@ -25,7 +25,7 @@ pub(crate) fn compare(file: &str, made: &str) {
     let command = "STEWARD_BLESS=1 cargo test --test main -- reference schemas";
     assert!(
         std::fs::read_to_string(&path).unwrap_or_default() == made,
-        "{file} is out of date; this writes it anew: {command}"
+        "{file} is out of date; to regenerate it: {command}"
     );
 }
 
@@ -60,7 +60,7 @@ fn commands() {
     compare_part("commands", "commands", &help_of(&[]));
 }
 
-/// The help of a command and of those below it, as the binary gives it.
+/// The help of a command and its subcommands, as the binary prints it.
 fn help_of(path: &[&str]) -> String {
     let output =
         Command::new(env!("CARGO_BIN_EXE_steward")).args(path).arg("--help").env("COLUMNS", "80").output().unwrap();
@@ -206,7 +206,7 @@ fn docs(attributes: &[syn::Attribute]) -> String {
     without_links(&lines.join("\n"))
 }
 
-/// Documentation without what only rustdoc can resolve: ``[`a`](Self::a)`` and ``[`b`]``.
+/// Documentation without the links that only rustdoc can resolve: ``[`a`](Self::a)`` and ``[`b`]``.
 fn without_links(text: &str) -> String {
     let is_target = |line: &&str| !(line.starts_with("[`") && line.contains("`]: "));
     let mut text = text.lines().filter(is_target).collect::<Vec<_>>().join("\n");
@@ -255,7 +255,7 @@ fn nodes() {
     compare_part("nodes", "kinds", &text);
 }
 
-/// Structs and enums that are written as JSON: their fields and variants as JSON has them.
+/// Structs and enums that are written as JSON, with their fields and variants as in JSON.
 #[derive(Default)]
 struct Written {
     structs: BTreeMap<String, Vec<(String, syn::Type, String)>>,
@@ -285,7 +285,7 @@ impl Written {
         written
     }
 
-    /// A type's name in JSON, and the struct in it, if there is one, with the path from the field to it.
+    /// A type's name in JSON and, if it contains a struct, that struct with the path from the field to it.
     fn type_in_words(&self, of: &syn::Type) -> (String, Option<(String, &'static str)>) {
         let syn::Type::Path(path) = of else {
             return match of {
@@ -321,7 +321,7 @@ impl Written {
         }
     }
 
-    /// The fields of a struct and of those in it, one section each; and where each field is.
+    /// The fields of a struct and of the structs in it, one section each; collects where each field is.
     fn sections(&self, root: &str, fields: &mut BTreeMap<String, BTreeSet<String>>) -> String {
         let mut text = String::new();
         let mut next = vec![(String::new(), root.to_owned())];
@@ -353,7 +353,7 @@ fn snake_case(name: &str) -> String {
     name.char_indices().map(letter).collect()
 }
 
-/// That the objects of a JSON file have the fields that the reference says, and no others.
+/// Checks that the objects of a JSON file have exactly the fields that the reference lists.
 fn check_fields(json: &Value, path: &str, fields: &BTreeMap<String, BTreeSet<String>>) {
     match json {
         Value::Array(items) => items.iter().for_each(|item| check_fields(item, &format!("{path}[]"), fields)),
@@ -419,7 +419,7 @@ fn event_log() {
     assert_eq!(text.lines().map(keys).collect::<BTreeSet<BTreeSet<String>>>(), told);
 }
 
-/// Each topic of a file in MCAP is a row of its table, with its type, and the other way round.
+/// Each topic of an MCAP file is a row of its table, with its type, and vice versa.
 #[test]
 fn topics() {
     let text = read("docs/src/reference/topics.md");

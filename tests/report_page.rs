@@ -39,7 +39,7 @@ addEventListener('load', () => {
       const box = text.getBoundingClientRect();
       if (box.left < area.left - 1 || box.right > area.right + 1 || box.top < area.top - 1 || box.bottom > area.bottom + 1)
         problems.push('leaves its chart: ' + name(text));
-      // A halo is the same text at the same place. A box is higher than its letters.
+      // A halo is the same text at the same position. A box is taller than its letters.
       const trim = box.height * 0.2;
       const letters = { left: box.left + 1, right: box.right - 1, top: box.top + trim, bottom: box.bottom - trim, text };
       const twin = texts[texts.length - 1];
@@ -57,7 +57,8 @@ addEventListener('load', () => {
 });
 </script>"#;
 
-/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Records the report.
+/// A page around the page, because a browser's window is never as narrow as a phone, but a frame can be. Keeps the
+/// probe's report.
 fn frame(width: u32) -> String {
     format!(
         "<!DOCTYPE html><pre id=\"probe\"></pre><script>addEventListener('message', event => \
@@ -80,7 +81,7 @@ fn browser() -> Option<PathBuf> {
     browser
 }
 
-/// Opens a page at a width with these further arguments; what the browser writes.
+/// Opens a page at this size with these additional arguments; returns the browser's output.
 fn open(browser: &Path, page: &Path, (width, height): (u32, u32), arguments: &[&str]) -> String {
     let profile = tempdir().unwrap();
     let output = Command::new(browser)
@@ -102,13 +103,13 @@ fn probe(browser: &Path, folder: &Path, width: u32) -> Value {
     std::fs::write(&page, frame(width)).unwrap();
     let dom = open(browser, &page, (2000, 1000), &["--dump-dom", "--virtual-time-budget=10000"]);
     let found = dom.split_once("<pre id=\"probe\">{").and_then(|(_, found)| found.split_once("</pre>"));
-    let (found, _) = found.unwrap_or_else(|| panic!("the probe has said nothing: {dom}"));
+    let (found, _) = found.unwrap_or_else(|| panic!("the probe has reported nothing: {dom}"));
     let found = format!("{{{found}");
     let found = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
     serde_json::from_str(&found).unwrap()
 }
 
-/// Looks at the page of a run, and keeps screenshots of it, light and dark.
+/// Checks the page of a run, and keeps screenshots of it, light and dark.
 pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     let Some(browser) = browser() else { return };
     let folder = page.parent().unwrap();
@@ -119,14 +120,14 @@ pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     std::fs::create_dir_all(&kept).unwrap();
     for width in WIDTHS_PX {
         let found = probe(&browser, folder, width);
-        assert_eq!(found["width"], width, "{name}: the page gets the width it is to get");
+        assert_eq!(found["width"], width, "{name}: the page has the requested width");
         assert_eq!(found["problems"], Value::Array(Vec::new()), "{name} at {width} px");
         assert_eq!(found["loaded"], Value::Array(Vec::new()), "{name} at {width} px loads something");
         assert_eq!(found["charts"], charts, "{name} at {width} px");
         let height = u32::try_from(found["height"].as_u64().unwrap()).unwrap();
         for (surroundings, scheme) in [("light", 1), ("dark", 0)] {
             if surroundings == "dark" && width == WIDTHS_PX[2] {
-                continue; // Nothing new to see, and a browser takes its time.
+                continue; // It would show nothing new, and browsers are slow.
             }
             let picture = kept.join(format!("{name}-{width}-{surroundings}.png"));
             let screenshot = format!("--screenshot={}", picture.display());
@@ -189,7 +190,7 @@ fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     look_at("joypad", &out.path().join("report.html"), 4);
 }
 
-/// The page of that scenario's run, after it has been checked: it has this many charts and contains all of `words`, in
+/// Checks the page of that scenario's run and returns it: it has this many charts, and contains all of `words` in
 /// order.
 fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
     let out = tempdir().unwrap();
@@ -197,7 +198,7 @@ fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
     let mut rest = page.as_str();
     for words in words {
-        let Some(place) = rest.find(words) else { panic!("the page does not say, or not there: {words}") };
+        let Some(place) = rest.find(words) else { panic!("the page does not say this, or in another order: {words}") };
         rest = &rest[place..];
     }
     look_at(scenario, &out.path().join("report.html"), charts);

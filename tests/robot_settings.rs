@@ -1,4 +1,4 @@
-//! The robot of a scenario: `[robot]`. Simulation, planning, localization and reports all follow it.
+//! The robot of a scenario: `[robot]`. Simulation, planning, localization and reports all use it.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use tempfile::tempdir;
 
 use crate::steward::{refusal, report, steward};
 
-/// The report of the way from the start to the destination, with these values set.
+/// The report of the trip from the start to the destination, with these values set.
 fn drive(set: &[&str]) -> Value {
     let out = tempdir().unwrap();
     let common = ["stop.at=Destination", "stop.after_s=0", "battery.initial_pct=100", "execution.max_time_s=400"];

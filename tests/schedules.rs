@@ -1,9 +1,10 @@
-//! All schedules of the tick of the halt: whether a stop can cancel a trip that has just begun.
+//! All schedules of the tick at which a trip is halted: whether a stop can cancel a trip that has just begun.
 //!
-//! The system is a real one without a robot: tree, skills and components are the real processes, and the driver of
-//! Navigation is a program graph, which may report at any moment that the robot has arrived or will not. From the start
-//! to the tick at which the level is below 30 % for the first time, and for a second after it, every transition that
-//! some scheduler could take is taken; and then for another second, with a level that is high again.
+//! The system is the real one, but without a robot: tree, skills and components are the real processes, and
+//! Navigation's driver is a program graph, which may report at any moment that the robot has arrived or will not
+//! arrive. From the start until a second after the tick at which the level is below 30 % for the first time, every
+//! transition that some scheduler could take is taken; the same goes for one more second, in which the level is high
+//! again.
 
 mod exploration;
 #[path = "../channels/tests/system/lockstep.rs"]
@@ -22,20 +23,21 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 const FORMS: [TreeForm; 2] = [TreeForm::Whole, TreeForm::Nodes];
 const STATION: &str = "RechargingStation";
 
-/// The states a second after the tick of the halt, with those in which the trip to the station is lost apart.
+/// The states a second after the tick of the halt: those in which the trip to the station goes on, and those in which
+/// it is lost.
 fn after_the_halt(model: &Model) -> (States, States) {
     let under_way = model.first_second();
     assert!(under_way.iter().any(|state| model.drives_to(state, "Destination")), "the robot is on its way");
     split(&model.second(1, &under_way, 29.0), |end| model.is_on_trip_to(end, STATION))
 }
 
-/// Those for which it is true, and the others.
+/// The states for which this is true, and the others.
 fn split(states: &States, is_so: impl Fn(&ChannelSystem) -> bool) -> (States, States) {
     let (so, not): (Vec<_>, Vec<_>) = states.iter().partition(|state| is_so(state));
     [so, not].map(|states| states.into_iter().map(ChannelSystem::fork).collect()).into()
 }
 
-/// Whether some schedules lose the trip, and others do not.
+/// Whether some schedules keep the trip, and whether some lose it, for each form of the tree.
 fn depends_on_the_schedule(protocol: Protocol, trips: Trips) -> [(bool, bool); 2] {
     FORMS.map(|form| {
         let (kept, lost) = after_the_halt(&Model::new(protocol, form, trips));
@@ -89,7 +91,7 @@ fn some_schedules_of_the_published_protocol_lose_the_trip_when_the_previous_one_
     }
 }
 
-/// The tree stops only what it holds to be running, and only an idle skill is started.
+/// The tree stops only skills that it considers running, and starts only idle ones.
 #[test]
 fn the_published_protocol_does_not_restart_an_action_whose_end_the_tree_has_seen() {
     for form in FORMS {
@@ -110,15 +112,15 @@ fn the_published_protocol_does_not_restart_an_action_whose_end_the_tree_has_seen
     }
 }
 
-/// The cause of the loss of the trip: the published component does not look whose trip it ends.
+/// The reason why the trip is lost: the published component does not check whose trip it ends.
 #[test]
 fn no_schedule_loses_the_trip_if_a_stop_ends_only_its_own_trip() {
     assert_eq!(depends_on_the_schedule(Protocol::OwnTrips, Trips::Ending), [(true, false); 2]);
 }
 
-/// The enumeration would have found a loss on the way: it finds the one that a single wrong order causes.
+/// The enumeration would have found a trip lost on the way: it finds the one that a single wrong order of calls loses.
 #[test]
-fn some_schedules_lose_the_trip_if_the_resource_is_given_back_before_navigation_is_halted() {
+fn some_schedules_lose_the_trip_if_the_resource_is_released_before_navigation_is_halted() {
     assert_eq!(depends_on_the_schedule(Protocol::EarlyRelease, Trips::Endless), [(true, true); 2]);
 }
 
@@ -169,7 +171,7 @@ fn a_day_of_the_shipped_system_has_as_many_normal_forms_as_its_first_hours() {
             for half in 0..4 {
                 system.advance(Duration::from_secs(10) * tick + Duration::from_millis(500) * half);
                 if half == 0 {
-                    assert!(system.generate_tick(generator).1, "the tick before is finished");
+                    assert!(system.generate_tick(generator).1, "the previous tick is finished");
                 }
                 system.run(&mut scheduler, 10_000).for_each(|event| drop(event.unwrap()));
             }

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use self::validator::problem;
 use crate::steward::steward;
 
-/// A kind of files: its schema, its keys, and its reader, which gives back what it has read in some form.
+/// A kind of file: its schema, its keys, and its reader, which returns what it has read in some form.
 struct Kind {
     schema: Value,
     keys: Vec<Key>,
@@ -79,7 +79,7 @@ fn as_json(text: &str) -> Value {
 }
 
 impl Kind {
-    /// The verdicts of schema and reader on a file. Anything that the schema refuses, the reader refuses, too.
+    /// The verdicts of schema and reader on a file. The reader refuses everything that the schema refuses.
     fn judged(&self, file: &Value) -> Judged {
         let text = toml::to_string(file).unwrap();
         let read = (self.read)(&text);
@@ -166,7 +166,7 @@ const CAMPAIGNS: [&str; 4] = [
     "scenario = \"errand\"\nsampling = \"grid\"\n[[parameters]]\nkey = \"seed\"\nvalues = [1, 2]",
 ];
 
-/// One interface with its own fields, one with those of definitions.
+/// One interface with its own fields, and one with fields from definitions.
 const INTERFACES: [&str; 2] = [
     "packages = []\nservices.NAME = { request = { a = \"text\" }, reply = {} }\n\
      topics.NAME = { fields = { a = [\"open\", \"closed\"] } }\n\
@@ -181,7 +181,7 @@ const MAPPING: &str = "tick_s = 0.5\ntime = \"header.stamp\"\n[[messages]]\ntopi
      fields = { a = \"b\", c = { path = \"d\", symbols = { 1 = \"open\" } }, e = { path = \"f\", scale = 2 }, \
      g = { symbol = \"ok\" }, h = { value = 3 } }\nwhere = { i = [1, 2], j = \"k\" }";
 
-/// Every kind of files, with examples that together have all of their tables; faults apart.
+/// Every kind of file, with examples that together have all of its tables, except faults.
 fn examples() -> [(Kind, Vec<Value>); 4] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
@@ -223,7 +223,7 @@ fn faults() -> Vec<(&'static [Parameter], Value)> {
     KINDS.iter().map(|kind| (kind.parameters, with(kind))).collect()
 }
 
-/// The place of a key in a file: the first entry of each array of tables. `None` if the table is not there.
+/// The place of a key in a file, in the first entry of each array of tables. `None` if the table does not exist.
 fn place<'f>(file: &'f mut Value, key: &Key) -> Option<(&'f mut serde_json::Map<String, Value>, String)> {
     let mut table = file;
     let mut parts: Vec<&str> = key.path.split('.').collect();
@@ -284,8 +284,8 @@ fn probes(key: &Key) -> Vec<Value> {
     probes
 }
 
-/// Mistakes that only a reader can detect: a file that is missing, the contents of another file, a rule that binds two
-/// keys, a language inside a string.
+/// Mistakes that only a reader can detect: a missing file, the contents of another file, a rule about two keys, a
+/// language inside a string.
 const ONLY_THE_READER: [&str; 30] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
@@ -398,7 +398,7 @@ fn the_defaults_are_those_of_the_reader() {
     }
 }
 
-/// The keys that the reader says are known in a table, when it meets one that is not.
+/// The known keys of a table, which the reader lists when it finds an unknown one.
 fn known(kind: &Kind, file: &Value, table: &str) -> Option<BTreeSet<String>> {
     let path = if table.is_empty() { "qqqqqqqq".to_owned() } else { format!("{table}.qqqqqqqq") };
     let file = with(file, &Key::new(&path, "", json!({})), json!(1))?;
@@ -418,7 +418,7 @@ fn the_keys_are_those_that_the_reader_knows() {
             let (table, name) = key.split();
             tables.entry(table.to_owned()).or_default().insert(name.trim_end_matches("[]").to_owned());
         }
-        // In these the file chooses the keys; what a fault may have depends on its kind.
+        // In these, the file chooses the keys; the keys of a fault depend on its kind.
         let chosen = [
             "actions",
             "components",
@@ -475,7 +475,7 @@ fn interface_files_of_the_examples_are_valid() {
     }
 }
 
-/// Files that are refused elsewhere in these tests, as far as a schema can know.
+/// Files that other tests expect to be refused, as far as a schema can tell.
 #[test]
 fn broken_files_are_refused_by_both() {
     let refused = |kind: &Kind, file: &str| matches!(kind.judged(&as_json(file)), Judged::RefusedByBoth);

@@ -27,7 +27,7 @@ const DOOR: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.
 </scxml>"#;
 
 const EVENTS: &str = r#"
-# Two knocks at once, and the third a second later.
+# Two knocks at once, and a third a second later.
 {"event": "knock", "time_s": 1}
 {"event": "knock"}
 {"event": "knock", "time_s": 2}
@@ -50,20 +50,20 @@ fn files(machine: &str, events: &str) -> Files {
     Files { folder, machine: machine_file, events: events_file }
 }
 
-/// The call of `steward skill` on these files.
+/// Calls `steward skill run` on these files.
 fn run(files: &Files, further: &[&str]) -> Output {
     let mut arguments = vec!["skill", "run", text(&files.machine), "--events", text(&files.events)];
     arguments.extend(further);
     steward(&arguments)
 }
 
-/// The output of a call, if it ends with that status.
+/// The output of a call, which must end with that status.
 fn said(output: Output, status: i32) -> String {
     assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// A machine that does this in its only state.
+/// A machine with this content.
 fn machine(content: &str) -> String {
     let head = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">"#;
     format!("{head}\n{content}\n</scxml>")

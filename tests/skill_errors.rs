@@ -12,7 +12,7 @@ use crate::bad_input::copy_of_battery_fault;
 use crate::campaign::{bytes, results_on};
 use crate::steward::steward;
 
-/// A copy of `battery_fault` in which the machine of BatteryLevel does this when it is asked.
+/// A copy of `battery_fault` in which BatteryLevel's machine does this when it is ticked.
 fn spoilt(content: &str, folder: &Path) -> PathBuf {
     let scenario = copy_of_battery_fault(folder);
     let machine = scenario.with_file_name("skills").join("BatteryLevel.scxml");
@@ -68,7 +68,7 @@ fn a_campaign_of_such_scripts_gives_the_same_bytes_on_one_thread_and_on_two() {
     assert!(is_the_same_on_two_threads(&campaign_of_failing_scripts(folder.path(), 6)));
 }
 
-/// A campaign of a scenario in which a skill's scripts fail in several ways.
+/// A campaign with a scenario in which a skill's scripts fail in several ways.
 #[cfg(feature = "ecmascript")]
 pub(crate) fn campaign_of_failing_scripts(folder: &Path, runs: u64) -> PathBuf {
     let deep = "<script>var f = () => f(); try { f() } catch (e) { [[0]].flat(); throw 'x'.repeat(1000000) }</script>";
@@ -86,18 +86,18 @@ fn campaign_of(scenario: &Path, runs: u64, max_time_s: usize) -> PathBuf {
     file
 }
 
-/// Whether a campaign writes the same on one thread and on two.
+/// Whether a campaign writes the same bytes on one thread and on two.
 #[cfg(feature = "ecmascript")]
 fn is_the_same_on_two_threads(campaign: &Path) -> bool {
     bytes(&results_on(1, campaign)) == bytes(&results_on(2, campaign))
 }
 
-/// Scripts that would take all time, memory or stack there is, one per line.
+/// Scripts that would use up all time, memory or stack, one per line.
 #[cfg(feature = "ecmascript")]
 const BOMBS: &str = include_str!("../skills/tests/main/bombs.js");
 
-/// Data, and a state that runs them one after another, each with a timer of its own, so that it begins with as many
-/// steps as a machine may take; finally it throws a sum of what is left.
+/// The data and the state of a machine that runs these scripts one after another, each on its own timer, so that each
+/// starts with the full budget of steps; finally it throws a checksum of their results.
 #[cfg(feature = "ecmascript")]
 fn machine_of(bombs: &[&str]) -> (&'static str, String) {
     let data = "<datamodel><data id=\"x\"/><data id=\"sum\" expr=\"0\"/><data id=\"turn\" expr=\"0\"/>";
@@ -110,7 +110,7 @@ fn machine_of(bombs: &[&str]) -> (&'static str, String) {
         )
     };
     let runs: String = bombs.iter().enumerate().map(run).collect();
-    // A tick of the tree enters the state again.
+    // A tick of the tree enters the state again, so the old timer is canceled.
     let wait = "<cancel sendid=\"wait\"/><send event=\"next\" id=\"wait\" delay=\"10ms\"/>";
     let state = format!(
         "<state id=\"bombs\"><onentry>{wait}</onentry>{runs}
@@ -119,7 +119,7 @@ fn machine_of(bombs: &[&str]) -> (&'static str, String) {
     (data, state)
 }
 
-/// Runs every `step`th of them in `skill run`, in a run of a scenario and in a campaign, each twice.
+/// Runs every `step`th script in `skill run`, in a run of a scenario and in a campaign, twice each.
 #[cfg(feature = "ecmascript")]
 fn bombs_end_alike_everywhere(step: usize) {
     let folder = tempdir().unwrap();

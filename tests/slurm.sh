@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# A real Slurm on this machine runs a campaign as an array of eight; merged, its results must be those of one process, byte
-# for byte. Also when a task is killed in the middle and runs again.
+# A real Slurm on this machine runs a campaign as an array of eight. Merged, its results must equal those of a single
+# process, byte for byte, even if a task is killed halfway and runs again.
 # Usage: tests/slurm.sh STEWARD
-# Needs slurm-wlm and munge (Debian's names). They run as the current user, on ports and with files of their own, and are
-# stopped at the end; a Slurm that the machine may have is not touched.
+# Needs slurm-wlm and munge (Debian's names). They run as the current user, on their own ports and with their own files,
+# and are stopped at the end; a Slurm that is already on the machine is not touched.
 set -euo pipefail
 steward=$(realpath "$1")
 repository=$(realpath "$(dirname "$0")/..")
@@ -102,9 +102,10 @@ array --wait
 [ "$(ls -d "$work"/array/shard-* | wc -l)" = 8 ]
 merged_is_the_same whole
 
-# A task that breaks off in the middle of a line, and is submitted again with the others, of which nothing is left to do.
+# A task that breaks off in the middle of a line is submitted again, together with the others, which have nothing left
+# to do.
 journal=$work/array/shard-3-of-8/journal.jsonl
 truncate --size=$(($(stat --format=%s "$journal") * 2 / 3)) "$journal"
 array --wait
 merged_is_the_same resumed
-echo "an array of 8 in Slurm, merged: the same bytes as one process, also after a task broke off"
+echo "an array of 8 in Slurm, merged: the same bytes as from one process, even after a task broke off"

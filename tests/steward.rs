@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A call of the binary with these arguments.
+/// Calls the binary with these arguments.
 pub(crate) fn steward(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).output().expect("the binary starts")
 }
 
-/// The report of a scenario that was run with these further arguments; its exit status must be 0 or 1.
+/// Runs a scenario with these additional arguments and returns its report; the exit status must be 0 or 1.
 pub(crate) fn report(scenario: &str, out: &Path, arguments: &[&str]) -> serde_json::Value {
     let out_text = out.to_str().expect("a path in UTF-8");
     let mut all = vec!["--scenario", scenario, "--out", out_text, "--json"];
@@ -19,7 +19,7 @@ pub(crate) fn report(scenario: &str, out: &Path, arguments: &[&str]) -> serde_js
     serde_json::from_slice(&output.stdout).expect("the report is JSON")
 }
 
-/// The message of the binary on stderr when it refuses its input with exit status 2.
+/// The binary's message on stderr when it refuses its input with exit status 2.
 pub(crate) fn refusal(arguments: &[&str]) -> String {
     let output = steward(arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

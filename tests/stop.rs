@@ -1,4 +1,4 @@
-//! When a run ends: at an arrival, at a violation, when everything is known, or at its limit.
+//! When a run ends: at an arrival, at a violation, when everything is decided, or at its limit.
 
 use std::path::Path;
 
@@ -50,7 +50,7 @@ fn a_run_ends_when_every_property_has_a_final_verdict() {
     let starts = "property starts := eventually (GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
     let stays = "property stays := not eventually (GotoRechargingStation, Navigation, m[1] = <stop_navigation>)";
     std::fs::write(&file, format!("{starts}\n{stays}\n")).unwrap();
-    // Written from scratch: the errand expects something of properties that are not watched here.
+    // Without a base, because `errand` expects something of properties that are not watched here.
     let scenario = folder.path().join("settled.toml");
     let files = ["map = \"maps/house.yaml\"", "places = \"maps/house.places.toml\"", "tree = \"trees/recharge.xml\""];
     let rest = "skills = \"skills\"\nproperties = [\"soon.scope\"]\nbattery.initial_pct = 30.8\nstop.when_settled = true\n\

@@ -27,7 +27,7 @@ IsOpen = { answers = ["failure", "failure", "success"], repeat = true }
 strength = 1
 "#;
 
-/// The files of a test, and the folder that they are in.
+/// The files of a test and their folder.
 fn files(tree: &str, leaves: &str) -> (TempDir, PathBuf, PathBuf) {
     let folder = tempdir().unwrap();
     let (tree_file, leaves_file) = (folder.path().join("door.xml"), folder.path().join("leaves.toml"));
@@ -110,7 +110,7 @@ fn other_leaves_may_have_a_common_answer_and_entries_may_be_written_later() {
 }
 
 #[test]
-fn check_names_the_leaves_that_only_nav2_s_model_declares_and_warns_about_differences_between_releases() {
+fn check_names_the_leaves_that_only_the_model_of_nav2_declares_and_warns_about_differences_between_releases() {
     let tree = r#"<root BTCPP_format="4">
         <BehaviorTree ID="Recover"><RoundRobin> <Spin/> <Push strength="1"/> </RoundRobin></BehaviorTree>
         <TreeNodesModel> <Action ID="Push"> <input_port name="strength"/> </Action> </TreeNodesModel> </root>"#;

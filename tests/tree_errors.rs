@@ -6,7 +6,7 @@ use tempfile::tempdir;
 use crate::bad_input::copy_of_battery_fault;
 use crate::steward::steward;
 
-/// Runs a few ticks of a copy of `battery_fault` whose tree asks for an entry that the blackboard does not have.
+/// Runs a few ticks of a copy of `battery_fault` whose tree reads an entry that the blackboard does not have.
 fn run(form: &str) -> (Value, String, String) {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());

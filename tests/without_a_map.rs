@@ -12,7 +12,7 @@ use tempfile::tempdir;
 
 use crate::steward::{refusal, report, steward};
 
-/// `pick` with these further lines, under the name `own.toml` in the folder.
+/// A scenario based on `pick` with these additional lines: `own.toml` in the folder.
 fn own(folder: &Path, lines: &str) -> PathBuf {
     let path = folder.join("own.toml");
     std::fs::write(&path, format!("base = \"pick\"\n{lines}\n")).unwrap();
@@ -28,12 +28,16 @@ fn the_tree_tries_again_until_the_skill_succeeds() {
     assert_eq!((&held["outcome"], &held["ended"]), (&json!("as_expected"), &json!("settled")));
     assert_eq!(verdicts(&held), ["satisfied", "satisfied"]);
     let slipped = run(&["--set", "leaves.PickUp.data.slips=3"]);
-    assert_eq!(verdicts(&slipped), ["satisfied", "violated"], "help is called after three tries, and the fourth holds");
+    assert_eq!(
+        verdicts(&slipped),
+        ["satisfied", "violated"],
+        "help is called after three tries, and the fourth succeeds"
+    );
     assert!(slipped["sim_time_s"].as_f64() > held["sim_time_s"].as_f64());
 }
 
 #[test]
-fn facts_that_nobody_could_know_are_left_out_of_every_output() {
+fn facts_that_are_unknown_without_a_map_are_left_out_of_every_output() {
     let out = tempdir().unwrap();
     let gif = out.path().join("run.gif");
     let arguments = ["run", "pick", "--out", out.path().to_str().unwrap(), "--gif", gif.to_str().unwrap()];
@@ -116,7 +120,7 @@ fn a_map_alone_gives_a_robot_without_places() {
 }
 
 #[test]
-fn a_campaign_without_a_robot_has_no_measures_of_one() {
+fn a_campaign_without_a_robot_has_no_measures_of_a_robot() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("some.toml");
     let text = "scenario = \"pick\"\nruns = 5\nsampling = \"sobol\"\n[[parameters]]\n\

@@ -1,12 +1,12 @@
-//! The workspace and its dependencies, as `cargo metadata` describes them. (The crate `cargo_metadata` asks for a
-//! feature of serde_json that the program does not have: everything above it would be built twice.)
+//! The workspace and its dependencies, as `cargo metadata` describes them. (The crate `cargo_metadata` needs a feature
+//! of serde_json that the program does not use: everything that depends on it would be built twice.)
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use serde::Deserialize;
 
-/// Packages; with their dependencies, how they are resolved.
+/// The packages and, if dependencies are included, how they are resolved.
 #[derive(Deserialize)]
 pub(crate) struct Metadata {
     pub(crate) packages: Vec<Package>,
@@ -18,14 +18,14 @@ pub(crate) struct Package {
     pub(crate) id: String,
     pub(crate) name: String,
     pub(crate) license: Option<String>,
-    /// The registry, unless it is of this workspace.
+    /// The registry, unless the package is in this workspace.
     pub(crate) source: Option<String>,
     pub(crate) dependencies: Vec<Dependency>,
     pub(crate) targets: Vec<Target>,
 }
 
 impl Package {
-    /// The names of what it needs to be built, without what only its tests or its build script need.
+    /// The names of the packages that it needs, without those that only its tests or its build script need.
     pub(crate) fn normal_dependencies(&self) -> impl Iterator<Item = &str> {
         self.dependencies.iter().filter(|dependency| dependency.kind.is_none()).map(|dependency| &*dependency.name)
     }
@@ -56,7 +56,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// The packages that it needs to be built.
+    /// The packages that it needs, without those that only its tests or its build script need.
     pub(crate) fn normal_dependencies(&self) -> impl Iterator<Item = &str> {
         let normal = |dependency: &&ResolvedDependency| dependency.dep_kinds.iter().any(|kind| kind.kind.is_none());
         self.deps.iter().filter(normal).map(|dependency| &*dependency.pkg)
@@ -80,7 +80,7 @@ pub(crate) fn metadata(arguments: &[&str]) -> Metadata {
     serde_json::from_slice(&cargo(&arguments)).expect("the description is JSON")
 }
 
-/// The output of cargo in the folder of the workspace.
+/// The output of cargo in the workspace's folder.
 pub(crate) fn cargo(arguments: &[&str]) -> Vec<u8> {
     let command = Command::new(env!("CARGO")).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output();
     let output = command.expect("cargo runs");

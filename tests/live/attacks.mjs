@@ -1,4 +1,4 @@
-// What a program on this computer can send to the server: nothing of it disturbs the run.
+// What a program on this computer can send to the server. None of it disturbs the run.
 
 import assert from 'node:assert/strict';
 import { randomBytes } from 'node:crypto';
@@ -11,7 +11,7 @@ const [FIRST_OF_MORE, TEXT, BINARY, LAST, MORE, PING] = [0x01, 0x81, 0x82, 0x80,
 const pause = Buffer.from('{"do":"pause"}');
 const long = Buffer.alloc(20_000, 'x');
 
-// After each of these the connection ends.
+// Each of these ends the connection.
 const ENDING = {
   'a text that is too long': [frame(TEXT, long)],
   'a text that is too long, in pieces': [frame(FIRST_OF_MORE, long.subarray(9000)), frame(MORE, long.subarray(9000))],
@@ -67,7 +67,7 @@ export async function attacks(steward, chromium) {
     await line.closed;
     assert.ok(!line.heard.includes('"answer"'), what);
   }
-  // A request in pieces is one, and refused like any other of a viewer.
+  // A request in pieces counts as one, and is refused like any other from a viewer.
   const line = await Line.open(port);
   await line.ask(viewer, [own, origin, ...upgrade]);
   const pieces = [frame(FIRST_OF_MORE, pause.subarray(0, 5)), frame(PING, pause), frame(LAST, pause.subarray(5))];
@@ -75,7 +75,7 @@ export async function attacks(steward, chromium) {
   assert.ok(await line.hear('somebody else is controlling this run'));
   line.socket.destroy();
 
-  // Many begin a request and do not end it, and as many as can connect do nothing; the run goes on.
+  // Many connections begin a request without ending it, and as many do nothing; the run goes on.
   const before = cockpit.run.time;
   const crowd = Array.from({ length: 1000 }, (_, i) => {
     const socket = connect(port, '127.0.0.1', () => { if (i % 2) socket.write('GET / HTTP/1.1\r\nHost: '); });
@@ -83,7 +83,7 @@ export async function attacks(steward, chromium) {
   });
   await cockpit.until(run => run.time > before + 4);
   const connected = crowd.filter(({ readyState }) => readyState === 'open').length;
-  // Those who stay without asking for anything are turned away in the end, and whoever comes gets in.
+  // Connections that ask for nothing are eventually closed, and new ones get in.
   crowd.slice(150).forEach(socket => socket.destroy());
   assert.equal(await once(viewer, [own, origin, ...upgrade]), 101);
   crowd.forEach(socket => socket.destroy());

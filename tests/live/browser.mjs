@@ -27,13 +27,13 @@ if (options.pictures) await mkdir(options.pictures, { recursive: true });
 const unknown = values.only.find(name => !(name in checks));
 if (unknown) throw new Error(`--only ${unknown}: there are ${Object.keys(checks).join(', ')}`);
 const chromium = await browser();
-// Experiments mostly wait for the robot; the other checks run meanwhile.
+// Experiments mostly wait for the robot; meanwhile, the other checks run.
 const lanes = [['experiments'], ['looks', 'names', 'sites', 'attacks', 'sessions']];
 const check = async lane => {
   for (const name of lane.filter(name => values.only.includes(name))) {
     const began = Date.now();
     await checks[name](steward, chromium, options);
-    console.log(`${name}: well, in ${Math.round((Date.now() - began) / 1000)} s`);
+    console.log(`${name}: ok, in ${Math.round((Date.now() - began) / 1000)} s`);
   }
 };
 try {

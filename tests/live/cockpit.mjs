@@ -8,12 +8,12 @@ import { createInterface } from 'node:readline';
 import { promisify } from 'node:util';
 import { chromium } from 'playwright-core';
 
-// Nothing here takes so long, even on a machine that is busy with other things.
+// Nothing here takes this long, even on a busy machine.
 export const PATIENCE_MS = 120_000;
 
 export const folder = await mkdtemp(path.join(tmpdir(), 'steward-live-'));
 
-// Debian's Chromium, or the one that CHROMIUM names. For it, names that end in `.example` mean this computer, and it
+// Debian's Chromium, or the one that CHROMIUM names. It resolves names that end in `.example` to this computer, and
 // leaves it to the server to refuse other sites.
 export function browser() {
   return chromium.launch({
@@ -55,7 +55,7 @@ export class Live {
   }
 }
 
-// The page of a run, with the latest state that it was told.
+// The page of a run, with the latest state that it has received.
 export class Cockpit {
   static async open(browser, address) {
     const context = await browser.newContext({ viewport: { width: 1400, height: 900 } });
@@ -85,7 +85,7 @@ export class Cockpit {
     }));
   }
 
-  // Waits until this is true of the run.
+  // Waits until this holds for the run.
   until(holds) {
     return new Promise((done, fail) => {
       const timer = setTimeout(() => {
@@ -102,7 +102,7 @@ export class Cockpit {
     });
   }
 
-  // Does something that the page asks the run for, and waits for the answer.
+  // Does something that makes the page send a request, and waits for the answer.
   async ask(act) {
     const { answers } = this;
     await act();
@@ -123,12 +123,12 @@ export class Cockpit {
     await this.until(run => run.paused);
   }
 
-  // Sets the battery by its slider.
+  // Sets the battery level with the slider.
   async charge(pct) {
     await this.ask(() => this.page.getByRole('slider', { name: 'Battery' }).fill(String(pct)));
   }
 
-  // Where a point of the map is on the page.
+  // The position of a point of the map on the page.
   async spot([x, y]) {
     await this.page.locator('#floor svg').scrollIntoViewIfNeeded();
     return this.page.evaluate(([x, y, [x0, y0, scale]]) => {
@@ -138,14 +138,14 @@ export class Cockpit {
     }, [x, y, this.run.greeting.floor.origin]);
   }
 
-  // The words on the cards of the properties.
+  // The verdicts on the cards of the properties.
   async verdicts() {
     const cards = this.page.locator('#verdicts article');
     return Object.fromEntries(await cards.evaluateAll(cards =>
       cards.map(card => [card.dataset.name, card.querySelector('.pill').textContent.trim()])));
   }
 
-  // Ends the run and saves it; the file and the trace hash that the page was told.
+  // Ends the run and saves it; returns the file, and the trace hash that the page received.
   async save() {
     if (!this.run.end) await this.button('End').click();
     const { end } = await this.until(run => run.end);
@@ -161,7 +161,7 @@ export class Cockpit {
   }
 }
 
-// Runs a scenario without a page; its report.
+// Runs a scenario without a page; returns its report.
 export async function report(steward, scenario) {
   const out = path.join(folder, `out-${Math.random().toString(36).slice(2)}`);
   const run = promisify(execFile)(steward, ['run', scenario, '--no-snapshots', '--out', out]);

@@ -1,5 +1,5 @@
-// The paper's experiments, done by hand on the page, end as on the command line. With the last one they are the exercises
-// of docs/src/tutorials/live-lesson.md.
+// The paper's experiments, done manually on the page, end as on the command line. Together with the last one, they are
+// the exercises of docs/src/tutorials/live-lesson.md.
 
 import assert from 'node:assert/strict';
 import { Cockpit, Live, report } from './cockpit.mjs';
@@ -12,7 +12,7 @@ const PAPER = {
 };
 const STATION = [-7.5, 9.0];
 
-// The battery's slider, on the way.
+// The battery's slider, while the robot is on its way.
 async function battery_fault(cockpit) {
   await cockpit.speed('10×');
   await cockpit.pauseAt(15);
@@ -39,7 +39,7 @@ async function skill_bug(cockpit) {
   await cockpit.button('Go').click();
 }
 
-// Keys alone: T goes on by a tick, and the arrow drives the robot away when it comes near the station.
+// Only keys: T advances by one tick, and the arrow drives the robot away when it comes near the station.
 async function joypad(cockpit) {
   const { keyboard } = cockpit.page;
   await keyboard.press(' ');
@@ -61,7 +61,7 @@ async function joypad(cockpit) {
   }
 }
 
-// A box on the robot's path, a person who crosses it, and the robot lifted elsewhere: it finds its way all the same.
+// A box on the robot's path, a person who crosses it, and the robot lifted elsewhere: it still finds its way.
 async function nominal(cockpit) {
   const { page } = cockpit;
   const apart = ({ pose, estimate }) => Math.hypot(pose[0] - estimate[0], pose[1] - estimate[1]);

@@ -4,7 +4,7 @@ import { randomBytes } from 'node:crypto';
 import { connect } from 'node:net';
 import { PATIENCE_MS } from './cockpit.mjs';
 
-// What a request for a WebSocket says besides host and origin.
+// The headers of a WebSocket request besides host and origin.
 export const upgrade = [
   'Connection: Upgrade',
   'Upgrade: websocket',
@@ -12,7 +12,7 @@ export const upgrade = [
   'Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==',
 ];
 
-// A connection, and all that came over it.
+// A connection, and everything received over it.
 export class Line {
   static open(port) {
     return new Promise((done, fail) => {
@@ -27,7 +27,7 @@ export class Line {
     });
   }
 
-  // Waits until this has been said.
+  // Waits until this has been received.
   async hear(words) {
     while (!this.heard.includes(words) && !this.socket.destroyed) {
       await Promise.race([this.closed, new Promise(done => this.socket.once('data', done))]);
@@ -35,7 +35,7 @@ export class Line {
     return this.heard.includes(words);
   }
 
-  // Asks for a page or a WebSocket; the status of the answer.
+  // Asks for a page or a WebSocket; returns the status of the answer.
   async ask(path, headers) {
     this.socket.write(`GET ${path} HTTP/1.1\r\n${headers.map(header => `${header}\r\n`).join('')}\r\n`);
     await this.hear('\r\n\r\n');
@@ -43,7 +43,7 @@ export class Line {
   }
 }
 
-// A frame of a WebSocket, as RFC 6455 says; `first` is its first byte.
+// A WebSocket frame as in RFC 6455; `first` is its first byte.
 export function frame(first, content, masked = true) {
   const length = content.length < 126 ? [content.length]
     : content.length < 65536 ? [126, content.length >> 8, content.length & 255]

@@ -1,4 +1,4 @@
-// What the page looks like, and to whom: pictures in three sizes, light and dark, and what axe-core says about it.
+// What the page looks like for pilot and viewer, in three sizes, light and dark, and what axe-core says about it.
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -18,7 +18,7 @@ async function serious({ page }) {
     .flatMap(({ id, nodes }) => nodes.map(({ target, any }) => `${id}: ${target}: ${any.map(why => why.message)}`));
 }
 
-// Somebody walks, a fault lasts, phi1 is violated: there is something of everything.
+// Somebody walks, a fault lasts, phi1 is violated: the page shows something of everything.
 async function busy(live, browser) {
   const cockpit = await Cockpit.open(browser, live.address);
   const { page } = cockpit;

@@ -7,7 +7,7 @@ import { frame, Line, upgrade } from './line.mjs';
 
 const ENDLESS = ['--set', 'stop.after_s=1000000', '--set', 'execution.max_time_s=1000000'];
 
-// Somebody who looks on, or steers, without a browser; of what comes, only time and pose are kept.
+// A viewer or pilot without a browser; it keeps only time and pose of what it receives.
 async function onlooker(live, token = new URL(live.viewers).searchParams.get('token')) {
   const line = await Line.open(live.port);
   await line.ask(`/socket?token=${token}`, [`Host: ${live.host}`, `Origin: http://${live.host}`, ...upgrade]);
@@ -110,7 +110,7 @@ function busy(pid) {
 
 const resident = pid => Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, 'latin1'))[1]) / 1024;
 
-// The share of a core that simulation and server need at real time, with one browser.
+// The share of a core that simulation and server need in real time, with one browser.
 async function processor(steward) {
   for (const scenario of ['nominal', 'populated', 'guide']) {
     const live = await Live.start(steward, scenario);
@@ -126,7 +126,7 @@ async function processor(steward) {
   }
 }
 
-// How fast a run goes alone, and with twenty who look on: as fast as possible, and at real time.
+// How fast a run goes alone and with twenty viewers: as fast as possible, and in real time.
 async function viewers(steward) {
   for (const times of [1, 10, null]) {
     const speeds = { alone: [], watched: [] };

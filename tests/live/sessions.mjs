@@ -19,7 +19,7 @@ function dice(seed) {
   return { between, pick: list => list[Math.floor(next() * list.length)] };
 }
 
-// What a person may do. Some of it is refused, as it would be for a person.
+// What a person might do. Some of it is refused, as for a person.
 const ACTS = {
   wait: async ({ page }, { between }) => page.waitForTimeout(between(50, 400)),
   speed: async ({ page }, { pick }) => page.locator('#speed').selectOption(pick(['0.5', '1', '5', '10', ''])),
@@ -74,7 +74,7 @@ const ACTS = {
   },
   release: async ({ page }, { pick }) => {
     const ends = await page.locator('#lasting button').elementHandles();
-    // The list may be made anew at any time.
+    // The list may be rebuilt at any time.
     if (ends.length) await pick(ends).click({ timeout: 500 }).catch(() => {});
   },
 };
@@ -88,7 +88,7 @@ async function play(steward, chromium, seed) {
   for (let acts = chance.between(5, 25); acts > 0 && !cockpit.run.end; acts--) {
     const act = chance.pick(Object.keys(ACTS));
     done.push(act);
-    // The run may come to its end at any time, and its buttons with it.
+    // The run may end at any time, and then its buttons are gone.
     await ACTS[act](cockpit, chance).catch(error => { if (!cockpit.run.end) throw error; });
   }
   const { file, hash } = await cockpit.save();

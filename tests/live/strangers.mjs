@@ -1,4 +1,4 @@
-// What may come from elsewhere: names that are markup, pages of other sites, other names for this address.
+// Threats from outside: names that are markup, pages of other sites, other names for this address.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -10,7 +10,7 @@ import { Cockpit, folder, Live, PATIENCE_MS, report } from './cockpit.mjs';
 const EVIL = '<img src=x onerror=alert(1)>';
 const WORSE = '"><script>alert(2)</script><svg onload=alert(3)>';
 
-// A scenario whose names are all markup, as far as files can have such names.
+// A scenario whose names are all markup, as far as file formats allow.
 async function evilScenario(steward) {
   const robot = path.join(folder, 'evil');
   execFileSync(steward, ['init', robot]);
@@ -70,7 +70,7 @@ export async function names(steward, chromium) {
   live.stop();
 }
 
-// In another site's page: what it gets of the server at this address.
+// Runs in another site's page: what it gets from the server at this address.
 async function prowl({ address, token }) {
   const socket = new Promise(done => {
     const socket = new WebSocket(`${address.replace('http', 'ws')}/socket?token=${token}`);
@@ -89,7 +89,7 @@ async function prowl({ address, token }) {
   return Promise.all([socket, read(`/?token=${token}`), read('/main.js'), frame]);
 }
 
-// Pages of other sites get nothing, even if they know the token, and also if their name becomes that of this address.
+// Pages of other sites get nothing, even if they know the token, and even if their name comes to mean this address.
 export async function sites(steward, chromium) {
   const live = await Live.start(steward, 'nominal');
   const cockpit = await Cockpit.open(chromium, live.address);
@@ -115,7 +115,7 @@ export async function sites(steward, chromium) {
   await undisturbed(steward, live, cockpit);
 }
 
-// The pilot still steers, and the run is that of a scenario to which nothing has happened.
+// The pilot still steers, and the run is the same as without any interference.
 export async function undisturbed(steward, live, cockpit) {
   assert.equal(cockpit.run.pilot, true);
   const { file, hash } = await cockpit.save();

@@ -1,4 +1,4 @@
-//! A program that talks with a client, without a run around it.
+//! A program that talks to a client, without a run around it.
 
 use std::path::Path;
 use std::process::Command;
@@ -13,7 +13,7 @@ use programs::{Limits, Program, ProgramProcess, Word};
 use skills::Datum;
 use tempfile::TempDir;
 
-/// Whether there is Python. A test that needs it says if not.
+/// Whether Python is installed; says so if not.
 pub(crate) fn has_python() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
     if !found {
@@ -22,7 +22,7 @@ pub(crate) fn has_python() -> bool {
     found
 }
 
-/// A folder with a program in it, and the processes whose command lines name it.
+/// A folder with a program in it.
 pub(super) struct Stage {
     pub(super) folder: TempDir,
 }
@@ -82,14 +82,14 @@ fn topology() -> Topology {
     topology
 }
 
-/// Lets a client, 0 or 1, say something. The request has this number.
+/// Lets a client, 0 or 1, send a text with this request number.
 pub(super) fn say(process: &mut ProgramProcess, client: u32, request: u64, text: &str, at_s: f64) {
     let message = Message::new([Value::symbol("say"), text.into()]);
     let envelope = Envelope { message, request: RequestNumber(request) };
     process.take(TransitionId(client), Some(envelope), Duration::from_secs_f64(at_s));
 }
 
-/// Takes everything that the process would send, with the numbers.
+/// Takes everything that the process wants to send, with the request numbers.
 pub(super) fn sent(process: &mut ProgramProcess) -> Vec<(String, u64)> {
     let mut sent = Vec::new();
     loop {
@@ -105,7 +105,7 @@ pub(super) fn sent(process: &mut ProgramProcess) -> Vec<(String, u64)> {
     }
 }
 
-/// The speaker of the documentation.
+/// The speaker from the documentation.
 fn speaker() -> (Stage, ProgramProcess) {
     let stage = Stage::new(include_str!("../../components/programs/examples/speaker.py"));
     let mut process = stage.process(Limits::default());

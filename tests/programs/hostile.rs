@@ -1,4 +1,4 @@
-//! Programs that do everything wrong: each fails with one clear message, and nothing of it is left running.
+//! Programs that do everything wrong: each fails with one clear message, and none of its processes is left running.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::time::Duration;
@@ -8,13 +8,13 @@ use programs::{Limits, Program, Word};
 
 use super::conversation::{Stage, has_python, say, sent};
 
-/// Enough for a program to fail, even where many tests run at once; tests of silence wait shorter.
+/// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
 const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_bytes: 1 << 30 };
 
-/// Enough for a shell to start, and to fail by its silence.
+/// Enough for a shell to start, and then to fail by staying silent.
 const IMPATIENT: Limits = Limits { answer_within: Duration::from_secs(2), ..LIMITS };
 
-/// The beginning of a program that works until it is asked something.
+/// The beginning of a program that works until it is asked to say something.
 const WELL_AT_FIRST: &str = "import os, signal, sys, time
 sys.stdin.readline()
 print('{}', flush=True)
@@ -24,13 +24,13 @@ sys.stdin.readline()
 /// The same for the shell.
 const SHELL_WELL_AT_FIRST: &str = "read line; echo '{}'; read line\n";
 
-/// How a program fails that does this when it is asked to say something.
+/// The failure of a program that does this when it is asked to say something.
 fn failure_when_asked(doing: &str) -> Option<String> {
     let stage = Stage::new(&format!("{WELL_AT_FIRST}{doing}\n"));
     has_python().then(|| failure(&stage, "python3", LIMITS))
 }
 
-/// The only message of a program that works at first.
+/// The only failure of a program that works at first.
 fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
     let mut process = stage.command(&[interpreter, "program.py"], limits);
     process.start(Duration::ZERO).unwrap();
@@ -39,7 +39,7 @@ fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
     let message = mishap.message.clone();
     assert_eq!(stage.left_over(), [""; 0], "{message}");
 
-    // From now on it takes everything, and answers nothing.
+    // From now on it receives everything and answers nothing.
     assert_eq!((process.location().as_str(), process.next_timer()), ("crashed", None));
     for request in 2..4 {
         let mut offers = Vec::new();
@@ -51,7 +51,7 @@ fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
     message
 }
 
-/// Checks how a program fails that does this in Python.
+/// Checks the failure of a Python program that does this.
 #[track_caller]
 fn fails(doing: &str, expected: &str) {
     if let Some(message) = failure_when_asked(doing) {
@@ -59,7 +59,7 @@ fn fails(doing: &str, expected: &str) {
     }
 }
 
-/// Checks how a program fails that says nothing more, but does this in the shell.
+/// Checks the failure of a shell program that does this and never answers.
 #[track_caller]
 fn fails_silently(doing: &str, expected: &str) {
     let stage = Stage::new(&format!("{SHELL_WELL_AT_FIRST}{doing}\n"));
@@ -69,10 +69,10 @@ fn fails_silently(doing: &str, expected: &str) {
 #[track_caller]
 fn check(message: &str, expected: &str) {
     let expected = format!("the program, told `say` by Guide, {expected}");
-    assert!(message.starts_with(&expected), "{message:?} begins otherwise than {expected:?}");
+    assert!(message.starts_with(&expected), "{message:?} does not begin with {expected:?}");
 }
 
-/// How a program fails that gives this answer.
+/// Checks the failure of a program that gives this answer.
 #[track_caller]
 fn answers_wrongly(answer: &str, expected: &str) {
     fails(&format!("print({answer:?}, flush=True); time.sleep(1000)"), &format!("answered wrongly: {expected}"));
@@ -104,7 +104,7 @@ fn how_a_program_ended_is_reported() {
 }
 
 #[test]
-fn a_program_that_ends_at_its_start_fails_then() {
+fn a_program_that_ends_at_the_start_fails_there() {
     if !has_python() {
         return;
     }
@@ -149,7 +149,7 @@ fn a_flood_is_cut_off() {
     let long = "wrote a line that is longer than 1048576 bytes";
     fails("while True: sys.stdout.write('x' * 65536)", long);
     fails("sys.stdout.write('{\"state\": \"' + 'x' * 2000000 + '\"}\\n'); sys.stdout.flush(); time.sleep(1000)", long);
-    // In one piece, so that what nobody asked for arrives with the answer.
+    // In one piece, so that the unsolicited lines arrive together with the answer.
     fails("while True: os.write(1, b'{}\\n' * 20000)", "wrote without being asked: \"{}");
 }
 
@@ -163,7 +163,7 @@ fn an_unsolicited_line_is_noticed_before_the_next_message() {
     );
     let mut process = stage.process(LIMITS);
     process.start(Duration::ZERO).unwrap();
-    // Nothing says when the second line is there: it may be taken for the answer to the next message.
+    // Nothing determines when the second line arrives: it may be taken as the answer to the next message.
     say(&mut process, 0, 1, "hello", 1.0);
     say(&mut process, 0, 2, "hello", 2.0);
     let message = &process.mishaps()[0].message;
@@ -217,7 +217,7 @@ fn memory_is_limited() {
 
 #[test]
 fn nothing_that_a_program_started_is_left_running() {
-    // In a session of its own, with a parent that has ended, and ignoring all signals that it can ignore.
+    // Children in their own sessions whose parents have ended, and which ignore all signals that can be ignored.
     let hide = "
 def hide():
     if os.fork(): return
@@ -268,7 +268,7 @@ fn a_message_may_be_longer_than_a_pipe() {
     process.start(Duration::ZERO).unwrap();
     say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
     assert_eq!(process.location(), "300000");
-    // One that does not read its input is not waited for longer than any other.
+    // A program that does not read its input gets no more time than any other.
     let deaf = Stage::new("echo '{}'; sleep 1000");
     let mut process = deaf.command(&["sh", "program.py"], IMPATIENT);
     process.start(Duration::ZERO).unwrap();
@@ -279,7 +279,7 @@ fn a_message_may_be_longer_than_a_pipe() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn its_environment_is_the_same_for_everybody() {
+fn the_environment_of_a_program_is_the_same_for_everybody() {
     // The environment of the process itself: the shell adds some.
     let own = "tr '\\0' '\\n' < /proc/$$/environ | sed 's/=.*//' | sort | tr '\\n' ' '";
     let stage = Stage::new(&format!("read line\necho \"{{\\\"state\\\": \\\"$({own})\\\"}}\"\nread line"));

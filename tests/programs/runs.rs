@@ -20,7 +20,7 @@ const INTERFACE: &str = include_str!("../../skills/examples/speaker.toml");
 
 const PROGRAM: &str = include_str!("../../components/programs/examples/speaker.py");
 
-/// A folder with a scenario in which a speaker, which this describes, is asked to say something again and again.
+/// A folder with a scenario in which this speaker is asked to say something again and again.
 struct Stage {
     folder: TempDir,
 }
@@ -48,7 +48,7 @@ impl Stage {
         Self { folder }
     }
 
-    /// The same with this program, in Python, that has this command.
+    /// The same, but the speaker is this Python program.
     fn of_program(program: &str) -> Self {
         let stage = Self::new("program = [\"python3\", \"speaker.py\"]");
         fs::write(stage.folder.path().join("speaker.py"), program).unwrap();
@@ -150,7 +150,7 @@ fn a_program_that_cannot_start_is_bad_input() {
     assert!(said.contains("Spaeker"), "{said}");
 }
 
-/// A program that says through a pipe that it runs, and hides a child that would never end.
+/// A program that reports through a pipe that it is running, and hides a child that would never end.
 const HIDDEN: &str = "
 import os, sys, time
 pipe = os.open('alive', os.O_WRONLY)
@@ -163,7 +163,7 @@ if os.fork() == 0:
 time.sleep(1000)
 ";
 
-/// The way in which steward ends while a program does not answer.
+/// Ends steward in this way while a program does not answer; nothing may be left running.
 fn ends_all(end: impl Fn(&mut std::process::Child)) {
     if !has_python() {
         return;
@@ -183,7 +183,7 @@ fn ends_all(end: impl Fn(&mut std::process::Child)) {
     pipe.read_exact(&mut one).unwrap();
     end(&mut steward);
     steward.wait().unwrap();
-    // The pipe is at its end when all who could write to it are gone.
+    // The pipe ends once all processes that could write to it are gone.
     assert_eq!(pipe.read_to_end(&mut Vec::new()).unwrap(), 0);
 }
 

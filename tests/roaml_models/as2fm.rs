@@ -1,10 +1,10 @@
-//! AS2FM's own examples and tests, if `STEWARD_AS2FM` names a checkout of its repository.
+//! AS2FM's own examples and tests, if `STEWARD_AS2FM` names a checkout of AS2FM.
 
 use std::path::PathBuf;
 
 use super::{holds, load, run};
 
-/// Its examples, with the probabilities that its tests and its tutorial give.
+/// AS2FM's examples, with the probabilities that its tests and its tutorial give.
 const CERTAIN: [(&str, &str, bool); 18] = [
     ("examples/quick_start_battery_monitor/main.xml", "battery_depleted", false),
     ("examples/quick_start_battery_monitor/main.xml", "battery_below_20", false),
@@ -52,7 +52,7 @@ fn certain_outcomes_have_their_documented_verdict_in_every_run() {
 }
 
 #[test]
-fn navigation_by_one_id_and_name_is_two_processes() {
+fn two_leaves_with_the_same_id_and_name_are_two_processes() {
     let Some(folder) = checkout() else { return };
     let scenario = load(&folder.join("examples/tutorial_fetch_and_carry/main.xml"), &[]);
     let names: Vec<&str> = scenario.machine_processes().map(|(name, _)| name).collect();
@@ -60,7 +60,7 @@ fn navigation_by_one_id_and_name_is_two_processes() {
     assert_eq!(names.iter().filter(|name| name.starts_with("navigate")).count(), 2, "{names:?}");
 }
 
-/// Fetch and carry: 0.7 · 0.6 · 0.7 in one attempt, and five attempts, each of which needs whatever is left over.
+/// Fetch and carry: 0.7 · 0.6 · 0.7 in one attempt, and five attempts, each of which continues with what is left to do.
 #[test]
 fn the_probabilistic_world_has_its_documented_probability() {
     let Some(folder) = checkout() else { return };
@@ -68,7 +68,7 @@ fn the_probabilistic_world_has_its_documented_probability() {
         let scenario = load(&folder.join("examples/tutorial_fetch_and_carry").join(main), &["stop.when_settled=true"]);
         (0..runs).filter(|seed| holds(&run(&scenario, *seed), "snack_at_table")).count()
     };
-    // The 99 % interval around k of 20 000 has a half width of 0.0083.
+    // The 99 % interval for 20,000 runs has a half-width of 0.0083.
     let runs = 20_000;
     let rate = happened("main_probabilistic.xml", runs) as f64 / runs as f64;
     eprintln!("{rate} of {runs}");

@@ -13,7 +13,7 @@ use scenarios::scenario::Scenario;
 
 use super::{LIFT, holds, load, run};
 
-/// The model; its messages are taken in turn.
+/// The model under a round-robin schedule.
 fn model() -> Arc<Scenario> {
     load(Path::new(LIFT), &["execution.policy=round-robin"])
 }
@@ -25,7 +25,7 @@ fn seeds(model: &Arc<Scenario>) -> (u64, u64) {
 }
 
 #[test]
-fn leaves_with_one_id_are_processes_of_their_own() {
+fn leaves_with_the_same_id_are_separate_processes() {
     let model = model();
     let names: Vec<&str> = model.machine_processes().map(|(name, _)| name).collect();
     assert_eq!(names, ["down", "leave", "up", "Door", "Lift"]);
@@ -51,7 +51,7 @@ fn a_run_depends_on_its_seed_alone() {
     assert_eq!(told(good), told(good));
     assert_ne!(told(good).0, told(bad).0);
     let (said, hash) = told(good);
-    // Whoever sees less of a run sees the same run.
+    // A run of which less is recorded is the same run.
     assert_eq!(run(&model, good).trace_hash, hash);
     for expected in [
         "1s Lift → up [<action_ride_feedback>, 0, \"{\\\"from\\\":0,\\\"to\\\":3}\"]",
@@ -76,10 +76,10 @@ fn a_formula_is_true_or_false_in_a_run() {
 }
 
 #[test]
-fn a_probability_is_that_of_its_targets_whatever_the_order_of_messages() {
+fn probabilities_do_not_depend_on_the_order_of_messages() {
     let model = load(Path::new(LIFT), &["stop.when_settled=true"]);
     let happened = (0..2000).filter(|seed| holds(&run(&model, *seed), "up_and_down")).count();
-    // 0.75², with five standard deviations to either side.
+    // 0.75², with five standard deviations on either side.
     assert!((1014..=1236).contains(&happened), "{happened} of 2000");
 }
 

@@ -9,7 +9,7 @@ use channels::ChannelSystem;
 #[derive(Default)]
 pub(crate) struct States {
     found: Vec<ChannelSystem>,
-    /// Where the states with a hash are in `found`.
+    /// The indices in `found` of the states with each hash.
     by_hash: HashMap<u64, Vec<usize>>,
 }
 
@@ -45,7 +45,7 @@ impl FromIterator<ChannelSystem> for States {
     }
 }
 
-/// All states that can be reached from these without time passing, whatever the scheduler does.
+/// All states that can be reached from these without time passing, under any scheduler.
 pub(crate) fn reachable(starts: impl IntoIterator<Item = ChannelSystem>) -> States {
     let mut states: States = starts.into_iter().collect();
     let mut next = 0;

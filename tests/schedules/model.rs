@@ -26,11 +26,11 @@ const PLACES: [&str; 2] = ["Destination", "RechargingStation"];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Protocol {
     Shipped,
-    /// That of the paper's published system.
+    /// The protocol of the paper's published system.
     Original,
-    /// The same, with a Navigation that ends a trip only on request of the skill that started it.
+    /// The same, but Navigation ends a trip only at the request of the skill that started it.
     OwnTrips,
-    /// The published one with a mistake: a skill that is stopped on the way gives the resource back before it halts
+    /// The published protocol with a mistake: a skill that is stopped on the way releases the resource before it halts
     /// navigation.
     EarlyRelease,
 }
@@ -41,7 +41,8 @@ impl Protocol {
         match self {
             Self::Shipped => shipped.to_owned(),
             Self::Original | Self::OwnTrips => original().to_owned(),
-            // After starting a trip, asking about it and waiting; the states of a finished trip come later.
+            // The first three are after starting a trip, asking about it and waiting; the states of a finished trip
+            // come later.
             Self::EarlyRelease => original().replacen("target=\"halted\"", "target=\"internal_lockKey\"", 3),
         }
     }
@@ -59,11 +60,11 @@ impl Protocol {
 pub(crate) enum Trips {
     /// Nothing: the robot is on its way.
     Endless,
-    /// At any moment that the robot has arrived, or that it will not.
+    /// At any moment, that the robot has arrived or will not arrive.
     Ending,
 }
 
-/// How the tree's process is made.
+/// Whether the tree is one process or one process per node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TreeForm {
     Whole,
@@ -103,8 +104,8 @@ impl Model {
         self.second(0, &States::from_iter([self.system.fork()]), 80.0)
     }
 
-    /// The states in which only the driver can still move, a second after these; it begins with a tick and a battery of
-    /// that level. Time passes when nobody else can move, as in a run.
+    /// The states a second after these in which only the driver can still move; the second begins with a tick and a
+    /// battery of that level. As in a run, time passes when nothing else can move.
     pub(crate) fn second(&self, number: u64, before: &States, charge_pct: f64) -> States {
         let pass = |state: &ChannelSystem, tenth: u64| {
             let mut state = state.fork();
@@ -119,12 +120,12 @@ impl Model {
         states.iter().filter(|state| self.is_quiet(state)).map(ChannelSystem::fork).collect()
     }
 
-    /// The system at its start, and what generates its ticks.
+    /// The system at the start, and its tick generator.
     pub(crate) fn start(&self) -> (ChannelSystem, ProcessId) {
         (self.system.fork(), self.id("TickGenerator"))
     }
 
-    /// Lets the components know the battery and the pose: at all places, or at none.
+    /// Tells the components the battery and the pose, which is at all places or at none.
     pub(crate) fn sense(&self, state: &mut ChannelSystem, charge_pct: f64, charging: bool, is_there: bool) {
         let battery = BatteryState { time: Duration::ZERO, charge_pct, charging };
         state.process_mut::<BatteryReader>(self.id(BATTERY_READER)).unwrap().update(&battery);
@@ -136,17 +137,17 @@ impl Model {
     fn tick(&self, mut state: ChannelSystem, charge_pct: f64) -> ChannelSystem {
         self.sense(&mut state, charge_pct, false, false);
         let (_, delivered) = state.generate_tick(self.id("TickGenerator"));
-        assert!(delivered, "the tick before is finished");
+        assert!(delivered, "the previous tick is finished");
         state
     }
 
-    /// Whether nobody but the driver can move.
+    /// Whether only the driver can move.
     fn is_quiet(&self, state: &ChannelSystem) -> bool {
         let driver = self.id(DRIVER);
         state.fork().enabled().iter().all(|transition| transition.process == driver)
     }
 
-    /// Where a process stands.
+    /// The location of a process.
     pub(crate) fn location(&self, state: &ChannelSystem, process: &str) -> String {
         state.location(self.id(process)).unwrap()
     }
@@ -156,14 +157,14 @@ impl Model {
         self.location(state, DRIVER) == format!("to {place}")
     }
 
-    /// Whether Navigation's trip leads to a place and the driver is busy with just that trip, or done with it.
+    /// Whether Navigation's trip leads to a place and the driver is busy with that very trip, or done with it.
     pub(crate) fn is_on_trip_to(&self, state: &ChannelSystem, place: &str) -> bool {
         let navigation = state.process::<Driven>(self.id(NAVIGATION)).unwrap();
         let trip = navigation.navigation.trip_place().map(|place| place.name());
         trip == Some(place) && self.location(state, DRIVER).ends_with(place)
     }
 
-    /// Where everybody who matters here stands.
+    /// The locations of the processes that matter here.
     pub(crate) fn describe(&self, state: &ChannelSystem) -> String {
         let names = ["GotoRechargingStation", "GoToDestination", NAVIGATION, DRIVER];
         names.map(|name| format!("{name}: {}", self.location(state, name))).join("; ")
@@ -240,7 +241,7 @@ fn serve(topology: &mut Topology, client: ProcessId, component: ProcessId, opera
     topology.channel(component, client, Capacity::One, Domain::new(answers)).unwrap();
 }
 
-/// Navigation with the handshakes of its driver: it passes requests on, and then takes reports again.
+/// Navigation together with the exchange with its driver: it passes on requests, and otherwise takes reports.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Driven {
     navigation: Navigation,
@@ -261,7 +262,7 @@ fn order_message(order: &Order) -> Message {
 impl Process for Driven {
     fn offers(&self, offers: &mut Vec<Offer>) {
         self.navigation.offers(offers);
-        // As between two steps: a report is about the driver's last command.
+        // As between two steps, a report is about the driver's last command.
         offers.push(match self.navigation.clone().next_order() {
             Some(order) => {
                 let envelope = Envelope { message: order_message(&order), request: RequestNumber(0) };

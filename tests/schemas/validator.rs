@@ -1,8 +1,8 @@
-//! The verdict of JSON Schema, draft 2020-12, on a value: the keywords that the schemas use, and no others.
+//! Validates a value against a JSON Schema, draft 2020-12: only the keywords that our schemas use.
 //!
-//! A crate that knows all of the draft asks shared dependencies for more features than the program does, and they would
-//! be built twice. `STEWARD_SCHEMA_CASES=FILE` writes down every case with its answer; `tests/schemas/foreign.py` gives
-//! them to Python's `jsonschema`.
+//! A crate for the whole draft needs more features of shared dependencies than the program does, so they would be built
+//! twice. `STEWARD_SCHEMA_CASES=FILE` writes every case with its answer; `tests/schemas/foreign.py` gives them to
+//! Python's `jsonschema`.
 
 use std::fs::OpenOptions;
 use std::io::Write;
