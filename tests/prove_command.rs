@@ -132,7 +132,7 @@ fn assumptions_that_contradict_each_other_are_refused() {
             "`start_pct` must be a number from 0 to 100, or",
         ),
         (&["prove.battery.drain_pct_per_tick=101"], "0 is a battery that never drains"),
-        (&["prove.faults={count=2}"], "`count` has no effect where no fault may occur"),
+        (&["prove.faults={count=2}"], "`count` has no effect if no fault may occur"),
         (&["prove.faults={component_crash='Navigaton'}"], "unknown component `Navigaton`"),
         (&["prove.faults={component_crash='Localization'}"], "allow `component_frozen` or"),
         (&["prove.faults={skill_mutant='BatteryLevel: it is tired'}"], "unknown mutant `BatteryLevel: it is tired`"),

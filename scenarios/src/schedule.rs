@@ -1,7 +1,7 @@
 //! Schedules: a run of tree, skills and components, step by step, with everything that happens around them.
 //!
-//! `steward prove` writes the runs that it finds as schedules, and `execution.schedule` follows one. The drivers of the
-//! built-in components, and the physics behind them, are replaced by what the schedule says.
+//! `steward prove` writes the runs that it finds as schedules, and `execution.schedule` follows one. The schedule
+//! replaces the drivers of the built-in components and the physics behind them.
 
 mod player;
 
@@ -32,7 +32,7 @@ pub(crate) enum Step {
     Environment(Happening),
     /// Time passes; timers that are due fire.
     Wait(Duration),
-    /// A tick comes; whether the tree takes it.
+    /// A tick is due; the flag says whether the tree takes it.
     Tick(bool),
     /// A process takes a transition.
     Take(Taken),
@@ -42,7 +42,7 @@ pub(crate) enum Step {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Happening {
     pub(crate) words: String,
-    /// What the components are told of it.
+    /// What the drivers tell the components.
     pub(crate) told: DriverData,
     /// A fault begins or ends.
     pub(crate) change: Option<FaultChange>,
@@ -63,14 +63,14 @@ pub(crate) struct Taken {
     process: String,
     /// The process's own number for it.
     transition: u64,
-    /// Who is sent a message.
+    /// The receiver of the message, if one is sent.
     to: Option<String>,
-    /// From whom a message is received.
+    /// The sender of the message, if one is received.
     from: Option<String>,
-    /// The number of the receiver's transition, where a message is handed over at once.
+    /// The number of the receiver's transition, if a message is handed over at once.
     receiving: Option<u64>,
     damage: Damage,
-    /// How long the message is held, if it is.
+    /// How long the message is held back, if it is.
     held: Duration,
 }
 
@@ -90,7 +90,7 @@ impl Taken {
         Self { process, transition, to, from, receiving, damage, held }
     }
 
-    /// What it does, in words: `BatteryLevel sends to BT`.
+    /// Its action in words: `BatteryLevel sends to BT`.
     fn words(&self) -> String {
         let Self { process, transition, .. } = self;
         match (&self.to, &self.from) {
@@ -101,7 +101,7 @@ impl Taken {
     }
 }
 
-/// What the status of a trip is called.
+/// The names of the statuses of trips.
 const TRIPS: [(&str, TripStatus); 3] =
     [("running", TripStatus::Running), ("success", TripStatus::Success), ("failure", TripStatus::Failure)];
 
@@ -120,8 +120,8 @@ impl Schedule {
         })
     }
 
-    /// A run of a channel system as the text of a schedule: its steps, with what the environment tells in each of them,
-    /// and which fault begins or ends. A message that is held back is held for that time.
+    /// A run of a channel system as the text of a schedule: its steps, with what the environment tells in each of them
+    /// and the fault that begins or ends. A message that is held back is held for the time `hold`.
     pub(crate) fn text<'p>(
         about: &str,
         steps: impl IntoIterator<Item = (&'p PathStep, DriverData, Option<FaultChange>)>,
@@ -188,7 +188,7 @@ fn line(step: &Step) -> String {
     format!("{{ {} }}", parts.join(", "))
 }
 
-/// JSON writes texts as TOML does.
+/// JSON writes strings as TOML does.
 pub(crate) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

@@ -1,7 +1,7 @@
-//! The meaning and the types of a file's keys.
+//! The meanings and types of a file's keys.
 //!
-//! This description gives the file's JSON schema, which editors use, its chapter of the reference, and the text of
-//! `steward help`. Tests check it against the reader: keys, types, ranges and defaults.
+//! From this description, the file's JSON schema (which editors use), its chapter in the reference, and the text of
+//! `steward help` are generated. Tests check it against the reader: keys, types, ranges and defaults.
 
 pub mod interface;
 pub mod mapping;
@@ -11,31 +11,31 @@ use serde_json::{Value, json};
 /// A key of a file that people write.
 #[derive(Clone, Debug)]
 pub struct Key {
-    /// Where it stands: `battery.initial_pct`. `[]` follows an array of tables; a part in capitals is a name that the
-    /// file chooses.
+    /// Its path: `battery.initial_pct`. `[]` follows an array of tables; a part in capitals is a name that the file
+    /// chooses.
     pub path: String,
     /// Its meaning, in a sentence or two.
     pub about: String,
-    /// Its type, as JSON Schema. The rules that bind several keys of a table.
+    /// Its type, as JSON Schema, including the rules that relate several keys of a table.
     pub takes: Value,
     /// Whether its table needs it.
     pub required: bool,
 }
 
 impl Key {
-    /// A key that need not be given.
+    /// An optional key.
     #[must_use]
     pub fn new(path: &str, about: &str, takes: Value) -> Self {
         Self { path: path.to_owned(), about: about.to_owned(), takes, required: false }
     }
 
-    /// The same key, without which its table is refused.
+    /// The same key, but required.
     #[must_use]
     pub fn required(self) -> Self {
         Self { required: true, ..self }
     }
 
-    /// The table in which it stands, empty at the top level, and its name there.
+    /// Its table, empty at the top level, and its name there.
     #[must_use]
     pub fn split(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
@@ -53,7 +53,7 @@ impl Key {
         accepts(&self.takes)
     }
 
-    /// Its value where the file does not set it, as TOML.
+    /// Its default value, as TOML.
     #[must_use]
     pub fn default(&self) -> Option<String> {
         self.takes.get("default").map(Value::to_string)
@@ -74,7 +74,7 @@ fn accepts(takes: &Value) -> String {
         Some("integer") => "an integer",
         _ => "a number",
     };
-    // Nobody runs into a limit of a billion.
+    // Nobody reaches a limit of a billion.
     let most = takes.get("maximum").filter(|most| most.as_f64() < Some(1e9));
     match (takes.get("minimum"), takes.get("exclusiveMinimum"), most) {
         (Some(least), _, Some(most)) => format!("{what} from {least} to {most}"),
@@ -99,7 +99,7 @@ pub fn flag() -> Value {
     json!({ "type": "boolean" })
 }
 
-/// A number of a range, both ends included.
+/// A number in a range, both ends included.
 #[must_use]
 pub fn number(least: f64, most: f64) -> Value {
     json!({ "type": "number", "minimum": plain(least), "maximum": plain(most) })
@@ -117,7 +117,7 @@ pub fn some_seconds() -> Value {
     json!({ "type": "number", "exclusiveMinimum": 0, "maximum": 1_000_000_000 })
 }
 
-/// A whole number, this or more.
+/// A whole number of at least this.
 #[must_use]
 pub fn whole(least: u64) -> Value {
     json!({ "type": "integer", "minimum": least })
@@ -129,13 +129,13 @@ pub fn one_of(names: &[&str]) -> Value {
     json!({ "enum": names })
 }
 
-/// An array, with what it is in words.
+/// An array, with a description in words.
 #[must_use]
 pub fn list(words: &str, of: &Value) -> Value {
     json!({ "title": words, "type": "array", "items": of })
 }
 
-/// That many numbers, with what they are in words.
+/// This many numbers, with a description in words.
 fn numbers(words: &str, count: usize) -> Value {
     json!({ "title": words, "type": "array", "items": { "type": "number" }, "minItems": count, "maxItems": count })
 }
@@ -164,7 +164,7 @@ pub fn scalar() -> Value {
     json!({ "title": "a string, a number, true or false", "type": ["string", "number", "boolean"] })
 }
 
-/// A table whose keys have to keep these rules.
+/// A table whose keys must obey these rules.
 #[must_use]
 pub fn table(rules: Value) -> Value {
     with(json!({ "type": "object", "additionalProperties": false }), rules)
@@ -195,7 +195,7 @@ pub fn sentence(phrase: &str) -> String {
     rest.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), rest.as_str()))
 }
 
-/// A number as people write it: 80 and not 80.0.
+/// A number as people write it: 80 instead of 80.0.
 #[must_use]
 pub fn plain(number: f64) -> Value {
     if number.fract() == 0.0 && number.abs() < 1e15 { json!(number as i64) } else { json!(number) }

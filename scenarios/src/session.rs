@@ -1,4 +1,4 @@
-//! A run with which somebody interferes by hand, and the scenario that repeats it.
+//! A run in which a person intervenes, and the scenario that repeats it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,29 +14,29 @@ use crate::faults::{Effect, Fault};
 use crate::live::Live;
 use crate::scenario::{Found, STEP, Scenario, ScenarioFile, find};
 
-/// A run with which somebody interferes by hand.
+/// A run in which a person intervenes.
 ///
 /// Each act is a fault at the present moment; a lasting one lasts until it is [released](Self::release). The session is
-/// always a scenario, as it could be in a file, with all acts so far. So an act is checked as a fault in a file is, and
+/// always a scenario, as it could be in a file, with all acts so far. So an act is checked like a fault in a file, and
 /// the [saved](Self::saved) scenario gives the same run.
 pub struct Session {
     found: Found,
     live: Live,
     view: RunView,
     ending: Ending,
-    /// What the scenario says, without its faults.
+    /// The scenario without its faults.
     said: Table,
-    /// The faults of the scenario, and then the acts.
+    /// The faults of the scenario, followed by the acts.
     faults: Vec<Value>,
-    /// How many faults are not acts.
+    /// The number of faults that are not acts.
     given: usize,
-    /// The records since the last call for them.
+    /// The records since they were last requested.
     records: Vec<Record>,
 }
 
 impl Session {
-    /// A session with a scenario, changed by `overrides` as for `--set`, at its start; with the scenario's own seed if
-    /// none is given.
+    /// A session with a scenario at its start, changed by `overrides` as for `--set`. Without `seed`, the scenario's
+    /// own seed is used.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario.
@@ -58,7 +58,7 @@ impl Session {
         &self.view
     }
 
-    /// Performs one step; nothing if the run has ended. The scenario ends it, as it would end it without acts.
+    /// Performs one step; does nothing if the run has ended. The scenario ends the run as it would without acts.
     ///
     /// # Errors
     /// The reason why the run cannot continue.
@@ -91,19 +91,19 @@ impl Session {
         self.view.finish(end).expect(FITS);
     }
 
-    /// The records since the start, or since the last call. They stay in memory until somebody takes them.
+    /// The records since the start, or since the last call. They stay in memory until they are taken.
     pub fn take_records(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.records)
     }
 
-    /// The faults in the run that somebody has caused by hand, and that last, each with its index.
+    /// The lasting faults that somebody caused during the run and that are still active, each with its index.
     pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
         let acts = self.live.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
         acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
     }
 
-    /// Does something now: `fault` is an entry of `[[faults]]` without trigger. Returns the index of the fault in the
-    /// run. Nothing has changed after an error.
+    /// Does something now: `fault` is an entry of `[[faults]]` without a trigger. Returns the index of the fault in the
+    /// run. After an error, nothing has changed.
     ///
     /// # Errors
     /// [`Error::BadInput`] if the fault is wrong or does not fit the run.
@@ -112,7 +112,7 @@ impl Session {
         self.act_after(faults, fault)
     }
 
-    /// Does something now in place of a lasting act, which ends. Nothing has changed after an error.
+    /// Replaces a lasting act: it ends, and `fault` begins now. After an error, nothing has changed.
     ///
     /// # Errors
     /// As for [`release`](Self::release) and [`act`](Self::act).
@@ -131,21 +131,21 @@ impl Session {
         Ok(self.faults.len() - 1)
     }
 
-    /// Ends a lasting act: now, or after the next step if it has just been done.
+    /// Ends a lasting act: now, or after the next step if it has only just begun.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if the fault with this index is no act, or has an end already.
+    /// [`Error::BadInput`] if the fault with this index is no act, or already has an end.
     pub fn release(&mut self, act: usize) -> Result<(), Error> {
         let faults = self.released(act)?;
         self.adopt(faults)
     }
 
-    /// The faults with an end of this act.
+    /// The faults after this act has been given an end.
     fn released(&self, act: usize) -> Result<Vec<Value>, Error> {
         let mut faults = self.faults.clone();
         let fault = faults.get_mut(act).filter(|_| act >= self.given).and_then(Value::as_table_mut);
         let Some(fault) = fault.filter(|fault| !fault.contains_key("lasts_s")) else {
-            let help = "only what was done in this session and is still in effect can be ended by hand";
+            let help = "only a lasting act of this session that is still in effect can be ended";
             return Err(Error::refused(format!("fault {act} cannot be ended"), help));
         };
         let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
@@ -153,7 +153,7 @@ impl Session {
         Ok(faults)
     }
 
-    /// Goes on with these faults.
+    /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
         let scenario = load(self.live.scenario(), &self.found, &self.said, &faults)?;
         if scenario.file.faults[self.faults.len()..].iter().any(|new| matches!(new.effect(), Effect::Map(_))) {
@@ -165,8 +165,8 @@ impl Session {
         Ok(())
     }
 
-    /// The text of a scenario that repeats the session up to now, and expects what came of it. It can be put anywhere;
-    /// a scenario of one's own must stay where it is.
+    /// The text of a scenario that repeats the session up to now, and expects its results. It can be stored anywhere,
+    /// but a scenario of the user's own on which it is based must stay where it is.
     #[must_use]
     pub fn saved(&self) -> String {
         let (mut said, view) = (self.said.clone(), &self.view);
@@ -204,7 +204,7 @@ impl Session {
     }
 }
 
-/// What a session's scenario says besides its faults, and these.
+/// The text of a session's scenario apart from its faults, and these faults.
 fn said(found: &Found, overrides: &[String], seed: u64) -> Result<(Table, Vec<Value>), FileProblems> {
     let overridden = overrides.iter().filter_map(|one| one.split(['.', '=']).next()).map(str::trim);
     let mut said = ScenarioFile::values(found, overrides, overridden.chain(["about", "faults"]))?;
@@ -227,12 +227,12 @@ fn said(found: &Found, overrides: &[String], seed: u64) -> Result<(Table, Vec<Va
     Ok((said, faults))
 }
 
-/// Loads the session's scenario, with everything that it shares with the one before.
+/// Loads the session's scenario, sharing as much as possible with the one before.
 fn load(before: &Scenario, found: &Found, said: &Table, faults: &[Value]) -> Result<Scenario, Error> {
     Scenario::load_like(before, &Found { text: text(said, faults), ..found.clone() }, &[])
 }
 
-/// The text of a scenario with these faults, also if they are none: its base may have others.
+/// The text of a scenario with these faults, even if there are none: its base may have others.
 fn text(said: &Table, faults: &[Value]) -> String {
     let mut said = said.clone();
     said.insert("faults".to_owned(), faults.to_vec().into());

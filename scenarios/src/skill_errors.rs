@@ -40,7 +40,7 @@ impl SkillErrors {
     }
 }
 
-/// The errors so far of a process that runs a machine or a program; `None` for any other.
+/// The errors so far of a process that runs a machine or a program; `None` for any other process.
 fn mishaps(system: &ChannelSystem, process: ProcessId) -> Option<&[Mishap]> {
     let of_program = || system.process::<ProgramProcess>(process).map(ProgramProcess::mishaps);
     system.process::<SkillProcess>(process).map(SkillProcess::mishaps).or_else(of_program)

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-/// The first time after the start of a run.
+/// The first tick time after the start of a run.
 pub(crate) const AFTER_THE_START: Duration = Duration::from_nanos(1);
 
 /// A periodic timer, which faults may disturb.
 #[derive(Clone, Debug)]
 pub(crate) struct TickClock {
     period: Duration,
-    /// When the timer is due next, without a fault.
+    /// When the timer is due next, apart from faults.
     next: Duration,
     /// Delayed ticks, with their times.
     late: Vec<Duration>,
@@ -21,7 +21,7 @@ impl TickClock {
         Self { period, next: first, late: Vec::new() }
     }
 
-    /// When it is due next, or may be.
+    /// When the timer is due next, or may be.
     pub(crate) fn next(&self) -> Duration {
         self.late.iter().copied().fold(self.next, Duration::min)
     }
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_clock_ticks_once_per_period() {
+    fn an_undisturbed_clock_ticks_once_per_period() {
         assert_eq!(ticks(|_| Some(Duration::ZERO)), [1, 51, 101, 151]);
     }
 

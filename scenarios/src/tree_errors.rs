@@ -2,7 +2,7 @@
 
 use bt::Fault;
 
-/// All errors in a tree, each once: a failing script fails at every tick.
+/// All errors in a tree, each once, since a failing script fails at every tick.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TreeErrors(Vec<Fault>);
 

@@ -132,7 +132,7 @@ impl TreeIds {
 /// Starts the programs among the components.
 ///
 /// # Errors
-/// [`Error::BadInput`] with all that cannot be started, or do not answer.
+/// [`Error::BadInput`] with all programs that cannot be started or do not answer.
 pub(crate) fn start_programs(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(), Error> {
     let mut complaints = Complaints::default();
     for ComponentEntry { name, runs, .. } in &scenario.file.components {
@@ -156,7 +156,7 @@ pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
     Ok(Arc::clone(wired.system.topology()))
 }
 
-/// A system that cannot be wired, as bad input: the message names the files by the processes.
+/// Reports a system that cannot be wired as bad input: the message names the files by their processes.
 fn refused(error: WiringError) -> Error {
     Error::bad_input(misfit(error))
 }
@@ -177,9 +177,9 @@ pub(crate) struct Parts<'a> {
 /// A process that may ask components and read their topics.
 struct Client<'a> {
     name: &'a str,
-    /// All machines that it may run, which say what they ask and read.
+    /// All machines that it may run, which determine what it asks and reads.
     machines: Vec<&'a Arc<Chart>>,
-    /// The components that a program may ask for anything, and of which it reads everything.
+    /// The components that a program may ask for anything, and whose topics it all reads.
     components: &'a [String],
 }
 
@@ -212,9 +212,9 @@ impl<'a> Client<'a> {
     }
 }
 
-/// Records all problems of skills and components that do not fit together and to the tree; leaves whose machines could
-/// not be loaded are reported elsewhere. Without `places`, there is no robot. Returns the places that skills
-/// always drive to, each with one such skill.
+/// Records all problems of skills and components that do not fit together or do not fit the tree. Leaves whose machines
+/// could not be loaded are reported elsewhere. Without `places`, there is no robot. Returns the places to which skills
+/// always drive, each with one such skill.
 pub(crate) fn check_machines(
     parts: &Parts<'_>,
     places: Option<&Places>,
@@ -273,7 +273,7 @@ pub(crate) fn check_machines(
 }
 
 /// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
-/// is no robot, and so none of its components.
+/// is no robot, and therefore none of its components.
 fn declare(
     parts: &Parts<'_>,
     clients: &[Client<'_>],
@@ -318,7 +318,7 @@ fn declare(
     Ok((tree, robot))
 }
 
-/// Something that a component does for others: what they send, and what they receive.
+/// Something that a component does for others: the messages that they send and receive.
 struct Offer {
     requests: Vec<Shape>,
     replies: Vec<Shape>,
@@ -350,7 +350,7 @@ impl Offer {
     }
 }
 
-/// The channels to be declared, with the messages that they carry, in the order in which their first message is known.
+/// The channels to be declared, with their messages, in the order in which their first messages are known.
 #[derive(Default)]
 struct Lines(Vec<((ProcessId, ProcessId), Vec<Shape>)>);
 
@@ -377,8 +377,8 @@ impl Lines {
     }
 }
 
-/// The channels between a component and a client. They carry the client's requests (with any machine that a fault may
-/// give it), the answers to these and the topics that it reads, and nothing else.
+/// The channels between a component and a client. They carry only the client's requests (with any machine that a fault
+/// may give it), the answers to these, and the topics that it reads.
 fn declare_offers(
     client: &Client<'_>,
     id: ProcessId,
@@ -388,7 +388,7 @@ fn declare_offers(
     lines: &mut Lines,
 ) {
     let asked = client.asks(name);
-    // Requests that the component does not understand are refused by the machine's own check, at their place in the
+    // Requests that the component does not understand are refused by the machine's own check, at their locations in the
     // file and with all known requests.
     let is_offered = |head: &&str| offers.iter().any(|offer| Offer::has(&offer.requests, head));
     let uses_all = client.uses_all(name);
@@ -454,7 +454,7 @@ fn builtin_components(
     Ok(processes)
 }
 
-/// The scheduler: the scenario's policy, within the orders that it demands.
+/// The scheduler: the scenario's policy, within the orders that the scenario requires.
 fn scheduler(
     scenario: &Scenario,
     topology: &Topology,

@@ -19,7 +19,7 @@ use crate::scenario::Premises;
 /// A robot slower than this counts as at rest, in m/s and rad/s.
 const AT_REST: f64 = 1e-3;
 
-/// The gap between the robot and a box that it has put down, in metres.
+/// The gap between the robot and a box that it has put down, in meters.
 const BESIDE_M: f64 = 0.05;
 
 /// The world of a run.
@@ -34,12 +34,12 @@ struct Device {
     process: ProcessId,
     /// Its spoken text.
     speech: Option<String>,
-    /// When the last speech began that was heard.
+    /// When the last audible speech began.
     last: Option<Duration>,
 }
 
 impl World {
-    /// The world at the start of a run, with these components of its robot if there is one, and the devices of a
+    /// The world at the start of a run, with these components of its robot, if there is one, and the devices of a
     /// system.
     pub(crate) fn new(
         robot: Option<(&Premises, Processes)>,
@@ -52,7 +52,8 @@ impl World {
         Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
-    /// Moves on to a time, with a robot by a step: physics and sensors, then the robot's software and the devices.
+    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software and the
+    /// devices.
     pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem) {
         self.now = to;
         if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
@@ -114,7 +115,7 @@ pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
     given_up: GivenUps,
-    /// The bodies of the world as they were described.
+    /// The bodies of the world, as they were described.
     bodies: Vec<ObstacleConfig>,
     /// Whether it has been at each place.
     reached: Vec<bool>,
@@ -131,7 +132,7 @@ impl SimulatedRobot {
         })
     }
 
-    /// Enters what the robot did and sensed in the last step.
+    /// Records what the robot did and sensed in the last step.
     pub(crate) fn enter_into_trace(&self, hash: &mut TraceHash) {
         let truth = self.sim.truth();
         hash.pose(&truth.pose());
@@ -144,7 +145,7 @@ impl SimulatedRobot {
         }
     }
 
-    /// Tells a tree that asks for it where the robot is and how fast it drives, as far as the software knows.
+    /// Tells a tree that needs it where the robot is and how fast it drives, as far as the software knows.
     pub(crate) fn tell(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
         let position = self.software.estimate().pose.translation.vector;
         let speed = self.software.odometry().map(|odometry| odometry.linear_mps.abs());
@@ -210,7 +211,7 @@ impl SimulatedRobot {
         Around { sim: &mut self.sim, bodies: &self.bodies }
     }
 
-    /// Lets the box of a tray fall, or says why it does not.
+    /// Makes the box of a tray fall, or says why it cannot.
     pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) -> Result<(), &'static str> {
         let tray = system.process_mut::<DeviceProcess>(tray).expect("the fault is that of a tray");
         tray.drop_box(&mut self.around())

@@ -18,11 +18,11 @@ use crate::names::unknown;
 pub struct ProveEntry {
     /// The properties to be proved; all if empty. [`PROGRESS`] is always among them.
     pub properties: Vec<Spanned<String>>,
-    /// Their expected results; `Proved` where nothing is said.
+    /// Their expected results; `Proved` where none is given.
     pub expect: Vec<(Spanned<String>, ProofOutcome)>,
     /// How much memory the proof of a property may take, in bytes.
     pub memory_bytes: u64,
-    /// How many threads explore; as many as there are cores if not given.
+    /// How many threads explore; if not given, one per core.
     pub threads: Option<u64>,
     /// The battery.
     pub battery: BatteryAssumption,
@@ -32,7 +32,7 @@ pub struct ProveEntry {
     pub messages: MessageAssumption,
     /// The faults that may occur.
     pub faults: FaultAssumption,
-    /// Whether drivers may act while processes communicate, and not only between steps.
+    /// Whether drivers may also act while processes communicate, not only between steps.
     pub drivers_anywhere: bool,
     /// Machines that replace components, by the name of the component.
     pub components: Vec<StandIn>,
@@ -51,7 +51,7 @@ pub(crate) const GENERAL: [&str; 2] = [PROGRESS, ALL_REACHED];
 pub enum ProofOutcome {
     /// It holds in every run.
     Proved,
-    /// It does not hold in some run.
+    /// It is violated in some run.
     Violated,
 }
 
@@ -59,7 +59,7 @@ impl ProofOutcome {
     /// All outcomes.
     pub const ALL: [Self; 2] = [Self::Proved, Self::Violated];
 
-    /// The outcome in a word.
+    /// The outcome in one word.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -81,11 +81,11 @@ pub enum BatteryAssumption {
 /// A battery that is drained and charged.
 #[derive(Clone, Debug)]
 pub struct Drained {
-    /// It falls by this much per tick at most, in percent.
+    /// The maximum fall per tick, in percent.
     pub drain_pct: f64,
     /// The position of the table that sets it.
     pub place: Span,
-    /// It rises by this much at least in a tick in which it is charged throughout, in percent.
+    /// The minimum rise in a tick throughout which it is charged, in percent.
     pub charge_pct: f64,
     /// Its level at the start, in percent; the scenario's `battery.initial_pct` if not given.
     pub start_pct: Option<RangeInclusive<f64>>,
@@ -94,15 +94,15 @@ pub struct Drained {
 /// The possible trips of Navigation.
 #[derive(Clone, Debug)]
 pub struct TripAssumption {
-    /// A trip ends before this number of ticks have come; it may take any time if not given.
+    /// A trip ends before this number of ticks; if not given, it may take any time.
     pub ticks: Option<u64>,
     /// Whether trips may fail.
     pub fail: bool,
-    /// The places at which the robot may be on its way.
+    /// The places that the robot may pass on a trip.
     pub passes: Passes,
 }
 
-/// The places at which a robot may be on its way.
+/// The places that a robot may pass on a trip.
 #[derive(Clone, Debug)]
 pub enum Passes {
     /// Any.
@@ -135,7 +135,7 @@ pub struct FaultAssumption {
     pub allowed: Vec<(AllowedFault, Spanned<String>)>,
 }
 
-/// A kind of fault of the catalogue that can be part of a proof.
+/// A kind of fault from the catalogue that can be part of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AllowedFault {
     /// A component crashes, and may restart.
@@ -173,7 +173,7 @@ pub struct StandIn {
     pub machine: Spanned<PathBuf>,
 }
 
-/// How much memory the proof of a property may take if nothing is said, in MiB.
+/// How much memory the proof of a property may use by default, in MiB.
 pub(super) const MEMORY_MB: u64 = 2048;
 
 impl Default for ProveEntry {
@@ -212,7 +212,7 @@ impl ProveEntry {
         let drivers = table.one_of("drivers", &[("between-steps", false), ("anywhere", true)]).or(false);
         let components = table.table("components").optional().map_or_else(Vec::new, read_stand_ins);
         let expect = table.table("expect").optional().map_or_else(Vec::new, read_expect);
-        // The expectations of a base do not matter where its properties are not used.
+        // The expectations of a base do not matter if its properties are not used.
         let is_asked = |name: &Spanned<String>| {
             let here: Vec<_> =
                 properties.iter().filter(|asked| asked.span.source().name() == name.span.source().name()).collect();
@@ -338,7 +338,7 @@ fn read_messages(table: Table<'_>) -> MessageAssumption {
     let on = table.get("on").or(Vec::new());
     let report = |key: &str, needs: &str| {
         for (_, span) in table.keys().filter(|(known, _)| *known == key) {
-            let problem = span.problem(format!("`{key}` has no effect where no message may be {needs}"));
+            let problem = span.problem(format!("`{key}` has no effect if no message may be {needs}"));
             table.report(
                 problem.with_label("this assumption").with_help(format!("remove it, or say how many may be {needs}")),
             );
@@ -361,7 +361,7 @@ fn read_faults(table: Table<'_>) -> FaultAssumption {
     };
     let allowed: Vec<_> = AllowedFault::ALL.into_iter().flat_map(named).collect();
     for (_, span) in table.keys().filter(|(key, _)| *key == "count" && allowed.is_empty()) {
-        let problem = span.problem("`count` has no effect where no fault may occur");
+        let problem = span.problem("`count` has no effect if no fault may occur");
         table
             .report(problem.with_label("this assumption").with_help("name faults: `component_crash = \"Navigation\"`"));
     }

@@ -16,11 +16,11 @@ use crate::files::named;
 /// A ready-made monitor.
 #[derive(Clone, Debug)]
 pub struct ReadyMade {
-    /// Its name; by default that of the machine or the figure.
+    /// Its name; by default, that of the machine or the figure.
     pub name: Option<Spanned<String>>,
     /// Its kind.
     pub kind: ReadyMadeKind,
-    /// Its place in the scenario.
+    /// Its location in the scenario.
     pub span: Span,
 }
 

@@ -96,7 +96,7 @@ fn read_laser(table: Table<'_>, radius_m: f64) -> Option<Spanned<LaserSpec>> {
         let problem = at.span.problem(format!(
             "this laser is {distance_m} m from the robot's centre, outside the body, whose radius is {radius_m} m"
         ));
-        let help = "x and y are in metres, in the frame of the robot: x points ahead, y to the left";
+        let help = "x and y are in meters, in the frame of the robot: x points ahead, y to the left";
         table.report(problem.with_label("outside the body").with_help(help));
     }
     let field_deg = table.number("field_of_view_deg").within(1.0..=360.0).or(270.0);
@@ -104,7 +104,7 @@ fn read_laser(table: Table<'_>, radius_m: f64) -> Option<Spanned<LaserSpec>> {
     let range_max_m = table.number("range_m").within(0.5..=100.0).or(10.0);
     let range_min_m = table.number("min_range_m").within(0.0..=0.4).or(0.1);
     let rate_hz = table.number("rate_hz").within(1.0..=50.0).or(10.0);
-    // All around, the last beam is not the first one again.
+    // With a field of view all around, the last beam is not the first one again.
     let gaps = if field_deg < 360.0 { beams - 1 } else { beams };
     let spec = LaserSpec {
         name: name?,

@@ -25,7 +25,8 @@ fn duration(time: Duration) -> String {
     with_unit(time.as_secs_f64(), "s")
 }
 
-/// All parameters of robot, world and execution. Every field is named here, so that a new one cannot be forgotten.
+/// All parameters of robot, world and execution. Every field is listed here explicitly, so that a new one cannot be
+/// forgotten.
 pub(crate) fn in_effect(sim: Option<&SimConfig>, has_model: bool, execution: &Execution) -> Vec<SettingGroup> {
     let mut groups = vec![self::execution(execution, sim.is_some(), has_model)];
     groups.extend(sim.into_iter().flat_map(simulation));
@@ -92,8 +93,8 @@ fn execution(execution: &Execution, has_robot: bool, has_model: bool) -> Setting
             ("timeout for a leaf", duration(*leaf_timeout)),
             ("a stop of navigation", stops.to_owned()),
             ("longest run", duration(*max_time)),
-            ("transitions per step, at most", step_budget.to_string()),
-            ("communications per run, at most", run_budget.to_string()),
+            ("maximum transitions per step", step_budget.to_string()),
+            ("maximum communications per run", run_budget.to_string()),
         ],
     );
     group.rows.retain(|(name, _)| match &**name {
@@ -176,7 +177,7 @@ fn wheels(drive: &DriveConfig) -> SettingGroup {
         "Wheels",
         [
             ("distance between the wheels", with_unit(*wheel_separation_m, "m")),
-            ("largest speed of a wheel", with_unit(*max_wheel_mps, "m/s")),
+            ("maximum speed of a wheel", with_unit(*max_wheel_mps, "m/s")),
         ],
     );
     group.rows.extend(drift(noise));

@@ -27,16 +27,16 @@ pub struct Skill {
 }
 
 impl Skill {
-    /// The initial values of this machine's data, as far as the machine itself does not set them: for the skill's own
-    /// machine, or for a replacement by a fault. Data that the machine does not have are left out.
+    /// The initial values of this machine's data, unless the machine sets them itself: for the skill's own machine, or
+    /// for a replacement by a fault. Data that the machine does not have are left out.
     pub fn data_of<'a>(&'a self, machine: &'a Chart) -> impl Iterator<Item = (&'a str, Datum)> {
         let has = |id: &str| machine.parameters().any(|known| known == id);
         self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
     }
 }
 
-/// Where a leaf's machine is looked up: the file that the scenario names, or else those with the leaf's name and ID.
-/// Only this function determines it.
+/// Where a leaf's machine is looked up: the file that the scenario names, or otherwise those with the leaf's name and
+/// ID. Only this function determines it.
 fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<PathBuf> {
     if let Some(machine) = entry.and_then(|entry| entry.machine.as_ref()) {
         return vec![folder.join(&machine.value)];
@@ -79,7 +79,7 @@ impl FileReader<'_> {
         skills
     }
 
-    /// Gives a machine initial values, and reports data that it does not have.
+    /// Gives a machine its initial values, and reports data that it does not have.
     pub(super) fn set_data(&mut self, skill: &mut Skill, data: &Data) {
         for (id, value) in data {
             if skill.machine.parameters().any(|known| known == id.value) {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Spanned};
 
-/// When a run ends before its time limit: when the first of these conditions is met.
+/// When a run ends before its time limit: as soon as the first of these conditions is met.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     /// The robot has come to rest at one of these places.

@@ -12,13 +12,13 @@ use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
 
-/// Thickness of a door's leaf, in metres.
+/// Thickness of a door's leaf, in meters.
 const LEAF_M: f64 = 0.06;
 
-/// Distance between the points of a route that are checked, in metres.
+/// Distance between the points of a route that are checked, in meters.
 const LOOK_M: f64 = 0.05;
 
-/// A person, a door or a box, with its place in the file.
+/// A person, a door or a box, with its location in the file.
 pub type WorldBody = Spanned<ObstacleConfig>;
 
 /// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; their names must be unique.
@@ -36,7 +36,7 @@ pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
     bodies
 }
 
-/// Reads the tables under `key`. One without a name is named after its kind and its number.
+/// Reads the tables under `key`. One without a name is named after its kind and number.
 fn read_each(
     root: Table<'_>,
     key: &str,
@@ -69,7 +69,7 @@ fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
 fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
     if let Some((_, route)) = table.keys().find(|(key, _)| *key == "route") {
         table.know("route");
-        let problem = route.problem("somebody who follows the robot has no route of their own");
+        let problem = route.problem("somebody who follows the robot cannot have a route");
         table.report(problem.with_label("this route").with_help("leave out either `route` or `follows`"));
     }
     let defaults = Follow::default();
@@ -116,7 +116,7 @@ fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
 }
 
-/// A time interval; until the end if only the beginning is given.
+/// A time interval; it lasts until the end if only the beginning is given.
 fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem> {
     let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
     let span = match times.value.as_slice() {
@@ -142,7 +142,7 @@ fn read_box(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Box { length_m, width_m }, at?, motion))
 }
 
-/// `at`: x and y in metres, and a heading in degrees.
+/// `at`: x and y in meters, and a heading in degrees.
 fn read_pose(table: Table<'_>) -> Option<Pose> {
     let at = table.get::<[f64; 3]>("at").required();
     at.map(|[x, y, degrees]| pose(x, y, degrees.to_radians()))
@@ -158,7 +158,7 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
         if map.index_of(&at).is_none() {
             complain(
                 format!("`{}` is outside the map, at {at}", body.name),
-                "x and y are in metres, in the map's frame",
+                "x and y are in meters, in the map's frame",
             );
             continue;
         }
@@ -166,7 +166,7 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
             && !map.has_room(&at, radius_m)
         {
             let message = format!("`{}` has no room at {at}, with a radius of {radius_m} m", body.name);
-            complain(message, "whoever follows the robot must be on free floor with the whole body");
+            complain(message, "the whole body of somebody who follows the robot must be on free floor");
         }
         let ObstacleMotion::Person(walk) = &body.motion else { continue };
         let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
@@ -266,7 +266,7 @@ mod tests {
         let follows = "\ndistance_m = 1.5\nmeets_within_m = 3\nspeed_mps = 1\nstands_s = [[60, 90], [120]]";
         assert_eq!(problems(&format!("{ann}[-3.0, 6.4]{follows}")), "");
         let both = problems(&format!("{ann}[-3.0, 6.4]\nroute = [[-5.0, 6.4]]"));
-        assert_eq!(both, "somebody who follows the robot has no route of their own\n");
+        assert_eq!(both, "somebody who follows the robot cannot have a route\n");
         let walks = problems(&format!("{ann}[-3.0, 6.4]\npause_s = 3"));
         assert!(walks.starts_with("unknown key `pause_s`"), "{walks}");
         let stands = problems("[[people]]\nat = [-3.0, 6.4]\nstands_s = [[60, 90]]");

@@ -1,4 +1,4 @@
-//! A schedule on its way through a run.
+//! A schedule while a run follows it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub(crate) struct Player {
 /// What happens between two moments at which the environment moves or time passes.
 #[derive(Debug, Default)]
 pub(crate) struct Part {
-    /// The events, also those before an error.
+    /// The events, including those before an error.
     pub(crate) events: Vec<Event>,
     /// What happened around the system, in words.
     pub(crate) words: Vec<String>,
@@ -40,7 +40,7 @@ pub(crate) struct Part {
 }
 
 impl Player {
-    /// A schedule at its start. Processes and places that the system does not have are complained about.
+    /// A schedule at its start. Processes and places that the system does not have are reported.
     pub(crate) fn new(
         schedule: &Arc<Schedule>,
         scenario: &Scenario,
@@ -91,17 +91,17 @@ impl Player {
         Self { schedule: Arc::clone(schedule), next: 0, performer, known: known.into(), switchboard }
     }
 
-    /// Whether there is nothing more to come.
+    /// Whether the schedule has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.next >= self.schedule.steps.len()
     }
 
-    /// The time of the run.
+    /// The simulated time in the run.
     pub(crate) fn now(&self) -> Duration {
         self.performer.now
     }
 
-    /// Performs what comes until the environment moves again, or time passes again, and adds it to `part`.
+    /// Performs the next steps until the environment moves or time passes again, and adds them to `part`.
     pub(crate) fn perform_part(&mut self, system: &mut ChannelSystem, part: &mut Part) -> Result<(), StepError> {
         let schedule = Arc::clone(&self.schedule);
         let mut may_begin = true;
@@ -115,7 +115,7 @@ impl Player {
             let step = match step {
                 Step::Environment(Happening { words, told, change }) => {
                     part.words.extend((!words.is_empty()).then(|| words.clone()));
-                    // What ends has ended when the drivers act, and what begins has not begun.
+                    // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
                     if let Some(FaultChange { begins, kind, name }) = change {
                         let fault = self.switchboard.find(*kind, name);
                         begun = fault.filter(|_| *begins);
@@ -155,7 +155,7 @@ impl Player {
         Ok(())
     }
 
-    /// The transition of the system that a step means.
+    /// The transition of the system to which a step refers.
     fn take(&mut self, taken: &Taken, system: &mut ChannelSystem, span: &Span) -> Result<PathStep, StepError> {
         let enabled = system.enabled();
         let topology = system.topology();

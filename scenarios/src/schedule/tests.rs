@@ -1,4 +1,4 @@
-//! A schedule that was written can be read back.
+//! A schedule that was written can be read again.
 
 use super::*;
 

@@ -5,14 +5,14 @@ use serde_json::{Map, Value, json};
 
 use super::{Key, json_schema, list, table, text, with};
 
-/// The tables of an interface file, and what each describes.
+/// The tables of an interface file, and the meaning of each.
 const TABLES: [(&str, &str, &str); 3] = [
     ("services", "The services, topics and actions of the component.", "A service: a request, and one reply."),
-    ("topics", "The topics that the component publishes.", "A topic: messages to everybody who reads it."),
+    ("topics", "The topics that the component publishes.", "A topic: messages to all that read it."),
     ("actions", "The actions of the component.", "An action: a goal, feedback on the way, and a result."),
 ];
 
-/// The key of a definition of ROS.
+/// The key of a ROS definition.
 const ROS: &str = "ros";
 
 /// The JSON schema of an interface file.
@@ -52,7 +52,7 @@ fn kinds() -> Value {
     json!({ "type": "object", "additionalProperties": { "anyOf": [{ "enum": names }, symbols] } })
 }
 
-/// Fields of a definition of ROS.
+/// Fields from a ROS definition.
 fn selection() -> Value {
     json!({ "anyOf": [{ "type": "array", "items": text() }, { "type": "object", "additionalProperties": text() }] })
 }

@@ -1,4 +1,4 @@
-//! The keys of a file that says which messages of a bag are which messages of channels.
+//! The keys of a file that maps the messages of a bag to messages of channels.
 
 use serde_json::{Value, json};
 
@@ -23,13 +23,13 @@ pub fn keys() -> Vec<Key> {
         ),
         Key::new(
             "time",
-            "What the time of a message is: when it was recorded, when it was sent, or the value of a field.",
+            "The time of a message: when it was recorded, when it was sent, or the value of a field.",
             or(time(), "log"),
         ),
         Key::new(
             "reorder_s",
-            "How long to wait for messages that come too late, in seconds. Those that come still later get the time of \
-             the message before them.",
+            "How long to wait for messages that arrive late, in seconds. Messages that arrive even later get the time \
+             of the message before them.",
             or(seconds(), 1),
         ),
         Key::new(
@@ -37,7 +37,7 @@ pub fn keys() -> Vec<Key> {
             "Folders with ROS packages, such as `/opt/ros/jazzy/share`, for types that the bag does not define.",
             list("an array of strings, relative to this file", &text()),
         ),
-        Key::new("messages[]", "Which messages travel on which channel.", table(json!({}))).required(),
+        Key::new("messages[]", "The messages that travel on a channel.", table(json!({}))).required(),
         Key::new("messages[].topic", "The topic; also one of a service or an action: `/go/_action/status`.", text())
             .required(),
         Key::new("messages[].from", "The process that sends.", text()).required(),

@@ -45,7 +45,7 @@ fn play(name: &str, rng: &mut ChaCha8Rng, until: Duration) -> (String, String, u
     (session.saved(), session.view().end().unwrap().trace_hash.clone(), acts.len())
 }
 
-/// Moves something that was put on the floor.
+/// Moves an object that was put on the floor.
 fn drag(session: &mut Session, rng: &mut ChaCha8Rng) {
     let boxes = session.lasting().filter(|(_, act)| act.kind().name == "obstacle_appears");
     let Some(&act) = boxes.map(|(act, _)| act).collect::<Vec<_>>().choose(rng) else { return };
@@ -79,7 +79,7 @@ fn a_saved_session_gives_the_same_trace() {
 }
 
 #[test]
-fn faults_of_the_base_that_are_taken_away_do_not_happen() {
+fn faults_of_the_base_that_are_removed_do_not_happen() {
     let session = Session::new(&find::find("battery_fault").unwrap(), &["faults=[]".to_owned()], None).unwrap();
     assert!(session.view().header().faults.is_empty());
     let saved = Found { text: session.saved(), ..find::find("nominal").unwrap() };
@@ -87,7 +87,7 @@ fn faults_of_the_base_that_are_taken_away_do_not_happen() {
 }
 
 #[test]
-fn what_is_done_after_the_last_step_changes_nothing() {
+fn acts_after_the_last_step_change_nothing() {
     let mut session = Session::new(&find::find("nominal").unwrap(), &[], None).unwrap();
     (0..50).for_each(|_| session.step(Detail::Full).unwrap());
     session.act(toml::from_str("kind = \"battery_level\"\nlevel_pct = 10").unwrap()).unwrap();
