@@ -1,8 +1,8 @@
 //! The cost of a recording: `cargo bench -p reports [-- ROUNDS]`.
 //!
-//! Each round runs `nominal` bare, then with full details that nobody uses, then recorded, also in MCAP, reads the
-//! recording, and makes its report. Consecutive measurements suffer equally from other load on the computer: so times
-//! are compared within a round, and medians are those of the rounds' ratios.
+//! Each round runs `nominal` bare, then with full details that nobody uses, then recorded in both formats; then it
+//! reads the recording and makes its report. Other load on the computer affects consecutive measurements equally, so
+//! times are compared within a round, and the medians are those of the rounds' ratios.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -16,7 +16,7 @@ use scenarios::conduct::conduct;
 use scenarios::live::Live;
 use scenarios::scenario::{Scenario, find};
 
-/// How long each way of going through a run took, in seconds.
+/// How long each part of a round took, in seconds.
 struct Round {
     bare: f64,
     told: f64,
@@ -35,7 +35,7 @@ fn main() {
     let folder = tempfile::tempdir().expect("there is room for a recording");
     let path = folder.path().join("nominal.rec");
 
-    // Data shared by the runs is made by the first.
+    // The first run makes the data that all runs share.
     run(&scenario, Detail::Verdicts, Some(&path));
     let simulated = go_through(&path).time();
     let bytes = fs::metadata(&path).expect("the recording was written").len();
@@ -52,7 +52,7 @@ fn main() {
     let per_second = bytes as f64 / simulated.as_secs_f64();
     println!("nominal: {bytes} bytes for {:.1} s, {per_second:.0} bytes/s; {rounds} rounds", simulated.as_secs_f64());
     row("a bare run", |round| round.bare, |_| 1.0);
-    row("told in full to nobody", |round| round.told, |round| round.told / round.bare);
+    row("with unused details", |round| round.told, |round| round.told / round.bare);
     row("recorded", |round| round.recorded, |round| round.recorded / round.bare);
     row(
         "  of which is writing",
@@ -72,7 +72,9 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
         mcap: seconds(|| run(scenario, Detail::Full, Some(&path.with_extension("mcap")))),
         read: seconds(|| drop(go_through(path))),
-        reported: seconds(|| drop(report_recording(path, &Outputs::default(), None).expect("the recording is whole"))),
+        reported: seconds(|| {
+            drop(report_recording(path, &Outputs::default(), None).expect("the recording is complete"))
+        }),
     }
 }
 
@@ -85,14 +87,14 @@ fn run(scenario: &Arc<Scenario>, detail: Detail, record: Option<&Path>) {
 /// Reads a recording to its end.
 fn go_through(path: &Path) -> RunView {
     let mut recording = Recording::open(path).expect("the recording was written");
-    let mut view = recording.begin().expect("the recording is whole");
+    let mut view = recording.begin().expect("the recording is complete");
     while view.end().is_none() {
-        recording.advance(&mut view).expect("the recording is whole");
+        recording.advance(&mut view).expect("the recording is complete");
     }
     view
 }
 
-#[expect(clippy::disallowed_methods, reason = "how long it takes is what is measured")]
+#[expect(clippy::disallowed_methods, reason = "this measures time")]
 fn seconds(work: impl FnOnce()) -> f64 {
     let began = Instant::now();
     work();

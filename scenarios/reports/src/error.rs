@@ -15,7 +15,7 @@ pub enum Error {
     /// A picture could not be made.
     #[error("cannot draw a picture of the run")]
     Draw(#[from] drawing::Error),
-    /// The recording is not one that can be shown.
+    /// The recording cannot be shown.
     #[error(transparent)]
     Recording(#[from] RecordingError),
 }
@@ -24,9 +24,7 @@ impl Diagnostic for Error {
     fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
         let Self::Recording(error) = self else { return None };
         Some(Box::new(match error {
-            RecordingError::Foreign(_) => {
-                "a recording is what `steward run … --record FILE` writes, as FILE.rec or FILE.mcap"
-            }
+            RecordingError::Foreign(_) => "`steward run … --record FILE` writes a recording, as FILE.rec or FILE.mcap",
             RecordingError::Compressed { .. } => "decompress it, for example with `mcap decompress`",
             RecordingError::Version { .. } => {
                 "run the scenario again with this version, or make the report with the recording's version"

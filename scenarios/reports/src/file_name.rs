@@ -1,12 +1,12 @@
 //! Names of files.
 
-/// A user's name as the name of a file: unchanged if every system accepts it and it cannot lead out of a folder. Other
-/// characters are left out, very long names are cut, and both are then distinguished by a hash of the whole name.
+/// Turns a user's name into a file name: unchanged if every system accepts it and it cannot lead out of a folder.
+/// Otherwise, bad characters are left out, a very long name is cut off, and a hash of the whole name is added.
 #[must_use]
 pub fn file_name(name: &str) -> String {
-    /// Longer names are cut.
+    /// Longer names are cut off.
     const MAX_BYTES: usize = 100;
-    /// So much is kept of them.
+    /// This much of them is kept.
     const KEPT: usize = 80;
     let is_plain = |c: &char| !(c.is_control() || INVISIBLE.contains(c) || r#"/\:*?"<>|"#.contains(*c));
     let plain: String = name.chars().filter(is_plain).collect();
@@ -25,7 +25,7 @@ pub fn file_name(name: &str) -> String {
 /// Names of devices on Windows, without a number.
 const DEVICES: &[&str] = &["CON", "PRN", "AUX", "NUL", "COM", "LPT"];
 
-/// Characters that change how a text is read and cannot be seen themselves.
+/// Invisible characters that change how a text is displayed.
 const INVISIBLE: &[char] = &[
     '\u{200b}', '\u{200c}', '\u{200d}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}', '\u{202a}', '\u{202b}',
     '\u{202c}', '\u{202d}', '\u{202e}', '\u{2060}', '\u{2066}', '\u{2067}', '\u{2068}', '\u{2069}', '\u{feff}',

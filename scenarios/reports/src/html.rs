@@ -1,11 +1,11 @@
 //! The report as a page: `report.html`, one self-contained file that explains to a stranger what happened in a run.
 //!
-//! It needs no network and no script, has a light and a dark set of colours, and can be read on a phone and on paper:
-//! every chart is drawn twice, for wide and for narrow surroundings. The same run gives the same bytes; how long the
-//! computer took is not on it.
+//! It needs no network and no script, has a light and a dark color scheme, and can be read on a phone and on paper:
+//! every chart is drawn twice, for wide and for narrow screens. The same run gives the same bytes: the page does not
+//! say how long the computer took.
 //!
-//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page the length of
-//! each text is prescribed, so that nothing overlaps with whatever fonts a reader has.
+//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts. The page prescribes the
+//! length of each text, so that nothing overlaps whatever fonts a reader has.
 
 mod activities;
 mod chart;
@@ -48,15 +48,15 @@ pub use markup::{row, section, table, text};
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
 
-/// A phone should open a page at once: pictures beyond this size are linked, not shown.
+/// A page should open quickly on a phone: pictures beyond this total size are linked, not shown.
 const MOST_BYTES: usize = 780_000;
 
 const STYLE: &str = include_str!("html/style.css");
 
-/// Writes the page of a run in its last step beside the report's snapshots.
+/// Writes the page of a finished run beside the report's snapshots.
 ///
 /// # Errors
-/// [`Error::File`] if the page cannot be written, and what keeps a snapshot from being read.
+/// [`Error::File`] if the page cannot be written, or the error of reading a snapshot.
 pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Report) -> Result<(), Error> {
     let mut pictures = Vec::new();
     for snapshot in &report.snapshots {
@@ -79,7 +79,7 @@ pub fn write_charts(folder: &Staging, view: &RunView, timeline: &Timeline) -> Re
     Ok(())
 }
 
-/// The page of a run in its last step.
+/// The page of a finished run.
 #[must_use]
 pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
     let recorded = view.header().origin.recorded.is_some();
@@ -100,7 +100,7 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
     document(&title, &html! { (before) (pictures::section(pictures, room)) (after) })
 }
 
-/// A page with that title: self-contained, with the colours and the style of all pages.
+/// A self-contained page with this title, in the colors and the style of all pages.
 pub fn document(title: &str, main: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -116,7 +116,7 @@ pub fn document(title: &str, main: &Markup) -> String {
             body { main { (main) } }
         }
     };
-    // Texts of users have characters that a page may not contain, and maud lets them through.
+    // Users' texts may contain characters that are not allowed in a page, and maud lets them through.
     let mut page = page.into_string();
     page.retain(is_allowed);
     page
@@ -166,19 +166,19 @@ fn head(view: &RunView, report: &Report) -> Markup {
     }
 }
 
-/// The section of the map and of what the tree was doing; without a map, of the latter alone.
+/// The section with the map and what the tree was doing; without a map, only the latter.
 fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
     let scene = map::scene(view);
-    let label = "Map with the robot's path, coloured by which leaf of the behavior tree was running";
+    let label = "Map with the robot's path, colored by the leaf of the behavior tree that was running";
     let content = html! {
         div.panel.way {
             @if let Some(scene) = &scene {
               figure {
                 (figure(label, |layout| map::draw(scene, &activities, view, timeline, layout)))
                 figcaption {
-                    "The robot’s path, coloured by the leaf of the behavior tree that was running; the numbers are \
-                     those of the table and of the timeline."
+                    "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
+                     those in the table and the timeline."
                     @if map::is_crowded(&activities) { " Stages in which it did not move are not drawn." }
                     @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took effect." }
                     @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }

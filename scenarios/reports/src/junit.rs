@@ -1,8 +1,8 @@
 //! The results of runs as JUnit XML, for continuous integration.
 //!
-//! Each run is a suite with one test case per property and expectation. A property with an expectation passes if it met
-//! it; any other one fails if it is violated, and is skipped if it was left open. So all cases pass exactly when the
-//! run was as expected and nothing else was violated. No times are in it: the same run gives the same bytes.
+//! Each run is a suite with one test case per property and expectation. A property with an expectation passes if it is
+//! met; any other property fails if it is violated, and is skipped if it is inconclusive. No case fails if and only if
+//! the run was as expected and nothing else was violated. There are no times: the same run gives the same bytes.
 
 use std::fmt;
 use std::path::Path;
@@ -14,8 +14,7 @@ use recording::Expected;
 use crate::Error;
 use crate::report::{ExpectationReport, MonitorReport, Report};
 
-/// Writes the results of runs to a file, with the folders on the way: a suite for each run, with what was expected of
-/// it.
+/// Writes the results of runs to a file, one suite per run with its expectations. Creates missing folders.
 ///
 /// # Errors
 /// [`Error::File`] if that is not possible.
@@ -23,7 +22,7 @@ pub fn write(path: &Path, runs: &[(Expected, &Report)]) -> Result<(), Error> {
     Ok(diagnostics::write_whole(path, document(runs))?)
 }
 
-/// Writes test cases to a file, with the folders on the way.
+/// Writes test cases to a file. Creates missing folders.
 ///
 /// # Errors
 /// [`Error::File`] if that is not possible.
@@ -46,7 +45,7 @@ fn document_of(suites: &[Suite]) -> String {
     )
 }
 
-/// How many test cases there are, and how many of them failed or were skipped.
+/// How many test cases there are, and how many failed or were skipped.
 #[derive(Default)]
 struct Counts {
     tests: usize,
@@ -124,7 +123,7 @@ pub struct Case {
     pub group: &'static str,
     /// Its name.
     pub name: String,
-    /// What came of it.
+    /// Its result.
     pub result: CaseResult,
 }
 
@@ -137,7 +136,7 @@ pub enum CaseResult {
     Skipped(String),
     /// Something else.
     Failed {
-        /// What, in a line.
+        /// What went wrong, in one line.
         message: String,
         /// Details, line by line; may be empty.
         details: String,
@@ -184,7 +183,7 @@ fn of_expectation(expectation: &ExpectationReport) -> Case {
     Case { group: "expectations", name: expectation.expected.clone(), result }
 }
 
-/// When and why, for readers of a build log.
+/// When and why it happened, for readers of a build log.
 fn details(monitor: &MonitorReport) -> String {
     let mut details = format!("{}\nmonitor in state {}", monitor.property, monitor.state);
     if let (Some(tick), Some(time_s)) = (monitor.tick, monitor.time_s) {

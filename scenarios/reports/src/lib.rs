@@ -1,7 +1,7 @@
 //! Outputs made from a run's records: the report as JSON, as a page and as JUnit XML, pictures, an animation.
 //!
-//! Everything here reads a [`RunView`](recording::RunView) and nothing else of a run, so it makes the same of a run
-//! that is going on and of one that was recorded: [`report_recording`] reads a file.
+//! Everything here reads a [`RunView`](recording::RunView) and nothing else of a run, so live and recorded runs give
+//! the same outputs: [`report_recording`] reads a file.
 
 mod error;
 mod file_name;

@@ -1,4 +1,4 @@
-//! From a run to a picture of one of its moments.
+//! Turns a moment of a run into a picture.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,19 +13,19 @@ use recording::{
 
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.10;
-/// The component that tells the battery's level.
+/// The component that reports the battery's level.
 const BATTERY: &str = "BatteryReader";
-/// The battery's course has a point this often.
+/// The battery's curve has a point this often.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 
-/// Keeps what a picture needs of the past, and makes frames of the present.
+/// Keeps what a picture needs from the past, and makes frames of the present.
 #[derive(Clone, Debug)]
 pub struct Camera {
     /// None without a map.
     map: Option<Arc<MapPicture>>,
     trail: Vec<Point>,
     battery: Vec<(Duration, f64)>,
-    /// Time and level in the step before, if there is a battery.
+    /// Time and level in the previous step, if there is a battery.
     level_before: Option<(Duration, f64)>,
 }
 
@@ -39,7 +39,7 @@ impl Camera {
         camera
     }
 
-    /// Keeps in mind where the run is now. Call it after every step.
+    /// Records the present state of the run. Call it after every step.
     pub fn follow(&mut self, view: &RunView) {
         let is_new = |position: &Point| self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M);
         let position = view.position().filter(is_new);
@@ -54,7 +54,7 @@ impl Camera {
         self.level_before = Some(now);
     }
 
-    /// The present moment of the run, with a sentence that says what is happening.
+    /// The present moment of the run, with a sentence about what is happening.
     #[must_use]
     pub fn frame(&self, view: &RunView, caption: &str) -> Frame {
         Frame {
@@ -70,7 +70,7 @@ impl Camera {
         }
     }
 
-    /// What there is to see on the map; none without a map or a robot.
+    /// What the map shows; none without a map or a robot.
     fn scene(&self, view: &RunView) -> Option<Scene> {
         let (header, seen, pose) = (view.header(), view.scene(), view.robot().pose()?);
         let (map, premises, robot) = (self.map.as_ref()?, header.premises.as_ref()?, header.robot.as_ref()?);
@@ -113,8 +113,8 @@ fn level(view: &RunView) -> Option<(Duration, f64)> {
     view.robot().battery.map(|battery| (view.time(), battery.charge_pct))
 }
 
-/// The battery levels in the properties, each with the names of those that have it: what they compare the level
-/// that a skill reads with. A level that a property requires is critical, one that it takes for a condition is not.
+/// The battery levels in the properties, each with the names of the properties that compare the level read by a skill
+/// with it. A level that a property requires is critical; one that is only a condition is not.
 pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
     let mut thresholds: Vec<drawing::Threshold> = Vec::new();
     for monitor in header.monitors.iter() {
@@ -135,18 +135,18 @@ pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
     thresholds
 }
 
-/// The battery levels in formulas, each with whether a level below it violates the property by itself.
+/// The battery levels in formulas, and whether a level below each violates the property by itself.
 struct Levels<'a> {
     topology: &'a Topology,
     found: Vec<(f64, bool)>,
 }
 
-/// How a part of a formula counts for the whole.
+/// What a part of a formula means for the whole.
 #[derive(Clone, Copy)]
 struct Role {
-    /// Whether it has to hold; else its negation has to.
+    /// Whether the part has to hold, rather than its negation.
     holds: bool,
-    /// Whether nothing else makes up for it: it is no condition of something else.
+    /// Whether it counts by itself, rather than as a condition or an alternative.
     alone: bool,
 }
 
@@ -230,13 +230,13 @@ fn is_destination(place: &recording::Place, premises: &Premises) -> bool {
     premises.destination.as_ref() == Some(&place.name)
 }
 
-/// Whether a place is that point.
+/// Whether a place is at that point.
 fn is_at(place: &recording::Place, pose: &maps::Pose) -> bool {
     let point = Point::from(pose.translation.vector);
     matches!(place.corners[..], [corner] if (corner - point).norm() < 0.05)
 }
 
-/// The charging station, by the name of the place where it stands.
+/// The charging station, with the name of the place where it stands.
 fn station(premises: &Premises) -> Option<drawing::Station> {
     let pose = premises.station?;
     let named = premises.places.iter().find(|place| is_at(place, &pose));
@@ -254,7 +254,7 @@ fn other_places(premises: &Premises) -> Vec<drawing::Place> {
     premises.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
-/// A mark for each time that a fault took effect; the first says what it did.
+/// A mark for each time a fault took effect; the first says what it did.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
     let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
     let records = course.records.iter().enumerate();
@@ -273,7 +273,7 @@ fn body(body: &recording::Body) -> drawing::Body {
     drawing::Body { shape, label: body.name.clone() }
 }
 
-/// A tree as it is drawn, its nodes standing so; those of which nothing is known have not been ticked.
+/// A tree to draw, with the outcomes of its nodes. Nodes without a known outcome have not been ticked.
 pub fn tree_nodes(tree: &[Node], outcomes: &[Option<bt::Outcome>]) -> Vec<drawing::TreeNode> {
     let outcomes = outcomes.iter().copied().chain(std::iter::repeat(None));
     let nodes = tree.iter().zip(outcomes);
@@ -286,7 +286,7 @@ pub fn tree_nodes(tree: &[Node], outcomes: &[Option<bt::Outcome>]) -> Vec<drawin
         .collect()
 }
 
-/// What a node did in the last tick, as pictures show it.
+/// The last outcome of a node, as pictures show it.
 pub fn node_status(outcome: Option<bt::Outcome>) -> drawing::NodeStatus {
     match outcome {
         Some(bt::Outcome::Answered(bt::Status::Success)) => drawing::NodeStatus::Success,
@@ -302,7 +302,7 @@ pub fn machine_svg(machine: &recording::Machine) -> String {
     drawing::state_chart_svg(&state(&machine.states, 0))
 }
 
-/// The state with this index, with all that is inside it.
+/// The state with this index, with everything inside it.
 fn state(states: &[MachineState], index: usize) -> drawing::State {
     let Some(known) = states.get(index) else { return drawing::State::default() };
     let inner = states.iter().enumerate().filter(|(_, inner)| inner.parent == Some(index));
@@ -330,7 +330,7 @@ pub fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
     }
 }
 
-/// What can be said of a property now; `over` says whether the run has ended.
+/// The verdict on a property now; `over` says whether the run has ended.
 pub fn verdict(state: &MonitorState, over: bool) -> drawing::Verdict {
     match (state.verdict, over) {
         (Verdict::False, _) => drawing::Verdict::Violated,
@@ -370,7 +370,7 @@ mod tests {
 
     use super::*;
 
-    /// A scenario's header, with that property file and what else it changes.
+    /// The header of a scenario with this property file and other changes.
     fn header(overrides: &[&str]) -> Header {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sign_of_a_tree_is_explained() {
+    fn every_sign_in_a_tree_is_explained() {
         for symbol in bt::Kind::BUILTIN.into_iter().filter_map(bt::Kind::symbol) {
             assert!(drawing::SYMBOLS.iter().any(|(known, _)| *known == symbol), "{symbol}");
         }

@@ -21,14 +21,14 @@ pub struct Outputs {
     pub folder: Option<PathBuf>,
     /// Whether pictures are taken.
     pub snapshots: bool,
-    /// Whether the sequence charts of violations are pictures of their own, too.
+    /// Whether the sequence charts of violations are also separate pictures.
     pub charts: bool,
-    /// Where an animation goes.
+    /// The file for an animation, if one is wanted.
     pub gif: Option<PathBuf>,
 }
 
 impl Outputs {
-    /// Whether nothing but a report is wanted, and that not in a file.
+    /// Whether only a report is wanted, and not in a file.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
         self.folder.is_none() && self.gif.is_none()
@@ -37,10 +37,10 @@ impl Outputs {
 
 /// The name of the report's file.
 pub const REPORT: &str = "report.json";
-/// How long a picture of an animation stays.
+/// How long an animation shows each picture.
 const GIF_FRAME: Duration = Duration::from_millis(100);
 
-/// A run on its way to being shown.
+/// Makes the outputs of a run while it goes on.
 pub struct Presentation {
     began: Instant,
     staging: Option<Staging>,
@@ -54,7 +54,7 @@ impl Presentation {
     /// Begins with a run at its start.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// [`Error`] if something cannot be written.
     pub fn begin(view: &RunView, outputs: &Outputs) -> Result<Self, Error> {
         #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the run")]
         let began = Instant::now();
@@ -65,7 +65,7 @@ impl Presentation {
         Ok(Self { began, staging, pictures, timeline, charts: outputs.charts })
     }
 
-    /// Takes in the last step, which comes with the end if it is the last one.
+    /// Adds the last step; the final one comes with the end.
     ///
     /// # Errors
     /// What cannot be drawn or written.
@@ -77,8 +77,8 @@ impl Presentation {
         Ok(())
     }
 
-    /// The report of a run that has ended; it and its page are written, and the pictures of the report that was there
-    /// before go.
+    /// Writes the report of a run that has ended, with its page, and returns it. The pictures of an earlier report in
+    /// the folder are removed.
     ///
     /// # Errors
     /// What cannot be written.
@@ -102,7 +102,7 @@ impl Presentation {
     }
 }
 
-/// The pictures that the report in a folder names, those of a run before this one.
+/// The pictures named in a folder's present report, which is about an earlier run.
 fn stale_pictures(staging: &Staging) -> Vec<String> {
     let text = diagnostics::text_from_disk(&staging.folder().join(REPORT)).unwrap_or_default();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
@@ -110,11 +110,11 @@ fn stale_pictures(staging: &Staging) -> Vec<String> {
     files.filter(|file| file.ends_with(".png") && !file.contains(['/', '\\'])).map(str::to_owned).collect()
 }
 
-/// Makes the report of a recorded run, with its page and pictures, as the run itself did. If there is a `record`, the
-/// run is written to it, as an [`Archive`](recording::Archive).
+/// Makes the report of a recorded run, with its page and pictures, as the run itself did. If `record` is given, writes
+/// the run to that file, as an [`Archive`](recording::Archive) does.
 ///
 /// # Errors
-/// What is wrong with the recording; what could not be written.
+/// [`Error`] if the recording cannot be read, or something cannot be written.
 ///
 /// # Panics
 /// Never: a recording has a start.
@@ -132,9 +132,9 @@ pub fn report_recording(path: &Path, outputs: &Outputs, record: Option<&Path>) -
 
 /// The pictures of a run.
 struct RunPictures {
-    /// None where no pictures are wanted.
+    /// None if no pictures are wanted.
     camera: Option<Camera>,
-    /// Made for the first picture: that takes longer than a short run.
+    /// Made for the first picture, since making it takes longer than a short run.
     renderer: LazyCell<Renderer>,
     /// Whether snapshots are taken.
     snapshots: bool,
@@ -149,11 +149,11 @@ struct Occasion {
     word: String,
     /// A sentence for the picture.
     caption: String,
-    /// Whether only the time asks for it.
+    /// Whether only the time is the reason.
     by_clock: bool,
 }
 
-/// An animation on its way to a file.
+/// An animation that is being written.
 struct Animation {
     path: PathBuf,
     writer: GifWriter<Unfinished>,
@@ -174,7 +174,7 @@ impl RunPictures {
         })
     }
 
-    /// Takes the pictures that the last step asks for.
+    /// Takes the pictures that are due at the last step.
     fn take(&mut self, view: &RunView, folder: Option<&Staging>) -> Result<(), Error> {
         let Some(mut camera) = self.camera.take() else { return Ok(()) };
         camera.follow(view);
@@ -193,7 +193,7 @@ impl RunPictures {
         Ok(())
     }
 
-    /// The occasions for a picture that this step offers.
+    /// The occasions for a picture at this step.
     fn occasions(&mut self, view: &RunView) -> Vec<Occasion> {
         let header = view.header();
         let wanted = |moment| header.snapshots.at.contains(&moment);
@@ -229,7 +229,7 @@ impl RunPictures {
         let by_clock = |word: &str| Occasion { word: word.to_owned(), caption: view.doing(), by_clock: true };
         let (named, regular) = (self.clock.is_named(view.time()), self.clock.is_regular(view.time()));
         occasions.extend(named.then(|| by_clock("moment")));
-        // One picture of a moment is enough.
+        // One picture per moment is enough.
         occasions.extend((regular && occasions.is_empty()).then(|| by_clock("regular")));
         occasions
     }

@@ -13,11 +13,11 @@ pub struct Report {
     pub seed: u64,
     /// The program's version.
     pub version: String,
-    /// Whether the run was what the scenario's `[expect]` says.
+    /// Whether the run met the scenario's `[expect]`.
     pub outcome: OutcomeReport,
     /// Differences from `[expect]`, in words; empty when there are none.
     pub differences: Vec<String>,
-    /// Everything that `[expect]` says, and whether it was so; empty for a run that was interrupted.
+    /// Everything that `[expect]` says, and whether it was met; empty for an interrupted run.
     pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
@@ -33,21 +33,21 @@ pub struct Report {
     pub steps: u64,
     /// BLAKE3 hash of the trace.
     pub trace_hash: String,
-    /// The properties and what their monitors say.
+    /// The properties with the results of their monitors.
     pub monitors: Vec<MonitorReport>,
     /// The faults that took effect, in order.
     pub faults: Vec<FaultReport>,
-    /// The faults that were due and could not be done, in order.
+    /// The faults that were due but could not be injected, in order.
     pub undone_faults: Vec<UndoneFaultReport>,
-    /// Errors in nodes of the tree, each once, in the order of its first occurrence.
+    /// Errors in nodes of the tree, each once, in the order of first occurrence.
     pub tree_errors: Vec<TreeErrorReport>,
-    /// Errors in the machines and programs of skills and components, each once, in the order of its first occurrence.
+    /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,
     /// The texts that speakers said, in order.
     pub said: Vec<SaidReport>,
     /// The battery's charge; null without a battery.
     pub battery: Option<BatteryReport>,
-    /// How the robot fared; null without a robot.
+    /// The results of the robot; null without a robot.
     pub robot: Option<RobotReport>,
     /// When each place was reached.
     pub places: Vec<PlaceReport>,
@@ -57,7 +57,7 @@ pub struct Report {
     pub timing: TimingReport,
 }
 
-/// Whether a run was what its scenario expects.
+/// Whether a run met its scenario's expectations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OutcomeReport {
@@ -65,14 +65,14 @@ pub enum OutcomeReport {
     AsExpected,
     /// It was not.
     NotAsExpected,
-    /// It was interrupted before that could be said.
+    /// It was interrupted before that was known.
     Interrupted,
 }
 
 /// Something that the scenario expects of its runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExpectationReport {
-    /// What, in words: `phi1 is violated`.
+    /// The expectation, in words: `phi1 is violated`.
     pub expected: String,
     /// What was found instead, in words; null if it was as expected.
     pub difference: Option<String>,
@@ -87,19 +87,19 @@ pub struct MonitorReport {
     pub property: String,
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
-    /// Where the monitor stands.
+    /// The monitor's location.
     pub state: String,
     /// The tick of the violation.
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
-    /// Why the property was violated: the communication at which it was, and the messages that led to it.
+    /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<serde_json::Value>,
     /// Obligations still pending when the run ended, in words.
     pub open: Vec<String>,
     /// The clauses that were vacuously satisfied: their condition never occurred.
     pub vacuous: Vec<String>,
-    /// Errors in the scripts of a monitor that is a machine, each once.
+    /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,
 }
 
@@ -117,13 +117,13 @@ pub struct SaidReport {
 /// A fault that took effect.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultReport {
-    /// What kind of fault.
+    /// The kind of fault.
     pub kind: String,
     /// When it took effect, in seconds.
     pub time_s: f64,
     /// The last tick that had been generated then; null if none had.
     pub tick: Option<u64>,
-    /// When it let go, in seconds; null if it held to the end or happened at one instant.
+    /// When it ended, in seconds; null if it lasted until the end or happened at one instant.
     pub until_s: Option<f64>,
     /// Its effect, in words.
     pub effect: String,
@@ -133,20 +133,20 @@ pub struct FaultReport {
     pub messages: Option<u64>,
 }
 
-/// A fault that was due and could not be done.
+/// A fault that was due but could not be injected.
 #[derive(Clone, Debug, Serialize)]
 pub struct UndoneFaultReport {
-    /// What kind of fault.
+    /// The kind of fault.
     pub kind: String,
     /// When it was due, in seconds.
     pub time_s: f64,
     /// Its intended effect, in words.
     pub effect: String,
-    /// Why it could not be done, in words.
+    /// Why it could not be injected, in words.
     pub reason: String,
 }
 
-/// Something that went wrong in a node of the tree: a script that cannot be evaluated, a port without a value.
+/// An error in a node of the tree, such as a script that cannot be evaluated or a port without a value.
 #[derive(Clone, Debug, Serialize)]
 pub struct TreeErrorReport {
     /// The node's number in document order.
@@ -155,33 +155,33 @@ pub struct TreeErrorReport {
     pub label: String,
     /// The error, in words.
     pub message: String,
-    /// The tick in which it did so for the first time.
+    /// The tick of its first occurrence.
     pub tick: u64,
-    /// The time of that, in seconds.
+    /// The time of its first occurrence, in seconds.
     pub time_s: f64,
 }
 
-/// Something that went wrong in the machine or program of a skill or component: an expression or a script that failed,
-/// a program that ended.
+/// An error in the machine or program of a skill or component, such as an expression or a script that failed, or a
+/// program that ended.
 #[derive(Clone, Debug, Serialize)]
 pub struct SkillErrorReport {
     /// `skill` or `component`.
     pub kind: &'static str,
     /// The name of the skill or component.
     pub skill: String,
-    /// The state in which the machine's file has what failed, or in which the program said that it is; null for what
-    /// stands outside of states.
+    /// The state that contains the failing element in the machine's file, or the last state that the program reported;
+    /// null for elements outside states.
     pub state: Option<String>,
     /// The error, in words.
     pub message: String,
-    /// When it did for the first time, in seconds.
+    /// The time of its first occurrence, in seconds.
     pub time_s: f64,
-    /// How often it did.
+    /// How often it occurred.
     pub times: u64,
 }
 
 impl SkillErrorReport {
-    /// The skill or component, and the state that it was in: `BatteryLevel, state get`.
+    /// The skill or component and its state: `BatteryLevel, state get`.
     pub fn place(&self) -> String {
         self.state.as_ref().map_or_else(|| self.skill.clone(), |state| format!("{}, state {state}", self.skill))
     }
@@ -196,7 +196,7 @@ impl SkillErrorReport {
 }
 
 impl Report {
-    /// The faults in words, each once: what it did, and when. Those that could not be done come last.
+    /// The faults in words, each once: its effect and when it happened. Those that could not be injected come last.
     pub fn faults_in_words(&self) -> Vec<(String, String)> {
         let mut groups: Vec<(&str, Vec<&FaultReport>)> = Vec::new();
         for fault in &self.faults {
@@ -213,7 +213,7 @@ impl Report {
     }
 }
 
-/// When a fault took effect, in words. There is one time at least.
+/// When a fault took effect, in words. There is at least one time.
 fn when(times: &[&FaultReport]) -> String {
     let (first, last) = (times[0], times[times.len() - 1]);
     let until = last.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
@@ -229,29 +229,29 @@ fn when(times: &[&FaultReport]) -> String {
 pub struct BatteryReport {
     /// At the start.
     pub initial: f64,
-    /// The least there was.
+    /// The minimum.
     pub minimum: f64,
     /// At the end.
     pub r#final: f64,
 }
 
-/// How the robot fared.
+/// The results of the robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct RobotReport {
     /// True pose at the end: x and y in metres, heading in radians.
     pub final_pose: [f64; 3],
     /// Distance driven, in metres.
     pub distance_m: f64,
-    /// Contacts begun between the robot and anything else.
+    /// Contacts of the robot with anything else.
     pub collisions: u64,
     /// The trips that navigation gave up, in order.
     pub given_up: Vec<GivenUpReport>,
-    /// How well localization knew where it was; null if nothing localized it.
+    /// The error of localization; null without localization.
     pub localization: Option<LocalizationReport>,
 }
 
 impl RobotReport {
-    /// Why trips were given up, each reason once: how many trips, and when the first.
+    /// Why trips were given up: each reason once, with the number of trips and the time of the first.
     pub fn given_up_in_words(&self) -> Vec<String> {
         let mut reasons: Vec<(&GivenUpReport, usize)> = Vec::new();
         for trip in &self.given_up {
@@ -306,7 +306,7 @@ pub struct SnapshotReport {
     pub time_s: f64,
     /// What happened then.
     pub why: String,
-    /// Whether it was taken because of the time, and not because of what happened.
+    /// Whether it was taken because of the time, not because of something that happened.
     pub by_clock: bool,
 }
 
@@ -315,6 +315,6 @@ pub struct SnapshotReport {
 pub struct TimingReport {
     /// For the run and its pictures, in seconds.
     pub wall_time_s: f64,
-    /// Simulated seconds a second.
+    /// Simulated seconds per second of computing.
     pub real_time_factor: f64,
 }

@@ -1,4 +1,4 @@
-//! Turns a run that has ended into its report.
+//! Makes the report of a run that has ended.
 
 use std::time::Duration;
 
@@ -62,7 +62,7 @@ fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
 }
 
-/// The scenario's expectations of the run, and where they are not met.
+/// The scenario's expectations of the run, and which are not met.
 fn expectations(view: &RunView) -> Vec<ExpectationReport> {
     let expect = &view.header().expected;
     let mut expectations = Vec::new();
@@ -128,7 +128,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
     view.monitors().map(report).collect()
 }
 
-/// That a clause was vacuously satisfied, in words.
+/// Says that a clause was vacuously satisfied.
 fn vacuous(clause: &Vacuity) -> String {
     format!("vacuously satisfied: {} never occurred", clause.antecedent)
 }

@@ -1,9 +1,9 @@
-//! What a run was like over time: everything on one time axis.
+//! The course of a run: everything on one time axis.
 //!
-//! A [`Timeline`] looks at a run after each of its steps and writes down what has changed: the battery, the leaves of
-//! the tree, where skills, components and monitors stand, navigation's status, the way the robot took. It also keeps
-//! the latest events, so that for each violation there are the messages that led to it ([`Episode`]). Its memory is
-//! bounded by the number of changes, not of steps.
+//! A [`Timeline`] looks at a run after each step and records what has changed: the battery, the leaves of the tree, the
+//! states of skills, components and monitors, navigation's status, and the robot's path. It also keeps the latest
+//! events, so that each violation has the messages that led to it ([`Episode`]). Its memory is bounded by the number of
+//! changes, not of steps.
 
 mod course;
 mod recent;
@@ -23,16 +23,16 @@ pub use trail::{Stage, Trail};
 
 use recent::Recent;
 
-/// Where a monitor stands.
+/// The state of a monitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MonitorState {
-    /// What can be said of the property so far.
+    /// The verdict on the property so far.
     pub verdict: drawing::Verdict,
     /// The monitor's location.
     pub location: String,
 }
 
-/// A run over time.
+/// The course of a run over time.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     battery: Course,
@@ -73,7 +73,7 @@ impl Timeline {
         timeline
     }
 
-    /// Writes down what a step has changed. Call it after every step.
+    /// Records what a step has changed. Call it after every step.
     pub fn follow(&mut self, view: &RunView) {
         let events = view.events();
         if !events.is_empty() {
@@ -90,7 +90,7 @@ impl Timeline {
         }
     }
 
-    /// What may change in any step.
+    /// Records what may change in any step.
     fn look(&mut self, view: &RunView) {
         let (now, robot) = (view.time(), view.robot());
         self.end = now;
@@ -104,7 +104,7 @@ impl Timeline {
         self.trail.note(now, view.position());
     }
 
-    /// What only changes where a message is received or a tick is generated.
+    /// Records what changes only when a message is received or a tick is generated.
     fn look_at_processes(&mut self, view: &RunView) {
         let now = view.time();
         let nodes = view.header().tree.iter().zip(view.outcomes());
@@ -124,7 +124,7 @@ impl Timeline {
         }
     }
 
-    /// The timeline as it was when the run was still where `view` shows it.
+    /// The timeline up to the moment that `view` shows.
     #[must_use]
     pub fn until(&self, view: &RunView) -> Self {
         let now = view.time();
@@ -145,7 +145,7 @@ impl Timeline {
         }
     }
 
-    /// When the run has come to, or ended.
+    /// How far the run is, or when it ended.
     #[must_use]
     pub fn end(&self) -> Duration {
         self.end
@@ -169,37 +169,37 @@ impl Timeline {
         &self.navigation
     }
 
-    /// What each leaf of the tree answered last, in document order.
+    /// The last outcome of each leaf of the tree, in document order.
     #[must_use]
     pub fn leaves(&self) -> &[Lane<drawing::NodeStatus>] {
         &self.leaves
     }
 
-    /// Which states of each skill are active when a step is over.
+    /// The active states of each skill at the end of a step.
     #[must_use]
     pub fn skills(&self) -> &[Lane<String>] {
         &self.skills
     }
 
-    /// Where each component stands when a step is over.
+    /// The state of each component at the end of a step.
     #[must_use]
     pub fn components(&self) -> &[Lane<String>] {
         &self.components
     }
 
-    /// Where each monitor stands, in the order of the scenario's properties.
+    /// The state of each monitor, in the order of the scenario's properties.
     #[must_use]
     pub fn monitors(&self) -> &[Lane<MonitorState>] {
         &self.monitors
     }
 
-    /// The way that the robot took.
+    /// The path of the robot.
     #[must_use]
     pub fn trail(&self) -> &Trail {
         &self.trail
     }
 
-    /// For each violation the messages that led to it, in the order in which they happened.
+    /// Each violation with the messages that led to it, in order.
     #[must_use]
     pub fn episodes(&self) -> &[Episode] {
         &self.episodes
@@ -208,7 +208,7 @@ impl Timeline {
 
 #[cfg(test)]
 impl Timeline {
-    /// Goes on until `end` with leaves and skills that change their minds ten times a second.
+    /// Continues until `end`, with leaves and skills that change their state ten times a second.
     pub fn shake(&mut self, end: Duration) {
         let statuses = [drawing::NodeStatus::Success, drawing::NodeStatus::Failure, drawing::NodeStatus::Running];
         for (count, now) in (0_usize..).map(|i| (i, self.end + Duration::from_millis(100) * i as u32)) {

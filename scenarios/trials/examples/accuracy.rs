@@ -4,7 +4,7 @@
 //! cargo run --release -p trials --example accuracy
 //! ```
 
-#![expect(clippy::print_stdout, reason = "the table is what this is for")]
+#![expect(clippy::print_stdout, reason = "prints a table")]
 
 use std::time::{Duration, Instant};
 
@@ -56,7 +56,7 @@ fn main() {
     );
 }
 
-#[expect(clippy::disallowed_methods, reason = "how long an update takes is what is asked")]
+#[expect(clippy::disallowed_methods, reason = "measures the time of updates")]
 fn now() -> Instant {
     Instant::now()
 }

@@ -1,6 +1,5 @@
 //! Navigation and localization measured alone, without a behavior tree: the benchmark of trips that `steward navigate`
-//! runs ([`navigate`]), and the recorded robots that `steward localize` and `steward map` localize and map
-//! ([`replay`]).
+//! runs ([`navigate`]), and the recorded robots of `steward localize` and `steward map` ([`replay`]).
 
 pub mod navigate;
 pub mod replay;

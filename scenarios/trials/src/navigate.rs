@@ -2,7 +2,7 @@
 //!
 //! A trip consists of one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a
 //! goal drawn from the map, people who walk across the robot's way, and boxes that are not on the map. Each trip has
-//! its own root seed, so that a failed one can be repeated alone.
+//! its own root seed, so that a failed trip can be repeated alone.
 
 mod beside;
 mod boxes;
@@ -30,11 +30,11 @@ pub struct Settings {
     pub seeds: RangeInclusive<u64>,
     /// The people and boxes wanted on each trip.
     pub about: About,
-    /// Which trips leave a scene behind.
+    /// Which trips keep their last scene.
     pub scenes: Scenes,
 }
 
-/// Which trips leave a scene behind, for a picture.
+/// Which trips keep their last scene, for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scenes {
     /// Those that did not arrive, or touched a wall or something that stood still.
@@ -66,10 +66,10 @@ pub struct Sums {
     pub standing_contacts: usize,
     /// Contacts with walking people and with boxes that were being pushed.
     pub walking_contacts: usize,
-    /// The distance driven divided by the shortest one, median of the trips that arrived; null if none did.
+    /// The distance driven divided by the shortest one, as the median of the trips that arrived; null if none did.
     pub way_ratio: Option<f64>,
-    /// The time taken divided by that for the shortest path at full speed, median of the trips that arrived; null if
-    /// none did.
+    /// The time taken divided by that for the shortest path at full speed, as the median of the trips that arrived;
+    /// null if none did.
     pub time_ratio: Option<f64>,
 }
 
@@ -105,9 +105,9 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 pub struct Benchmark {
     /// The people and boxes wanted on each trip.
     pub wanted: About,
-    /// How many people could be placed, mean of the trips.
+    /// The mean number of people that could be placed.
     pub mean_people: f64,
-    /// How many boxes could be placed, mean of the trips.
+    /// The mean number of boxes that could be placed.
     pub mean_boxes: f64,
     /// The root seed of the first trip on each map.
     pub seed: u64,
@@ -115,14 +115,13 @@ pub struct Benchmark {
     pub maps: Vec<Sums>,
     /// All trips, ordered by map and seed.
     pub trips: Vec<Trip>,
-    /// The scenes that trips left behind, which show how each ended.
+    /// The scenes that trips kept, which show how each trip ended.
     #[serde(skip)]
     pub scenes: Vec<(Trip, Scene)>,
 }
 
 impl Benchmark {
-    /// Drives all trips on all courses, on all cores. Calls `progress` with the number of finished trips and the number
-    /// of all trips.
+    /// Drives all trips on all courses, on all cores. Calls `progress` with the number of finished trips and the total.
     pub fn run(courses: &[Course], settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Self {
         let jobs: Vec<(&Course, u64)> =
             courses.iter().flat_map(|course| settings.seeds.clone().map(move |seed| (course, seed))).collect();

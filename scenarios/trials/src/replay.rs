@@ -1,8 +1,8 @@
 //! Localization of recorded robots: a log is played back through the robot interface into the same localization that
 //! scenarios use, and the estimates are compared with the poses of a SLAM program.
 //!
-//! [`replay`] gives a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] says how accurate the
-//! estimates were. [`mapping`] makes a map of a log, and [`fit`] checks whether a map shows the place where a log was
+//! [`replay`] returns a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] says how accurate the
+//! estimates were. [`mapping`] makes a map from a log, and [`fit`] checks whether a map shows the place where a log was
 //! recorded.
 
 pub mod accuracy;
@@ -27,7 +27,7 @@ pub use score::{Score, Stretch};
 /// How a log is played back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conditions {
-    /// Localization starts without a pose, instead of from the first corrected pose.
+    /// Whether localization starts without a pose, instead of from the first corrected pose.
     pub global: bool,
     /// Systematic error of odometry in driving and turning, as a fraction of the motion.
     pub odometry_drift: f64,
@@ -40,7 +40,7 @@ pub struct Conditions {
 /// The estimated and the correct pose at a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint {
-    /// Line of the log.
+    /// Line in the log.
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
@@ -50,7 +50,7 @@ pub struct Waypoint {
     pub estimate: Pose,
     /// Covariance of the estimate: x, y in metres, heading in radians.
     pub covariance: Matrix3<f64>,
-    /// Odometry as given to localization, transformed so that it starts at the first corrected pose.
+    /// Odometry as given to localization, shifted so that it starts at the first corrected pose.
     pub odometry: Pose,
 }
 
@@ -75,7 +75,7 @@ pub struct Course {
     pub waypoints: Vec<Waypoint>,
     /// How often localization updated its estimate.
     pub updates: u64,
-    /// Localization did not know the robot's pose at first.
+    /// Whether localization started without a pose.
     pub from_nothing: bool,
 }
 

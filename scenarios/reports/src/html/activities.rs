@@ -1,15 +1,15 @@
-//! The activities of the tree, in numbered stages: the same numbers and colours on the map, on the timeline and in
-//! words.
+//! The activities of the tree, in numbered stages, with the same numbers and colors on the map, on the timeline and in
+//! the text.
 
 use drawing::theme::{self, Color};
 
 use super::colors;
 use crate::timeline::{Stage, Timeline};
 
-/// A stage of the run with its number and colour.
+/// A stage of the run with its number and color.
 #[derive(Clone, Debug)]
 pub(super) struct Activity {
-    /// Counted from 1; none where no leaf was running.
+    /// Its number, from 1; none where no leaf was running.
     pub(super) number: Option<usize>,
     pub(super) color: Color,
     pub(super) stage: Stage,
@@ -22,7 +22,7 @@ impl Activity {
     }
 }
 
-/// The stages of a run; those with the same leaves running have the same colour.
+/// The stages of a run. Stages with the same running leaves have the same color.
 pub(super) fn activities(timeline: &Timeline) -> Vec<Activity> {
     let mut known: Vec<String> = Vec::new();
     let mut color = |doing: &str| {

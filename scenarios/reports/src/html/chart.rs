@@ -35,7 +35,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     Drawing { canvas, width: sizes.width, height }
 }
 
-/// The meaning of the colours and signs that appear on the timeline.
+/// The meaning of the colors and signs on the timeline.
 pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
@@ -48,10 +48,10 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
         }
         @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
         @if !pictures::thresholds(view.header()).is_empty() {
-            " Dashed lines in the battery’s chart: levels with which the properties named there compare the level."
+            " Dashed lines in the battery’s chart: levels in the properties named there."
         }
         @if charts[0].axis.shortened().next().is_some() {
-            " The time axis is compressed on the grey ground, where nothing changes but the battery."
+            " The time axis is compressed where the background is grey and only the battery changes."
         }
         @if !meanings.is_empty() {
             " States of the monitors: "
@@ -64,9 +64,9 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     }
 }
 
-/// When something changes besides the battery's level.
+/// The times at which something other than the battery's level changes.
 fn changes(timeline: &Timeline, happenings: &[Happening]) -> Vec<Duration> {
-    /// A lane that changes all the time shows nothing that is worth the room.
+    /// A lane with more changes than this gets no room for them.
     const RESTLESS: usize = 300;
     let mut changes: Vec<Duration> = happenings.iter().map(|happening| happening.time).collect();
     let mut add = |times: Vec<Duration>| {

@@ -1,12 +1,12 @@
-//! The colours of the page, by name: a light and a dark set.
+//! The colors of the page, by name: a light and a dark set.
 //!
-//! Charts are drawn in the colours of all pictures (`drawing::theme`); on the page each of them becomes a variable,
-//! which the style sheet sets for light and for dark surroundings.
+//! Charts are drawn in the colors of all pictures (`drawing::theme`). On the page, each color becomes a variable, which
+//! the style sheet sets for the light and the dark scheme.
 
 use drawing::theme::{self, Color};
 use maud::{Markup, PreEscaped};
 
-/// Each colour's name on the page, its light value, and its dark one.
+/// Each color's name on the page, its light value, and its dark value.
 const COLORS: [(&str, Color, Color); 22] = [
     ("page", theme::PAGE, "#11161b"),
     ("paper", theme::PAPER, "#1a2128"),
@@ -32,16 +32,16 @@ const COLORS: [(&str, Color, Color); 22] = [
     ("body-light", theme::BODY_LIGHT, "#3a2a49"),
 ];
 
-/// The stages of the tree, first to last: colours that most eyes can distinguish, and that mean nothing else on the
+/// The colors of the tree's stages, first to last: most eyes can distinguish them, and they mean nothing else on the
 /// map.
 const ACTIVITIES: [Color; 6] = [theme::LASER, theme::BUSY, theme::BODY, theme::BELIEF, theme::GOOD, theme::LINE];
 
-/// The colour of an activity, by its number.
+/// The color of an activity, by its number.
 pub(super) fn activity(number: usize) -> Color {
     ACTIVITIES[number % ACTIVITIES.len()]
 }
 
-/// The style sheet's definitions of all colours.
+/// The style sheet's definitions of all colors.
 pub(super) fn definitions() -> String {
     let set = |value: fn(&(&str, Color, Color)) -> Color| {
         let all = COLORS.iter().map(|color| format!("--{}:{}", color.0, value(color)));
@@ -54,7 +54,7 @@ pub(super) fn definitions() -> String {
     )
 }
 
-/// A drawing whose colours are the page's.
+/// A drawing in the colors of the page.
 pub(super) fn adopted(elements: &str) -> Markup {
     let mut adopted = elements.to_owned();
     for (name, color, _) in COLORS {
@@ -63,7 +63,7 @@ pub(super) fn adopted(elements: &str) -> Markup {
     PreEscaped(adopted)
 }
 
-/// A colour of the theme as the style sheet names it.
+/// The style sheet's name for a color of the theme.
 pub(super) fn variable(color: Color) -> String {
     let known = COLORS.iter().find(|(_, light, _)| *light == color);
     known.map_or_else(|| color.to_owned(), |(name, ..)| format!("var(--{name})"))
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_colour_of_the_theme_has_a_name_of_its_own() {
+    fn every_color_of_the_theme_has_its_own_name() {
         for color in theme::ALL.into_iter().filter(|color| *color != "#000000") {
             assert!(variable(color).starts_with("var(--"), "{color} has no name on the page");
         }
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn text_is_legible_on_its_background_in_light_and_dark() {
-        let of = |wanted: &str| COLORS.iter().find(|(name, ..)| *name == wanted).expect("a colour of the page");
+        let of = |wanted: &str| COLORS.iter().find(|(name, ..)| *name == wanted).expect("a color of the page");
         let pairs = [
             ("ink", "paper"),
             ("ink", "page"),

@@ -12,17 +12,17 @@ use crate::timeline::Episode;
 pub(super) struct Evidence<'a> {
     /// The property's name.
     pub(super) name: &'a str,
-    /// What it asks for.
+    /// What it requires.
     pub(super) summary: &'a str,
     /// The violation with the events around it.
     pub(super) episode: &'a Episode,
     /// The messages that caused it, oldest first.
     pub(super) causes: Vec<Seen>,
-    /// Since when an answer was owed.
+    /// When an answer became due.
     pub(super) since: Option<EventTime>,
     /// The last tick at which it would have been in time.
     pub(super) deadline_tick: Option<u64>,
-    /// The answers, one of which should have come.
+    /// The answers of which at least one should have come.
     pub(super) missing: Vec<Missing>,
     /// The processes that the property mentions, by name.
     pub(super) concerned: Vec<String>,
@@ -38,7 +38,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// The message that an event is; `None` if it is a tick.
+    /// The message of an event; `None` if it is a tick.
     pub(super) fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = topology.ends(*channel);
@@ -57,7 +57,7 @@ pub(super) struct Missing {
 }
 
 impl<'a> Evidence<'a> {
-    /// The evidence of the violation that ended that episode.
+    /// The evidence of the violation that ended an episode.
     pub(super) fn of(episode: &'a Episode, view: &'a RunView) -> Self {
         let monitor = view.monitor(episode.property);
         let topology = view.topology();
@@ -81,7 +81,7 @@ impl<'a> Evidence<'a> {
         evidence
     }
 
-    /// Takes over what a monitor that explains itself has to say.
+    /// Adds what a monitor that explains its verdict has to say.
     fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
         let mut events = Vec::new();
         collect(formula, &mut events);
@@ -122,7 +122,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// The events of a formula, each with whether it is one to wait for.
+/// Collects the events of a formula, and whether each is one to wait for.
 fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::EventAtom, bool)>) {
     match formula {
         Formula::Event(event) | Formula::Count { event, .. } => events.push((event, false)),

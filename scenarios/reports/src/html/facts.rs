@@ -9,7 +9,7 @@ use super::markup::{breakable, row, table, text};
 use super::words;
 use crate::report::Report;
 
-/// An arrival this early is where the robot stood from the start, in seconds.
+/// An earlier arrival is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
 
 /// If there are more stages than this, the table has only this many of the first and the last ones.
@@ -61,7 +61,7 @@ fn overruns(report: &Report) -> String {
     }
 }
 
-/// Errors, with the time or place of the first occurrence, with a head over each column; empty if there are none.
+/// A table of errors or faults, with a heading for each column; empty if there are none.
 fn troubles<const N: usize>(head: [&str; N], lines: &[[String; N]]) -> Markup {
     html! {
         @if !lines.is_empty() {
@@ -71,7 +71,7 @@ fn troubles<const N: usize>(head: [&str; N], lines: &[[String; N]]) -> Markup {
     }
 }
 
-/// The faults that took hold; empty without any.
+/// The faults that took effect; empty if there are none.
 pub(super) fn faults(report: &Report) -> Markup {
     let lines: Vec<_> = report.faults_in_words().into_iter().map(|(effect, when)| [when, effect]).collect();
     troubles(["fault", "what it did"], &lines)
@@ -83,7 +83,7 @@ pub(super) fn tree_errors(report: &Report) -> Markup {
         let first = words::time(Duration::from_secs_f64(error.time_s));
         [first, format!("{} (node {})", error.label, error.node), error.message.clone()]
     });
-    troubles(["first at", "node of the tree", "what went wrong in it"], &lines.collect::<Vec<_>>())
+    troubles(["first at", "tree node", "what went wrong"], &lines.collect::<Vec<_>>())
 }
 
 /// Errors in the skills, or in the components; empty if there are none.
@@ -92,10 +92,10 @@ pub(super) fn skill_errors(report: &Report, kind: &str) -> Markup {
         let first = words::time(Duration::from_secs_f64(error.time_s));
         [first, error.place(), error.words()]
     });
-    troubles(["first at", kind, "what went wrong in it"], &lines.collect::<Vec<_>>())
+    troubles(["first at", kind, "what went wrong"], &lines.collect::<Vec<_>>())
 }
 
-/// The activities of the tree, stage by stage; with how far a robot drove if it `drives`.
+/// The activities of the tree, stage by stage, with the distance driven if the robot `drives`.
 pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
     let columns = if drives { 3 } else { 2 };
     let line = |activity: &Activity| {

@@ -6,13 +6,13 @@ use maud::{Markup, html};
 
 use super::colors;
 
-/// The width of a drawing for phones, in pixels: the inside of a panel on a screen of 375.
+/// The width of a drawing for phones, in pixels: the inside of a panel on a screen 375 pixels wide.
 pub const NARROW: f64 = 325.0;
 
-/// The width for which a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
+/// The width for which a drawing is laid out. Text keeps its size; the style sheet shows the drawing that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// For tablets, desks and paper.
+    /// For tablets, desktop screens and paper.
     Wide,
     /// For phones.
     Narrow,
@@ -28,7 +28,7 @@ impl Layout {
         }
     }
 
-    /// One of two values.
+    /// The value for this layout.
     pub fn pick<T>(self, wide: T, narrow: T) -> T {
         match self {
             Self::Wide => wide,
@@ -47,7 +47,7 @@ pub struct Drawing {
     pub height: f64,
 }
 
-/// A drawing in both layouts, as SVG inside the page; `label` says to those who cannot see it what it shows.
+/// A drawing in both layouts, as SVG inside the page. `label` describes it to those who cannot see it.
 pub fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> Markup {
     html! { @for layout in Layout::ALL { (inline(draw(layout), layout.class(), label)) } }
 }
@@ -63,7 +63,7 @@ pub(super) fn inline(drawing: Drawing, class: &str, label: &str) -> Markup {
     }
 }
 
-/// A small square sign of that side, for use in a line of text.
+/// A small square sign with this side, for use in a line of text.
 pub(super) fn sign(side: f64, draw: impl FnOnce(&mut Canvas, (f64, f64))) -> Markup {
     let mut canvas = Canvas::for_browsers();
     draw(&mut canvas, (side / 2.0, side / 2.0));

@@ -1,4 +1,4 @@
-//! The parts of a page that shows a run while it goes on: those of the report, as far as the run has come.
+//! The parts of a page that shows a run while it goes on: those of the report, for the run so far.
 
 use drawing::canvas::Canvas;
 use drawing::icons::Look;
@@ -18,12 +18,12 @@ use super::{STYLE, chart, colors, figure, violations, words};
 use crate::pictures::{self, Camera};
 use crate::timeline::Timeline;
 
-/// How many pixels a metre has on the floor.
+/// Pixels per metre on the floor.
 const PIXELS_PER_M: f64 = 40.0;
-/// The longer side of the floor is at most so long, in pixels.
+/// The maximum length of the floor's longer side, in pixels.
 const LONGEST: f64 = 4000.0;
 
-/// The style sheet with its colours.
+/// The style sheet with its colors.
 #[must_use]
 pub fn style() -> String {
     colors::definitions() + STYLE
@@ -35,8 +35,8 @@ pub struct Floor {
     pub svg: String,
     /// Its width and height, in pixels.
     pub size: [f64; 2],
-    /// Where a point of the `map` frame is in the picture: x₀ and y₀ in pixels, and how many of them a metre has; x is
-    /// to the right, and y up.
+    /// The origin of the `map` frame in the picture, x₀ and y₀ in pixels, and the number of pixels per metre; x points
+    /// right, and y up.
     pub origin: [f64; 3],
 }
 
@@ -64,26 +64,26 @@ pub fn floor(view: &RunView) -> Option<Floor> {
     Some(Floor { svg, size, origin: [zero.0, zero.1, view.pixels(1.0)] })
 }
 
-/// The tree, each node with what it answered last.
+/// The tree, each node with its last outcome.
 #[must_use]
 pub fn tree(view: &RunView) -> String {
     let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
     colors::adopted(&drawing::tree_svg(&nodes)).into_string()
 }
 
-/// What the sign of an inner node of the tree means.
+/// The meaning of the sign of an inner tree node.
 #[must_use]
 pub fn meaning(sign: &str) -> Option<&'static str> {
     drawing::SYMBOLS.iter().find(|(known, _)| *known == sign).map(|(_, meaning)| *meaning)
 }
 
-/// A machine, each of its states a part of the picture (`data-state`), by its index.
+/// A machine. Each of its states is a part of the picture (`data-state`), by its index.
 #[must_use]
 pub fn machine(machine: &Machine) -> String {
     colors::adopted(&pictures::machine_svg(machine)).into_string()
 }
 
-/// A card for each property: what it requires, what can be said so far, and how a violation came about.
+/// A card per property: what it requires, its verdict so far, and how a violation came about.
 #[must_use]
 pub fn verdicts(view: &RunView, timeline: &Timeline) -> String {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();

@@ -1,4 +1,4 @@
-//! The map with the way of the robot, coloured by what the tree was doing.
+//! The map with the robot's path, colored by what the tree was doing.
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
 use drawing::icons::Icon;
@@ -16,15 +16,14 @@ use super::figure::{Drawing, Layout, NARROW};
 use crate::pictures::Camera;
 use crate::timeline::Timeline;
 
-/// Of more stages than this, only those in which the robot drove have a number on the map.
+/// If there are more stages than this, only those in which the robot drove have a number on the map.
 const MOST_NUMBERS: usize = 12;
-/// It drove if it drove so far, in metres.
+/// It drove if it covered at least this distance, in metres.
 const LEAST_M: f64 = 0.5;
 
-/// The contents of the map: the run's last moment without the robot's readings and plans at that time. None without a
-/// map.
+/// The contents of the map: the run's last moment, without the robot's readings and plans. None without a map.
 pub(super) fn scene(run: &RunView) -> Option<Scene> {
-    /// More faults than these are marked without words: the list beside the map has them.
+    /// More faults than this are marked without words: the list beside the map has the words.
     const MOST_WORDS: usize = 4;
     let mut scene = Camera::new(run).frame(run, "").scene?;
     let has_words = |fault: &&mut FaultMark| !fault.label.is_empty();
@@ -69,7 +68,7 @@ pub(super) fn draw(
     Drawing { canvas, width, height }
 }
 
-/// The trail, a line for each stage on a light ground.
+/// Draws the trail: one line per stage on a light background.
 fn way(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity]) {
     for ground in [true, false] {
         for activity in activities {
@@ -87,7 +86,7 @@ fn way(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity]) {
     }
 }
 
-/// Where the robot was when a property was violated.
+/// Marks where the robot was when a property was violated.
 fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline: &Timeline) {
     for episode in timeline.episodes() {
         let position = timeline.trail().position(episode.decided.time);
@@ -102,7 +101,7 @@ pub(super) fn is_crowded(activities: &[Activity]) -> bool {
     activities.iter().filter(|activity| activity.number.is_some()).count() > MOST_NUMBERS
 }
 
-/// The number of each stage, near where it began.
+/// Draws the number of each stage near where it began.
 fn numbers(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity], layout: Layout) {
     let font = Font::bold(layout.pick(12.0, 10.0));
     let radius = layout.pick(9.5, 8.0);

@@ -9,12 +9,12 @@ use monitors::Outcome;
 
 use super::figure::sign;
 
-/// A text for people: with no line's end between a number and its percent sign.
+/// A text for people, without a line break between a number and its percent sign.
 pub fn text(text: &str) -> String {
     text.replace(" %", "\u{a0}%")
 }
 
-/// A name that may be broken between the words that it is made of.
+/// A name that may be broken between its words.
 pub(super) fn breakable(name: &str) -> Markup {
     html! {
         @for (before, character) in iter::once(' ').chain(name.chars()).zip(name.chars()) {
@@ -42,7 +42,7 @@ pub(super) fn verdict_of(outcome: Outcome) -> Verdict {
     }
 }
 
-/// The sign of a verdict on its ground.
+/// The sign of a verdict on its background.
 pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> Markup {
     let look = Look::of_verdict(verdict);
     sign(side, |canvas, center| {
@@ -58,12 +58,12 @@ pub(super) fn pill(outcome: Outcome) -> Markup {
     html! { span.pill.(outcome) { (icon) (outcome) } }
 }
 
-/// A section; nothing without content.
+/// A section; empty without content.
 pub fn section(id: &str, title: &str, content: Markup) -> Markup {
     html! { @if !content.0.is_empty() { section id=(id) { h2 { (title) } (content) } } }
 }
 
-/// A table with a name above each column.
+/// A table with a heading for each column.
 pub fn table<'n>(class: &str, columns: impl IntoIterator<Item = &'n str>, rows: &Markup) -> Markup {
     html! {
         table.(class) {
@@ -73,7 +73,7 @@ pub fn table<'n>(class: &str, columns: impl IntoIterator<Item = &'n str>, rows: 
     }
 }
 
-/// A row of a table: the first cell names it.
+/// A row of a table: its first cell is a heading.
 pub fn row(name: impl Render, cells: impl IntoIterator<Item = impl Render>) -> Markup {
     html! { tr { th scope="row" { (name) } @for cell in cells { td { (cell) } } } }
 }

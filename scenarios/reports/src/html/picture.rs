@@ -1,4 +1,4 @@
-//! Parts of a frame as drawings of a page: a scene, a state machine, a behavior tree.
+//! Parts of a frame as drawings on a page: a scene, a state machine, a behavior tree.
 
 use drawing::canvas::{Canvas, Paint};
 use drawing::map_panel::{self, MapDrawing};
@@ -11,7 +11,7 @@ use drawing::{
 
 use super::figure::{Drawing, Layout, NARROW};
 
-/// A width that two drawings have beside each other, in pixels.
+/// The width of a drawing that fits beside another one, in pixels.
 pub const HALF: f64 = 500.0;
 const MARGIN: f64 = 8.0;
 
@@ -32,7 +32,7 @@ pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
     Drawing { canvas, width, height }
 }
 
-/// A state machine: as wide as two drawings side by side, or wider where names and labels need it.
+/// A state machine: as wide as two drawings side by side, or wider if names and labels need it.
 pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
     let narrowest = layout.pick(HALF, NARROW);
     let attempt = |factor: f64| (factor * narrowest, DiagramLayout::new(diagram, factor * narrowest - 2.0 * MARGIN));
@@ -57,7 +57,7 @@ pub fn context(context: &ExecutionContext, layout: Layout) -> Drawing {
 
 /// A behavior tree.
 pub fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
-    // On a phone it is drawn smaller, not with shorter names.
+    // On a phone, it is drawn smaller instead of with shorter names.
     let width = layout.pick(HALF, 1.4 * NARROW);
     let (pleasant, _) = TreeLayout::wanted_height(tree);
     let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);

@@ -19,14 +19,14 @@ pub struct Picture {
     pub png: Vec<u8>,
 }
 
-/// The section of the pictures, shown as far as they fit into this many bytes, those of early events first, and all
-/// linked to their files; empty if there are none.
+/// The section with the pictures, all linked to their files. Those that fit into this many bytes are shown, early
+/// events first. Empty if there are none.
 pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     let mut order: Vec<usize> = (0..pictures.len()).collect();
     order.sort_by_key(|place| pictures[*place].snapshot.by_clock);
     let mut bytes = 0;
     let fits = |place: &usize| {
-        // Four characters for three bytes, and the caption.
+        // Four characters per three bytes, and the caption.
         bytes += pictures[*place].png.len().div_ceil(3) * 4 + 600;
         bytes <= room
     };
@@ -48,7 +48,7 @@ pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     };
     let content = html! {
         @if !pictures.is_empty() {
-            p.quiet { "Each picture links to its file beside this page, to be viewed in full size." }
+            p.quiet { "Each picture links to its file beside this page, in full size." }
             div.pictures { @for picture in shown { (figure(picture)) } }
             @if !hidden.is_empty() {
                 p { "Not shown here, to keep this page small:" }

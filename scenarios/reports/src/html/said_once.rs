@@ -1,5 +1,4 @@
-//! Messages that occurred only once in a part of a run: where all others repeat at every tick, these made the
-//! difference.
+//! Messages that occurred only once in a part of a run: if all others repeat at every tick, these made the difference.
 
 use std::time::Duration;
 
@@ -8,11 +7,11 @@ use channels::{Event, EventKind, Message, Topology, Value};
 use super::evidence::Seen;
 use super::words;
 
-/// More messages than these are counted only.
+/// More messages than this are only counted.
 const MOST: usize = 6;
 
-/// The messages between skills and components that were received only once between two moments, ignoring numbers, as a
-/// sentence; nothing if there are none.
+/// A sentence about the messages between skills and components that were received only once between two moments,
+/// ignoring numbers; none if there are no such messages.
 pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topology: &Topology) -> Option<String> {
     let inside: Vec<&Event> = events.iter().filter(|event| (from..=to).contains(&event.time)).collect();
     let is_new = |event: &&&Event| inside.iter().filter(|other| says_the_same(event, other)).count() == 1;
@@ -46,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_repeated_with_another_number_is_not_unique() {
+    fn a_message_repeated_with_another_number_does_not_count_as_unique() {
         let mut topology = Topology::default();
         let ids = ["Reader", "Skill", "BT"].map(|name| topology.process(name).unwrap());
         let domain = || Domain::new([Shape::new([("what", FieldKind::Symbol(Vec::new()))])]);

@@ -1,4 +1,4 @@
-//! Every parameter of a scenario with the value that was in effect, and the command that runs it again.
+//! All parameters of a scenario with their effective values, and the command that runs it again.
 
 mod given;
 
@@ -8,7 +8,7 @@ use recording::RunView;
 use super::markup::{self, row};
 use crate::report::Report;
 
-/// The section of the parameters.
+/// The section with the parameters.
 pub(super) fn section(view: &RunView) -> Markup {
     let origin = &view.header().origin;
     if origin.recorded.is_some() {
@@ -56,10 +56,10 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
             pre.command { code { (command(view, report)) } }
             @if is_recorded { p { "The hash of the events is " code { (report.trace_hash) } "." } }
             @else { p {
-                "With version " (report.version) " of the program this gives the same run to the last bit, on any \
-                 machine of its kind. The hash of its trace is " code { (report.trace_hash) } "."
+                "With version " (report.version) " of the program, this gives the same run to the last bit on any \
+                 machine of the same kind. The hash of its trace is " code { (report.trace_hash) } "."
             } }
-            p { "Beside this page: " a href="report.json" { "report.json" } ", the same for programs." }
+            p { "Beside this page: " a href="report.json" { "report.json" } ", the same data for programs." }
             @if !report.snapshots.is_empty() {
                 ul.files { @for picture in &report.snapshots { li { a href=(picture.file) { (picture.file) } } } }
             }
@@ -84,7 +84,7 @@ pub(super) fn command(view: &RunView, report: &Report) -> String {
     command
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 #[must_use]
 pub fn quoted(word: &str) -> String {
     let plain = |character: char| character.is_ascii_alphanumeric() || "-_./=:,+@%".contains(character);
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shell_reads_every_word_as_one() {
+    fn a_shell_reads_every_quoted_word_as_one() {
         assert_eq!(quoted("battery.initial_pct=35"), "battery.initial_pct=35");
         assert_eq!(quoted("faults=[]"), "'faults=[]'");
         assert_eq!(quoted("about=it's"), r"'about=it'\''s'");

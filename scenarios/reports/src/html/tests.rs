@@ -1,4 +1,4 @@
-//! Charts of whole runs, in both layouts: texts stay apart and inside.
+//! Charts of whole runs, in both layouts: texts do not overlap and stay inside.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use super::sequence::{self, Sequence};
 use super::{activities, chart, map};
 use crate::timeline::Timeline;
 
-/// A run of a shipped scenario until that time.
+/// A run of a shipped scenario up to a time.
 fn run(name: &str, overrides: &[&str], until_s: u64) -> (RunView, Timeline) {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let scenario = Scenario::load(&find::find(name).unwrap(), &overrides).unwrap();
@@ -33,7 +33,7 @@ fn run(name: &str, overrides: &[&str], until_s: u64) -> (RunView, Timeline) {
     (conducted.unwrap(), timeline.unwrap())
 }
 
-/// Looks at a drawing as the snapshots' renderer sees it.
+/// Checks a drawing as the snapshots' renderer sees it.
 fn look_at(what: &str, drawing: Drawing) {
     let whole = Area::new(0.0, 0.0, drawing.width, drawing.height);
     let svg = drawing.canvas.finish(drawing.width, drawing.height);
@@ -72,7 +72,7 @@ fn the_first_experiment_is_drawn_without_overlaps() {
 }
 
 #[test]
-fn a_whole_charge_is_drawn_without_overlaps() {
+fn a_complete_charge_is_drawn_without_overlaps() {
     let (view, timeline) = run("nominal", &[], 1490);
     look_at_all("nominal", &view, &timeline);
 }
@@ -95,5 +95,5 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     let table = super::facts::stages(&activities::activities(&timeline), true).into_string();
-    assert_eq!(table.matches("<tr>").count(), 42, "the head, 40 stages, and how many more there are");
+    assert_eq!(table.matches("<tr>").count(), 42, "the heading, 40 stages, and the number of others");
 }

@@ -11,7 +11,7 @@ use super::words;
 use crate::report::{ExpectationReport, OutcomeReport, Report};
 use crate::timeline::Timeline;
 
-/// The section of the verdicts: outcome, properties, expectations.
+/// The section with the verdicts: outcome, properties, expectations.
 pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
     let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
@@ -21,7 +21,7 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
         order.sort_by_key(|index| report.monitors[*index].verdict != Outcome::Violated);
     }
     let content = html! {
-        // Nothing is expected of a recording.
+        // A recording has no expectations.
         @if view.header().origin.recorded.is_none() { (outcome(report)) }
         @if report.monitors.is_empty() {
             p.quiet { "No property was watched in this run." }
@@ -37,7 +37,7 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
     markup::section("verdicts", "Verdicts", content)
 }
 
-/// Whether the run was what it was to be, and what that was.
+/// Whether the run was as expected, and what was expected.
 fn outcome(report: &Report) -> Markup {
     let (class, verdict, words) = match report.outcome {
         OutcomeReport::AsExpected => ("good", Verdict::Satisfied, "The run was as the scenario expects."),
@@ -91,14 +91,14 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 }
             }
             details {
-                summary { "The property as it is written" }
+                summary { "The property as written" }
                 pre { code { (monitor.about.property) } }
             }
         }
     }
 }
 
-/// The history of a property that was not violated in this many ticks.
+/// What there is to say about a property that was not violated in this many ticks.
 fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
     html! {
         @match verdict {
@@ -111,7 +111,7 @@ fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
             @if let Some(tick) = owed.until_tick { ", due by tick " (tick) }
             ": " code { (owed.what) } "."
         }
-        @for error in &said.errors { " Its machine went wrong: " (text(error)) "." }
+        @for error in &said.errors { " Its machine had an error:  " (text(error)) "." }
         @for clause in &said.vacuous {
             " It is vacuously satisfied: its condition " code { (clause.antecedent) } " occurred at none of "
             (words::count(clause.asked, "state")) "."

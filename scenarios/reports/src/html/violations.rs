@@ -15,7 +15,7 @@ use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
 use crate::timeline::Timeline;
 
-/// The section of all violations; empty if there are none.
+/// The section with all violations; empty if there are none.
 pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
     let episodes = timeline.episodes();
     let stories = html! { @for episode in episodes { (story(&Evidence::of(episode, view), view, timeline)) } };
@@ -23,8 +23,8 @@ pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
     markup::section("violations", &format!("How {which} came about"), stories)
 }
 
-/// The sequence charts of all violations as pictures of their own, each with the property's name: as SVG for browsers
-/// and for the renderer.
+/// The sequence charts of all violations as separate pictures, each with the property's name, as SVG for browsers and
+/// for the renderer.
 pub(super) fn pictures(view: &RunView, timeline: &Timeline) -> Vec<(String, [String; 2])> {
     let of = |episode| {
         let evidence = Evidence::of(episode, view);
@@ -92,7 +92,7 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
         sentences.extend(said_once::sentence(&evidence.episode.events, (from, to), topology));
     }
     sentences.push(match evidence.missing.is_empty() {
-        true => format!("That is what {} forbids: it is violated from there on, for good.", evidence.name),
+        true => format!("This is what {} forbids: it is now violated for good.", evidence.name),
         false => format!(
             "At tick {} ({}) it was too late: {} is violated.",
             decided.tick,
@@ -134,9 +134,9 @@ fn owed_sentence(evidence: &Evidence<'_>) -> Option<String> {
     (!wanted.is_empty()).then(|| format!("So {}{deadline}.", wanted.join(", or ")))
 }
 
-/// The faults that took effect shortly before the story, or in it.
+/// The faults that took effect shortly before the story or during it.
 fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Duration, String)> {
-    /// More than these make no story.
+    /// More faults than this would not make a story.
     const MOST: usize = 3;
     let decided = evidence.episode.decided.time;
     let mut latest = FaultCourse::of(faults);
@@ -156,7 +156,7 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Dura
         .collect()
 }
 
-/// The part of the run that the story is about.
+/// The part of the run that the story covers.
 fn window(evidence: &Evidence<'_>) -> (Duration, Duration) {
     let from_tick = evidence.since.map_or(evidence.first_tick(), |since| since.tick);
     let first = evidence.episode.events.iter().find(|event| event.tick >= from_tick);
@@ -224,7 +224,7 @@ fn count(counts: &mut Vec<(String, usize)>, message: String) {
     }
 }
 
-/// The last message on a channel on which an answer was owed that came before it was.
+/// The last message on an answer's channel before the answer was due.
 fn last_before(evidence: &Evidence<'_>, missing: &Missing, topology: &Topology) -> Option<Seen> {
     let (from, _) = window(evidence);
     let is_there = |event: &&Event| {
@@ -246,7 +246,7 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
         let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
         let before = last_before(evidence, missing, topology)
             .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
-            .map(|seen| format!("; before it, at tick {}, it had told it `{}`", seen.at.tick, seen.message))
+            .map(|seen| format!("; before that, at tick {}, it had told it `{}`", seen.at.tick, seen.message))
             .unwrap_or_default();
         match passed.last() {
             None => format!("But {} told {} nothing at all in that time{before}.", missing.from, missing.to),
@@ -286,7 +286,7 @@ fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView)
         let mut counts: Vec<(String, usize)> = Vec::new();
         let messages = evidence.episode.events.iter().filter(|event| event.time >= from && event.step <= decided);
         for seen in messages.filter_map(|event| Seen::of(event, topology)) {
-            // A leaf's answers to the tree have one word; what it asks components has more, or goes elsewhere.
+            // A leaf answers the tree; what it asks components goes to processes that the property concerns.
             if seen.from == *name && !evidence.concerned.contains(&seen.to) {
                 count(&mut counts, seen.message);
             }

@@ -32,7 +32,7 @@ fn value(value: &Value) -> String {
     format!("{value:.3}")
 }
 
-/// A message that a condition requires: as a message where the condition determines every field, else the condition.
+/// A message that a condition requires: as a message if the condition determines every field, otherwise the condition.
 pub(super) fn wanted(condition: &MessageCondition) -> String {
     let parts = match condition {
         MessageCondition::And(parts) => parts.as_slice(),
@@ -79,7 +79,7 @@ fn sign(relation: Relation) -> &'static str {
     }
 }
 
-/// A list as a person writes it: `a, b and c`.
+/// A list as people write it: `a, b and c`.
 pub(super) fn list(items: &[String]) -> String {
     match items {
         [] => "nothing".to_owned(),
@@ -88,7 +88,7 @@ pub(super) fn list(items: &[String]) -> String {
     }
 }
 
-/// A text that begins with a capital and ends with a full stop.
+/// A text that begins with a capital letter and ends with a period.
 pub(super) fn sentence(text: &str) -> String {
     let text = text.trim();
     let mut characters = text.chars();

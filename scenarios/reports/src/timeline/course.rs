@@ -1,25 +1,25 @@
-//! A number that changes all the time.
+//! A number that changes continuously.
 
 use std::time::Duration;
 
-/// A line with fewer points lies no further from the noted values than this.
+/// The simplified line is never farther from the noted values than this.
 const TOLERANCE: f64 = 0.05;
 
-/// A number over time, as a line through few points: where it runs straight, only the ends are kept.
+/// A number over time, as a line through few points: where it is straight, only the ends are kept.
 ///
-/// The points are chosen as by the swing filter (Elmeleegy et al., "Online piece-wise linear approximation of numerical
-/// streams with precision guarantees", 2009), with ends that are noted values.
+/// The points are chosen by a swing filter (Elmeleegy et al., "Online piece-wise linear approximation of numerical
+/// streams with precision guarantees", 2009), whose ends are noted values.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Course {
     points: Vec<(Duration, f64)>,
     /// The latest value, if it is not a point.
     latest: Option<(Duration, f64)>,
-    /// The slopes, per second, of lines from the last point that come close enough to all values after it.
+    /// The range of slopes, per second, of lines from the last point that come close enough to all values after it.
     slopes: Option<(f64, f64)>,
 }
 
 impl Course {
-    /// Notes the value now. Times must go on.
+    /// Notes the value now. Times must increase.
     pub fn note(&mut self, now: Duration, value: f64) {
         let Some(&(since, from)) = self.points.last() else {
             self.points.push((now, value));
@@ -61,7 +61,7 @@ impl Course {
         Self { points, latest, slopes: None }
     }
 
-    /// The value at a time; `None` without any.
+    /// The value at a time; `None` without points.
     #[must_use]
     pub fn at(&self, time: Duration) -> Option<f64> {
         let points = self.points();
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_is_two_points() {
+    fn a_straight_line_has_two_points() {
         let line = course((0..10_000).map(|i| f64::from(i) * 0.02).map(|time_s| (time_s, 80.0 - 0.05 * time_s)));
         assert_eq!(line.points().len(), 2);
     }

@@ -4,17 +4,17 @@ use std::collections::VecDeque;
 
 use channels::Event;
 
-/// So many events are remembered: about a thousand ticks of the shipped tree.
+/// How many events are remembered: about a thousand ticks of the shipped tree.
 const CAPACITY: usize = 16_384;
 
 /// A violation, with the events that led to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Episode {
-    /// Which property was violated: its position in the scenario.
+    /// The index of the violated property in the scenario.
     pub property: usize,
     /// The event that decided the verdict.
     pub decided: Event,
-    /// The events up to the end of that step, oldest first, as far back as they are remembered.
+    /// The remembered events up to the end of that step, oldest first.
     pub events: Vec<Event>,
 }
 
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_bounded_and_the_oldest_entries_go_first() {
+    fn memory_is_bounded_and_the_oldest_events_are_dropped_first() {
         let mut recent = Recent::default();
         for tick in 0..50_000 {
             recent.see(&[Event { step: 0, tick, time: Duration::ZERO, kind: EventKind::Tick }]);

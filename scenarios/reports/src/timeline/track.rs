@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A state over time: since when it has been what it is.
+/// A state over time, as a list of changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<S> {
     changes: Vec<(Duration, S)>,
@@ -14,7 +14,7 @@ impl<S> Default for Track<S> {
     }
 }
 
-/// A stretch of time in which a state stays the same.
+/// A stretch of time in which the state does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<'a, S> {
     /// When it began.
@@ -26,14 +26,14 @@ pub struct Interval<'a, S> {
 }
 
 impl<S: PartialEq + Clone> Track<S> {
-    /// Notes how it stands now. Times must not go back; of two states at one time the later one counts.
+    /// Notes the present state. Times must not decrease; of two states at the same time, the later one counts.
     pub fn note(&mut self, now: Duration, state: &S) {
         if self.changes.last().is_some_and(|(_, last)| last == state) {
             return;
         }
         if self.changes.last().is_some_and(|(since, _)| *since == now) {
             self.changes.pop();
-            // What it was before that moment may be what it is again.
+            // The state may be the same as before that moment.
             return self.note(now, state);
         }
         self.changes.push((now, state.clone()));
@@ -48,18 +48,18 @@ impl<S: Clone> Track<S> {
 }
 
 impl<S> Track<S> {
-    /// The stretches of time, one after the other, the last one until `end`.
+    /// The stretches of time, one after the other; the last one ends at `end`.
     pub fn spans(&self, end: Duration) -> impl Iterator<Item = Interval<'_, S>> {
         let ends = self.changes.iter().skip(1).map(|(time, _)| *time).chain([end]);
         self.changes.iter().zip(ends).map(|((from, state), to)| Interval { from: *from, to, state })
     }
 
-    /// When it changed, its beginning left out.
+    /// When it changed, without its beginning.
     pub fn changes(&self) -> impl Iterator<Item = Duration> + '_ {
         self.changes.iter().skip(1).map(|(time, _)| *time)
     }
 
-    /// How it stood at a time; `None` before the first note.
+    /// The state at a time; `None` before the first one.
     #[must_use]
     pub fn at(&self, time: Duration) -> Option<&S> {
         let after = self.changes.partition_point(|(since, _)| *since <= time);

@@ -1,4 +1,4 @@
-//! The way of the robot, and what the tree was doing on it.
+//! The robot's path, and what the tree was doing on it.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use maps::Point;
 
 /// The trail has a point this often, in metres.
 const STEP_M: f64 = 0.10;
-/// What the tree does for no longer than this, in passing, is no stage of its own: a leaf whose answer took a step.
+/// What the tree does for no longer than this is not a separate stage, such as a leaf whose answer took one step.
 const IN_PASSING: Duration = Duration::from_millis(250);
 
-/// A stretch of the way on which the tree was doing one thing.
+/// A stretch of the path on which the tree was doing one thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
     /// The leaves that were running, by name; empty where none was.
@@ -18,20 +18,20 @@ pub struct Stage {
     pub from: Duration,
     /// When it ended.
     pub to: Duration,
-    /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres
-    /// between; empty without a robot.
+    /// The robot's positions with their times, in the `map` frame: the first, the last, and one every few centimetres
+    /// between them; empty without a robot.
     pub points: Vec<(Duration, Point)>,
 }
 
 impl Stage {
-    /// How long the way was, in metres.
+    /// The length of the path, in metres.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
         self.points.windows(2).map(|pair| (pair[1].1 - pair[0].1).norm()).sum()
     }
 }
 
-/// The way of a robot, in stages.
+/// The path of a robot, in stages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trail {
     stages: Vec<Stage>,
@@ -66,7 +66,7 @@ impl Trail {
         self.stages.push(Stage { doing: doing.to_owned(), from: now, to: now, points });
     }
 
-    /// The way up to a time at which the robot was `here`.
+    /// The path up to a time at which the robot was `here`.
     pub(super) fn until(&self, time: Duration, here: Option<Point>) -> Self {
         let stages = self.stages.iter().filter(|stage| stage.from <= time).cloned();
         let cut = |mut stage: Stage| {
@@ -76,7 +76,7 @@ impl Trail {
         Self { stages: stages.map(cut).collect(), here: here.map(|here| (time, here)) }
     }
 
-    /// The stages of a run that has come to `end`. What was done in passing belongs to the stage before.
+    /// The stages of a run up to `end`. Very short activities belong to the stage before.
     #[must_use]
     pub fn stages(&self, end: Duration) -> Vec<Stage> {
         let mut stages: Vec<Stage> = Vec::new();
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn stages_join_and_what_happens_in_passing_is_none() {
+    fn equal_stages_join_and_short_activities_are_no_stages() {
         let mut trail = Trail::default();
         for step in 0..500_u64 {
             let doing = match step {

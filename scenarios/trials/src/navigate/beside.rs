@@ -1,4 +1,4 @@
-//! Places beside the robot's way, for the people and boxes of a trip.
+//! Places beside the robot's path, for the people and boxes of a trip.
 
 use maps::Point;
 use rand::RngExt;
@@ -16,13 +16,13 @@ const START_FREE_M: f64 = 1.5;
 /// Nobody stands closer than this to the goal, in metres.
 const GOAL_FREE_M: f64 = 1.2;
 
-/// People come from and go to places within this distance of the robot's way, in metres; boxes stand there.
+/// People walk between places within this distance of the robot's path, in metres; boxes stand there.
 const FROM_THE_WAY_M: f64 = 8.0;
 
-/// How often a place is drawn until one is suitable.
+/// How many places are drawn at most to find a suitable one.
 const TRIES: usize = 200;
 
-/// A suitable place close to the robot's way.
+/// A suitable place close to the robot's path.
 pub(super) fn near_the_way(
     course: &Course,
     task: &Task,
@@ -38,8 +38,8 @@ pub(super) fn near_the_way(
     })
 }
 
-/// A place close to the robot's way where something can stand so that the robot can pass, given everything that already
-/// stands there.
+/// A place close to the robot's path for something that stands still. The robot can still pass, given everything that
+/// already stands there.
 pub(super) fn passable(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<Point> {
     let is_good = |at: &Point| {
         course.clearance_m(at) >= PASSABLE_M && standing.iter().all(|other| (other - at).norm() >= 2.0 * PASSABLE_M)

@@ -1,4 +1,4 @@
-//! The boxes of a trip: they stand where no map shows them, and can be pushed.
+//! The boxes of a trip: no map shows them, and they can be pushed.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use super::course::{Course, Task};
 const SIDE_M: std::ops::Range<f64> = 0.3..0.5;
 const MASS_KG: f64 = 10.0;
 
-/// This many boxes for a trip, or as many as can be placed so that the robot can pass.
+/// The boxes of a trip: as many as wanted, or as can be placed so that the robot can pass.
 pub(super) fn boxes(course: &Course, task: &Task, count: usize, rng: &mut ChaCha8Rng) -> Vec<ObstacleConfig> {
     let mut boxes: Vec<ObstacleConfig> = Vec::new();
     for number in 1..=count {

@@ -10,13 +10,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::RobotModel;
 
-/// At starts and goals, there is at least this much more room than the robot needs, in metres.
+/// The least room to spare around the robot at starts and goals, in metres.
 const SPARE_M: f64 = 0.05;
 
 /// A goal is at least this far from the start, in metres.
 const SHORTEST_TRIP_M: f64 = 3.0;
 
-/// How often a trip is drawn until one is long enough; after that, only endpoints that are far enough apart are drawn.
+/// How many trips are drawn at most to find one that is long enough. After that, only endpoints that are far enough
+/// apart are drawn.
 const TRIES: usize = 1000;
 
 /// Why trips are impossible on a map.
@@ -26,7 +27,7 @@ pub enum CourseError {
     /// Localization is impossible on the map.
     #[error(transparent)]
     Map(#[from] nav::Error),
-    /// The robot fits nowhere, or only at places too close to each other.
+    /// The robot fits nowhere, or only at places that are too close to each other.
     #[error("the map has no two places, at least {SHORTEST_TRIP_M} m apart, between which the robot can drive")]
     NoRoom,
 }
@@ -44,7 +45,7 @@ pub struct Course {
     shortest: Costmap,
     /// Centres of the cells in which trips start and end: each can be reached from every other.
     open: Vec<Point>,
-    /// The first and the last of them in each row of the map: they include the one farthest from any place.
+    /// The first and the last of these centers in each row of the map: they include the one farthest from any place.
     ends_of_rows: Vec<Point>,
 }
 
@@ -186,7 +187,7 @@ fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
 }
 
 /// Centres of the cells in which the robot has some room to spare, in the largest connected part of the map. The robot
-/// may be anywhere in a cell, and so needs half a cell more than its radius.
+/// may be anywhere in a cell, so it needs half a cell more than its radius.
 fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
     let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);
     places.retain(|place| costmap.clearance_m(place) >= radius_m + SPARE_M);
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn every_trip_on_the_house_map_leads_to_where_the_robot_fits() {
+    fn every_trip_on_the_house_map_ends_where_the_robot_fits() {
         let course = course("house", maps::house::draw()).unwrap();
         for seed in 0..20 {
             let task = course.task(&mut Streams::new(seed).stream("navigate/task"));
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_too_small_for_trips_is_refused() {
+    fn a_map_too_small_for_trips_is_rejected() {
         assert!(matches!(course("closet", floor(30)), Err(CourseError::NoRoom)));
     }
 

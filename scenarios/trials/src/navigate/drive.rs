@@ -26,7 +26,7 @@ const ODOMETRY_NOISE: DriftNoise = DriftNoise {
     distance_per_sqrt_rad: 0.005,
 };
 
-/// A trip may take this long, plus this many times the duration of its shortest path at full speed.
+/// The time limit of a trip: this long, plus this many times the duration of its shortest path at full speed.
 const MOST_TIME: Duration = Duration::from_secs(300);
 const MOST_TIMES: f64 = 6.0;
 
@@ -39,7 +39,7 @@ const STANDS_STILL: Duration = Duration::from_millis(500);
 /// Distance between the points of the trail, in metres.
 const TRAIL_STEP_M: f64 = 0.1;
 
-/// Drives the trip of a root seed among this many people and boxes, if they can be placed, and shows how it ended.
+/// Drives the trip of a root seed among people and boxes, as far as they can be placed, and shows how it ended.
 pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) {
     let streams = Streams::new(seed);
     let task = course.task(&mut streams.stream("navigate/task"));
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn trips_through_the_house_arrive_and_touch_nothing() {
+    fn trips_through_the_house_arrive_without_contact() {
         let house = house();
         for seed in 1..=4 {
             let (trip, _) = drive(&house, seed, About::default());
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trip_among_people_is_the_same_every_time() {
+    fn a_trip_among_people_is_reproducible() {
         let house = house();
         let about = About { people: 6, boxes: 0 };
         let (first, again) = (drive(&house, 5, about), drive(&house, 5, about));
@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(first.0.wall_contacts + first.0.standing_contacts, 0, "{}", first.0.words());
     }
     #[test]
-    fn trips_past_boxes_arrive_and_touch_none() {
+    fn trips_past_boxes_arrive_without_contact() {
         let house = house();
         for seed in 1..=4 {
             let (trip, scene) = drive(&house, seed, About { people: 0, boxes: 3 });
@@ -215,9 +215,9 @@ mod tests {
     }
 
     /// Positions on a map this far away are rounded to a nanometre. Where localization and control decide between near
-    /// ties, that can change the trip by centimetres.
+    /// ties, rounding can change the trip by centimetres.
     #[test]
-    fn trips_do_not_depend_on_the_distance_of_the_map_from_the_origin() {
+    fn trips_do_not_depend_on_how_far_the_map_is_from_the_origin() {
         let plan = maps::house::draw();
         let by = pose(688_000.0, 5_335_000.0, 0.0);
         let mut moved = OccupancyGrid::new(plan.width(), plan.height(), plan.resolution_m(), by * plan.origin());

@@ -1,4 +1,4 @@
-//! The people of a trip: some stand where the robot can pass, the others walk back and forth across its way.
+//! The people of a trip: some stand where the robot can pass, the others walk back and forth across its path.
 
 use std::time::Duration;
 
@@ -13,18 +13,18 @@ use super::course::{Course, Task};
 /// Radius of a person, in metres.
 const RADIUS_M: f64 = 0.25;
 
-/// One in this many people stands still.
+/// One out of this many people stands still.
 const ONE_STANDS_OF: usize = 3;
 
-/// How fast people walk, in m/s, and how long they stand at an end of their walk at most.
+/// How fast people walk, in m/s, and how long at most they stand at an end of their walk.
 const SPEED_MPS: std::ops::Range<f64> = 0.5..1.2;
 const LONGEST_PAUSE_S: f64 = 5.0;
 
-/// How often a walk is drawn until one avoids all boxes, and the minimum distance to them, in metres.
+/// How many walks are drawn at most to find one that avoids all boxes, and the minimum distance to boxes, in metres.
 const TRIES: usize = 20;
 const BESIDE_M: f64 = 0.1;
 
-/// This many people for a trip, or as many as can be placed among the boxes.
+/// The people of a trip: as many as wanted, or as can be placed among the boxes.
 pub(super) fn people(
     course: &Course,
     task: &Task,
@@ -62,7 +62,7 @@ fn stander(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rn
     Some((passable(course, task, standing, rng)?, walk(Vec::new(), 1.0, Duration::ZERO)))
 }
 
-/// Somebody who walks back and forth between two places beside the robot's way.
+/// Somebody who walks back and forth between two places beside the robot's path.
 fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
     for _ in 0..TRIES {
         let from = near_the_way(course, task, |_| true, rng)?;
@@ -78,7 +78,7 @@ fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaC
     None
 }
 
-/// Whether somebody on that walk would run into a box.
+/// Whether somebody on that walk would bump into a box.
 fn is_in_the_way(one: &ObstacleConfig, way: &[Point]) -> bool {
     let (center, needed_m) = (place_of(one), one.shape.bounding_radius_m() + RADIUS_M + BESIDE_M);
     way.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)

@@ -20,7 +20,7 @@ pub fn picture(trip: &Trip, scene: &Scene) -> String {
     canvas.finish(SIZE.0, SIZE.1)
 }
 
-/// A person or box in the robot's way, as it is drawn.
+/// A person or a box, as drawn.
 pub(super) fn body(obstacle: &ObstacleTruth<'_>) -> Body {
     let pose = obstacle.pose;
     let shape = match obstacle.shape {

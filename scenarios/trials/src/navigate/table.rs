@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{Benchmark, Sums, Trip};
 
-/// The benchmark as a table, then the failed trips. `again` gives the command that repeats one of them alone.
+/// The benchmark as a table, then the failed trips. `again` returns the command that repeats one trip alone.
 pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

@@ -17,7 +17,7 @@ pub struct About {
 pub enum Outcome {
     /// The robot is at its goal and knows it.
     Arrived,
-    /// The robot believes to be at its goal, but is not.
+    /// The robot believes that it is at its goal, but it is not.
     Elsewhere,
     /// Navigation has given up, with a reason.
     GaveUp,
@@ -57,25 +57,25 @@ pub struct Trip {
     pub good: bool,
     /// The result.
     pub outcome: Outcome,
-    /// Why navigation gave up, or why it had no path at the time limit; null otherwise.
+    /// Why navigation gave up, or why it had no path at the time limit; otherwise null.
     pub reason: Option<String>,
     /// How long it took, in seconds.
     pub time_s: f64,
     /// How far the robot drove, in metres.
     pub driven_m: f64,
-    /// Length of the shortest path for a robot of its size, in metres, regardless of people.
+    /// Length of the shortest path for a robot of its size, in metres, ignoring people.
     pub shortest_m: f64,
     /// Distance from the goal at the end, in metres.
     pub off_m: f64,
     /// Greatest distance between the estimated and the true position, in metres.
     pub localization_max_m: f64,
-    /// The contacts begun with walls, people and boxes, in order.
+    /// The contacts with walls, people and boxes, in order.
     pub contacts: Vec<Touched>,
-    /// Contacts begun with walls.
+    /// Contacts with walls.
     pub wall_contacts: usize,
-    /// Contacts begun with people and boxes that had stood still for half a second or longer.
+    /// Contacts with people and boxes that had stood still for half a second or longer.
     pub standing_contacts: usize,
-    /// Contacts begun with walking people and with boxes that were being pushed.
+    /// Contacts with walking people and with boxes that were being pushed.
     pub walking_contacts: usize,
 }
 
@@ -84,7 +84,7 @@ pub struct Trip {
 pub struct Touched {
     /// When it began, in seconds.
     pub time_s: f64,
-    /// With what; null for walls.
+    /// What the robot touched; null for walls.
     pub who: Option<String>,
 }
 

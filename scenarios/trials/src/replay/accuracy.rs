@@ -32,8 +32,8 @@ pub struct Accuracy {
     pub rmse_rad: f64,
     /// The greatest distance, in metres.
     pub max_m: f64,
-    /// Mean of the squared errors in units of the estimate's own covariance. Three would be exact; a larger number
-    /// means that the estimate is overconfident, a smaller one that it is underconfident.
+    /// Mean of the squared errors in units of the estimate's own covariance. Three is ideal; a larger number means that
+    /// the estimate is overconfident, a smaller one that it is underconfident.
     pub normalized_squared: f64,
     /// How often localization updated its estimate.
     pub updates: u64,
@@ -62,7 +62,7 @@ pub fn config() -> SimConfig {
     }
 }
 
-/// The floor of the drive: the house that comes with the project.
+/// The map of the drive: the house that comes with the project.
 ///
 /// # Panics
 /// Never: the house has free floor.
@@ -85,7 +85,7 @@ pub fn way(atlas: &Atlas) -> Vec<Point> {
 }
 
 /// Drives and localizes with the random numbers of a root seed. `update` is called for every reading and may measure
-/// the time.
+/// its time.
 ///
 /// # Panics
 /// If the atlas does not belong to the project's [`floor`].

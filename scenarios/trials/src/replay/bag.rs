@@ -1,7 +1,7 @@
-//! Bags of ROS 2 as recorded robots: scans, odometry, the poses of a SLAM program or of a localization, a map.
+//! ROS 2 bags as recorded robots: scans, odometry, poses from SLAM or localization, and a map.
 //!
-//! A record has the newest odometry when it was recorded. The corrected pose is that odometry in the `map` frame, by
-//! the newest correction: a transform from `map` to the odometry's frame, or a pose that was published.
+//! A record has the newest odometry at its time. The corrected pose is that odometry in the `map` frame, by the newest
+//! correction: a transform from `map` to the odometry's frame, or a published pose.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,14 +13,15 @@ use maps::{Cell, OccupancyGrid, Pose, pose};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
 
-/// The topics that matter; the only one of its type where none is named.
+/// The topics to read. If none is named, it is the only one of its type.
 #[derive(Clone, Debug, Default)]
 pub struct Topics {
     /// Scans, `sensor_msgs/msg/LaserScan`.
     pub scan: Option<String>,
-    /// Odometry, `nav_msgs/msg/Odometry`. Without any, it is that of `/tf`.
+    /// Odometry, `nav_msgs/msg/Odometry`. Without such a topic, odometry comes from `/tf`.
     pub odometry: Option<String>,
-    /// Corrected poses: `PoseStamped`, `PoseWithCovarianceStamped` or `Odometry`. Without any, they are those of `/tf`.
+    /// Corrected poses: `PoseStamped`, `PoseWithCovarianceStamped` or `Odometry`. Without such a topic, they come from
+    /// `/tf`.
     pub pose: Option<String>,
 }
 
@@ -34,7 +35,7 @@ pub struct NoRobot(pub String);
 pub struct RecordedBag {
     /// The robot.
     pub recording: Recording,
-    /// The last map that was published, `nav_msgs/msg/OccupancyGrid`.
+    /// The last published map, `nav_msgs/msg/OccupancyGrid`.
     pub map: Option<OccupancyGrid>,
     /// Missing or omitted data, in words.
     pub notes: Vec<String>,
@@ -46,7 +47,7 @@ const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
 const MAP: &str = "nav_msgs/msg/OccupancyGrid";
 const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/msg/PoseStamped", ODOMETRY];
 
-/// The part that a topic plays.
+/// The role of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     Scan,
@@ -82,7 +83,7 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     }
     let mut notes = [bag.survey().lost.as_slice(), messages.lost()].concat();
     if reader.left_out > 0 {
-        notes.push(format!("{} messages are left out: they are damaged, or come before the odometry", reader.left_out));
+        notes.push(format!("{} messages are left out: they are damaged or come before the odometry", reader.left_out));
     }
     let Some(laser) = reader.laser.take() else {
         return Err(NoRobot("it has no scan with odometry: neither a topic nor /tf says where the robot was".into()));
@@ -92,7 +93,7 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     Ok(RecordedBag { recording: Recording::of(model, reader.records), map: reader.map, notes })
 }
 
-/// The topics of a bag that matter, by their indices.
+/// The topics of a bag to read, by their indices.
 fn parts(bag: &Bag, topics: &Topics) -> Result<Vec<(Part, usize)>, NoRobot> {
     let all = &bag.survey().topics;
     let mut parts = Vec::new();
@@ -148,12 +149,12 @@ fn parts(bag: &Bag, topics: &Topics) -> Result<Vec<(Part, usize)>, NoRobot> {
 /// The data read so far.
 #[derive(Default)]
 struct Reader {
-    /// Each frame with the frame that it hangs on, and its pose in it.
+    /// Each frame's parent frame, and its pose in the parent.
     frames: BTreeMap<String, (String, Pose)>,
     /// The frames of odometry and of the robot.
     names: Option<(String, String)>,
     odometry: Option<(Pose, VelocityCommand)>,
-    /// The odometry's frame in the map, by poses that were published.
+    /// The odometry's frame in the map, from published poses.
     correction: Option<Pose>,
     laser: Option<LaserSpec>,
     map: Option<OccupancyGrid>,
@@ -164,7 +165,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Takes a message in; none if it cannot be used.
+    /// Takes a message; none if it cannot be used.
     fn take(&mut self, part: Part, log_ns: i64, message: Structure<'_>) -> Option<()> {
         match part {
             Part::Transforms => {
@@ -212,7 +213,7 @@ impl Reader {
         Some(())
     }
 
-    /// The newest odometry: of its topic, or of the transforms.
+    /// The newest odometry, from its topic or from the transforms.
     fn odometry(&mut self) -> Option<(Pose, VelocityCommand)> {
         if self.odometry.is_some() {
             return self.odometry;
@@ -222,7 +223,7 @@ impl Reader {
         Some((self.pose_of(base, "odom")?, VelocityCommand { linear_mps: 0.0, angular_radps: 0.0 }))
     }
 
-    /// The pose of a frame in its parent frame.
+    /// The pose of a frame in a frame above it.
     fn pose_of(&self, child: &str, above: &str) -> Option<Pose> {
         let (mut at, mut found) = (child, Pose::identity());
         for _ in 0..self.frames.len() {
@@ -235,19 +236,19 @@ impl Reader {
         None
     }
 
-    /// The ranges of a scan; the first scan says what the laser is like.
+    /// The ranges of a scan; the first scan determines the laser's properties.
     fn scan(&mut self, message: Structure<'_>) -> Option<Vec<f32>> {
         let ranges = message.numbers("ranges")?;
         let number = |name: &str| message.number(name);
         let (range_min_m, range_max_m) = (number("range_min")?, number("range_max")?);
         let (first, step) = (number("angle_min")?, number("angle_increment")?);
-        // Beams are in counter-clockwise order; a laser that hangs upside down has them in the other.
+        // Beams must be in counterclockwise order; a laser that is mounted upside down has them in the opposite order.
         let (is_reversed, last) = (step < 0.0, first + step * ranges.len().saturating_sub(1) as f64);
         if self.laser.is_none() {
             let frame = frame(message.part("header")?.text("frame_id")?);
             let base = &self.names.as_ref()?.1;
             let mount = if frame == *base { Some(Pose::identity()) } else { self.pose_of(&frame, base) };
-            // The robot's frame may hang on the one that odometry moves.
+            // The laser may be attached to `base_link` while odometry moves another frame.
             let mount = mount.or_else(|| self.pose_of(&frame, "base_link"))?;
             self.laser = Some(LaserSpec {
                 name: "front".to_owned(),
@@ -271,7 +272,7 @@ impl Reader {
     }
 }
 
-/// A frame's name. Before ROS 2, names could begin with a slash.
+/// A frame's name. In ROS 1, names could begin with a slash.
 fn frame(name: &str) -> String {
     name.trim_start_matches('/').to_owned()
 }
@@ -300,7 +301,7 @@ fn grid(message: Structure<'_>) -> Option<OccupancyGrid> {
     is_sound.then(|| OccupancyGrid::from_cells(width, height, side, origin, cells))
 }
 
-/// A cell by its occupancy in percent, with the thresholds of `map_server`.
+/// A cell for an occupancy in percent, with the thresholds of `map_server`.
 fn cell(occupied_pct: f64) -> Cell {
     match occupied_pct {
         65.0..=100.0 => Cell::Occupied,

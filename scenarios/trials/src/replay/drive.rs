@@ -1,4 +1,4 @@
-//! A simulated robot that follows a path exactly, regardless of its estimate: to test localization alone.
+//! A simulated robot that follows a path exactly, regardless of its estimate, to test localization alone.
 
 use maps::{OccupancyGrid, Point, Pose};
 use nav::{Atlas, Costmap, CostmapParameters, PlanError, plan};
@@ -76,7 +76,7 @@ fn steered(target: &Point, model: &RobotModel) -> VelocityCommand {
     VelocityCommand { linear_mps, angular_radps }
 }
 
-/// A path through all those points, in the `map` frame.
+/// A path through all the points, in the `map` frame.
 ///
 /// # Errors
 /// [`PlanError`] if there is none.

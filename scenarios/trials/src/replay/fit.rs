@@ -10,13 +10,13 @@ use robot::recorded::Recording;
 /// Number of scans in the sample, at most.
 const SCANS: usize = 200;
 
-/// One in this many beams of a scan is used.
+/// One out of this many beams of a scan is used.
 const STRIDE: usize = 4;
 
 /// A beam fits if it ends this close to an obstacle, in metres.
 const NEAR_M: f64 = 0.15;
 
-/// Step width along a beam in the search for the face of an obstacle, in metres.
+/// Step length along a beam in the search for the face of an obstacle, in metres.
 const LOOK_M: f64 = 0.005;
 
 /// How well scans fit a map, seen from their corrected poses.
@@ -45,7 +45,7 @@ impl Fit {
     /// and half of the poses fit.
     pub const LEAST: Shares = Shares { beams: 0.4, poses: 0.5 };
 
-    /// A map made of the log's own scans reaches these easily.
+    /// A map made from the log's own scans easily reaches these.
     pub const GOOD: Shares = Shares { beams: 0.7, poses: 0.9 };
 
     /// Examines a sample of a log's scans; none if no beam has hit anything.
@@ -135,8 +135,8 @@ mod tests {
 
     use super::*;
 
-    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of one cell. It sees the wall 1 m ahead and both
-    /// sides at this depth behind their faces.
+    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of one cell. It sees the walls ahead (1 m) and on
+    /// both sides at this depth behind their faces.
     fn fit(depth_m: f32) -> Option<Fit> {
         let mut map = OccupancyGrid::new(40, 40, 0.05, pose(0.0, 0.0, 0.0));
         for index in (0..40).flat_map(|row| (0..40).map(move |column| CellIndex { column, row })) {

@@ -1,4 +1,4 @@
-//! A map of a log: what its scans saw from their corrected poses.
+//! Makes a map from a log: what its scans saw from their corrected poses.
 //!
 //! Each cell counts the beams that ended in it and those that passed through. A cell is an obstacle if the beams that
 //! ended there are a sufficient fraction of all its beams. This is the reflection model of D. Hähnel, "Mapping with
@@ -13,8 +13,8 @@ use robot::recorded::Recording;
 pub struct MappingParameters {
     /// Side of a cell, in metres. Default 0.05.
     pub resolution_m: f64,
-    /// Beams count up to this range, in metres: farther away, a slight rotation of the pose moves their ends by cells.
-    /// Default 20.
+    /// Beams count up to this range, in metres: farther away, a slight rotation of the pose moves their ends by whole
+    /// cells. Default 20.
     pub range_max_m: f64,
     /// A cell is an obstacle if at least this fraction of the beams that reached it ended there. Default 0.2: grazing
     /// beams pass through the cells of a wall.
@@ -34,7 +34,7 @@ pub enum MappingError {
     /// No beam of the log has hit anything.
     #[error("no beam of the log hit anything")]
     NothingSeen,
-    /// The corrected poses lie too far apart.
+    /// The corrected poses are too far apart.
     #[error("the map would have {width} × {height} cells; the maximum is {}", maps::MAX_CELLS)]
     TooLarge {
         /// Columns.
@@ -44,7 +44,7 @@ pub enum MappingError {
     },
 }
 
-/// Makes a map of a log. Its frame is that of the corrected poses; its origin is aligned with the cells.
+/// Makes a map from a log. Its frame is that of the corrected poses; its origin is aligned with the cells.
 ///
 /// # Errors
 /// [`MappingError`] if no beam hit anything or the map would be too large.
@@ -56,8 +56,8 @@ pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<O
         let eye = pose * laser.mount;
         for (beam, range_m) in scan.ranges_m.iter().enumerate() {
             let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            // A hit is on the face of an obstacle; its cell is the one behind. With half a cell added, the faces of the
-            // marked cells lie at the faces of obstacles on average.
+            // A hit is on the face of an obstacle, whose cell is behind it. With half a cell added, the faces of the
+            // marked cells are, on average, at the faces of the obstacles.
             let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
             walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m + depth_m), |offset, is_last| {
                 let count = &mut counts[offset];
@@ -170,7 +170,7 @@ mod tests {
 
     use super::*;
 
-    /// The view of a robot at (1.025, 2.025) to the right, ahead (along x) and to the left.
+    /// What a robot at (1.025, 2.025) sees to the right, ahead (along x) and to the left.
     fn map(ranges_m: [f32; 3]) -> Result<OccupancyGrid, MappingError> {
         let mut log = LogWriter::new("test");
         let scan = LaserScan { time: Duration::ZERO, laser: 0, ranges_m: ranges_m.to_vec() };
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_clear_their_way_and_mark_their_end() {
+    fn beams_clear_their_path_and_mark_their_end() {
         let map = map([f32::INFINITY, 2.98, 25.0]).expect("something was seen");
         let at = |x_m, y_m| map.index_of(&Point::new(x_m, y_m)).and_then(|index| map.cell(index));
         assert_eq!(at(1.025, 2.025), Some(Cell::Free), "where the robot is");

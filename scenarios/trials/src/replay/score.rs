@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use super::{Course, Waypoint};
 
-/// An estimate with a greater error is lost, in metres and radians (30°).
+/// An estimate with a greater error is considered lost, in metres and radians (30°).
 const LOST_M: f64 = 1.0;
 const LOST_RAD: f64 = 0.524;
 
-/// An estimate with a smaller error has found the robot, in metres and radians (15°).
+/// An estimate with a smaller error is considered right, in metres and radians (15°).
 const FOUND_M: f64 = 0.3;
 const FOUND_RAD: f64 = 0.262;
 
@@ -30,7 +30,7 @@ pub struct Stretch {
 pub struct Score {
     /// Number of scans that count.
     pub scans: usize,
-    /// Distance driven between them, in metres.
+    /// Distance driven between the first and the last of them, in metres.
     pub driven_m: f64,
     /// Median error of position, in metres.
     pub median_m: f64,
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_found_late_is_scored_after_it_is_found() {
+    fn a_robot_found_late_is_scored_from_then_on() {
         let score = Score::of(&course(&[7.0, 0.1, 7.0, 0.1, 0.2, 0.0, 0.1, 0.1, 0.1, 2.0, 3.0, 0.1]));
         assert_eq!(score.converged_at, Some(Duration::from_secs(3)), "one scan in passing does not count");
         assert_eq!((score.scans, score.converged_after_m), (9, Some(3.0)));

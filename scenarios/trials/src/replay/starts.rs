@@ -11,19 +11,19 @@ use super::{Conditions, Part, Score, replay_part};
 /// A robot must be found within this distance, in metres.
 pub const WITHIN_M: f64 = 15.0;
 
-/// The robot is followed for this much longer, in metres: it counts as found only if it stays found for 5 m and up to
-/// the next scan.
+/// The robot is followed for this much longer, in metres: it counts as found only if it stays found for 5 m, and the
+/// next scan may come a little later.
 const FOLLOWED_M: f64 = 7.0;
 
 /// A start and its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
-    /// Line of the log at which it is.
+    /// The line in the log where it is.
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
-    /// The distance after which the estimate was right and stayed right, in metres; none if it was not after
-    /// [`WITHIN_M`] and 5 m more.
+    /// The distance after which the estimate was right and stayed right, in metres; none if there was no such distance
+    /// while the robot was followed.
     pub found_after_m: Option<f64>,
 }
 
@@ -35,7 +35,7 @@ impl Start {
     }
 }
 
-/// Tries this many starts, evenly distributed over the distance of the log. Each has its own random numbers.
+/// Tries a number of starts, evenly distributed over the distance of the log. Each has its own random numbers.
 #[must_use]
 pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, count: usize) -> Vec<Start> {
     let scans: Vec<_> =

@@ -10,7 +10,7 @@ use super::sheet::Chart;
 use crate::timeline::Timeline;
 
 impl Chart {
-    /// The level as a line, with thresholds and the times of charging; nothing without a battery.
+    /// Draws the level as a line, with thresholds and the times of charging; nothing without a battery.
     pub(super) fn battery(&mut self, timeline: &Timeline, thresholds: &[Threshold]) {
         if timeline.battery().points().is_empty() {
             return;
@@ -48,7 +48,7 @@ impl Chart {
 
     fn thresholds(&mut self, plot: Area, thresholds: &[Threshold]) {
         let lines: Vec<f64> = thresholds.iter().map(|threshold| height_of(plot, threshold.level_pct)).collect();
-        // Where there is no room beside the plot, labels are inside, above their lines or below, and cross none.
+        // If there is no room beside the plot, labels are inside it, above or below their lines, and cross no line.
         let is_inside = self.sizes.names_above;
         let offsets: &[f64] =
             if is_inside { &[-0.6, 0.6, -1.6, 1.6] } else { &[0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5, -2.0, 2.0] };
@@ -58,7 +58,7 @@ impl Chart {
             let (line, ink) =
                 if threshold.critical { (theme::BAD, theme::BAD) } else { (theme::BUSY, theme::BUSY_DARK) };
             self.canvas.line((plot.x, y), (plot.right(), y), Paint::stroke(line, 1.3).dashed("5 4"));
-            // Labels of thresholds that are close must not touch: each takes the nearest height that is free.
+            // The labels of close thresholds must not touch: each takes the nearest free height.
             let pitch = self.sizes.small.line_height();
             let crosses_none = |y: &f64| !is_inside || lines.iter().all(|line| (line - y).abs() >= 0.5 * pitch);
             let is_free = |y: &f64| taken.iter().all(|other| (other - y).abs() >= pitch) && crosses_none(y);

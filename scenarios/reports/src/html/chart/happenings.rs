@@ -11,7 +11,7 @@ use recording::{FaultCourse, RunView};
 use super::sheet::Chart;
 use crate::timeline::Timeline;
 
-/// An arrival this early is where the robot stood from the start.
+/// An earlier arrival is where the robot stood from the start.
 const FROM_THE_START: Duration = Duration::from_secs(1);
 
 /// Something that happened at one moment.
@@ -23,20 +23,20 @@ pub(super) struct Happening {
     color: Color,
     /// Whether it is marked across all lanes.
     across: bool,
-    /// When it happened: a fault perhaps again and again.
+    /// When it happened; a fault may happen several times.
     times: Vec<Duration>,
-    /// When it was so: a fault that held for a while.
+    /// When a fault was in effect.
     held: Vec<(Duration, Duration)>,
 }
 
 impl Happening {
-    /// Whether it is a fault that held for a while.
+    /// Whether it is a fault that was in effect for a while.
     pub(super) fn has_held(&self) -> bool {
         !self.held.is_empty()
     }
 }
 
-/// All that happened, in order.
+/// Everything that happened, in order.
 pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     let faults = view.fault_courses().into_iter().map(|course| Happening {
         time: course.first().time,
@@ -80,7 +80,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     happenings
 }
 
-/// When a fault held; nothing for one that happens at an instant.
+/// When a fault was in effect; empty for one that happens at an instant.
 fn held(course: &FaultCourse<'_>, end: Duration) -> Vec<(Duration, Duration)> {
     if course.fault.momentary {
         return Vec::new();
@@ -88,23 +88,23 @@ fn held(course: &FaultCourse<'_>, end: Duration) -> Vec<(Duration, Duration)> {
     course.records.iter().map(|record| (record.time, record.until.unwrap_or(end))).collect()
 }
 
-/// Where a happening's sign and words stand.
+/// Where the sign and the words of a happening are drawn.
 struct Placed<'a> {
     happening: &'a Happening,
     x: f64,
     row: usize,
     /// Empty where there is no room for it.
     text: String,
-    /// Whether the words stand left of the sign.
+    /// Whether the words are to the left of the sign.
     leftwards: bool,
 }
 
 const SIGN: f64 = 7.5;
-/// More rows than this make the chart a list.
+/// With more rows than this, the chart would become a list.
 const MOST_ROWS: usize = 6;
 
 impl Chart {
-    /// The signs with their words, in as many rows as it takes.
+    /// Draws the signs with their words, in as many rows as needed.
     pub(super) fn happenings(&mut self, happenings: &[Happening]) {
         let placed = self.placed(happenings);
         let rows = placed.iter().map(|placed| placed.row + 1).max().unwrap_or(0);
@@ -121,8 +121,8 @@ impl Chart {
         self.y += rows as f64 * pitch + if rows > 0 { 4.0 } else { 0.0 };
     }
 
-    /// Finds room: for violations first, then in the order of time. Words are to the right of their sign where they can
-    /// be; where there is no room at all, the sign is alone.
+    /// Finds room: for violations first, then in order of time. Words are to the right of their sign if possible,
+    /// otherwise to its left; if there is no room for them, the sign stands alone.
     fn placed<'a>(&self, happenings: &'a [Happening]) -> Vec<Placed<'a>> {
         let (low, high) = (1.0, self.sizes.width - 1.0);
         let mut rows: Vec<Vec<(f64, f64)>> = vec![Vec::new(); MOST_ROWS];
@@ -151,7 +151,7 @@ impl Chart {
         placed
     }
 
-    /// A line across all lanes for each fault and each violation, and a band as long as a fault held.
+    /// Draws a line across all lanes for each fault and each violation, and a band while a fault was in effect.
     pub(super) fn happening_lines(&mut self, happenings: &[Happening], top: f64) {
         let mut lines = Canvas::for_browsers();
         for (from, until) in happenings.iter().flat_map(|happening| &happening.held) {

@@ -47,9 +47,9 @@ impl BarStyle {
         Self { ground, outline, ink, icon: None }
     }
 
-    /// A state that means neither good nor bad.
+    /// A state that is neither good nor bad.
     const NEUTRAL: Self = Self::new(theme::PAPER, theme::LINE, theme::INK);
-    /// States that are too short to be drawn one by one.
+    /// States too short to be drawn individually.
     const CROWD: Self = Self::new(theme::SOLID, theme::LINE, theme::INK);
     /// Rest: hardly there.
     const QUIET: Self = Self::new(theme::IDLE_LIGHT, theme::RULE, theme::MUTED);
@@ -59,7 +59,7 @@ impl BarStyle {
         Self { icon: Some(look.icon), ..Self::new(look.ground, look.front, theme::INK) }
     }
 
-    /// The style of a state whose name says what it means.
+    /// The style of a state whose meaning is clear from its name.
     fn of_name(name: &str) -> Self {
         let means = |words: &[&str]| words.iter().any(|word| name == *word || name.ends_with(&format!(": {word}")));
         match () {
@@ -74,7 +74,7 @@ impl BarStyle {
     }
 }
 
-/// All lanes of a run but the battery's.
+/// All lanes of a run except the battery's.
 pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
     let navigation = bars("navigation's status", timeline.navigation(), end, |status| {
@@ -92,7 +92,7 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
         .monitors()
         .iter()
         .map(|lane| bars(&lane.name, &lane.track, end, |state| (state.location.clone(), verdict_style(state.verdict))));
-    // A recording may tell nothing of a tree.
+    // A recording may lack a tree.
     let activities = if timeline.leaves().is_empty() { Vec::new() } else { vec![activities(timeline)] };
     let groups = vec![
         Group { title: "What the tree was doing", lanes: activities },
@@ -112,12 +112,12 @@ fn named(lane: &Lane<String>, end: Duration) -> Bars {
     bars(&lane.name, &lane.track, end, |state| (state.clone(), BarStyle::of_name(state)))
 }
 
-/// A skill's lane: what state its machine is in, in grey while the tree does not ask it.
+/// A skill's lane: the state of its machine, in grey while the tree does not ask it.
 fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
     let end = timeline.end();
     let leaf = timeline.leaves().iter().find(|leaf| leaf.name == lane.name);
     let Some(leaf) = leaf else { return named(lane, end) };
-    // A bar ends where the state changes, or whether the skill is asked.
+    // A bar ends when the state changes, or when the tree starts or stops asking the skill.
     let (mut states, mut asked) = (lane.track.spans(end).peekable(), leaf.track.spans(end).peekable());
     let mut bars: Vec<Bar> = Vec::new();
     while let (Some(state), Some(status)) = (states.peek(), asked.peek()) {
@@ -138,7 +138,7 @@ fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
     Bars { name: lane.name.clone(), bars }
 }
 
-/// The meaning of the colours of the lanes that are visible.
+/// The meaning of the colors in the visible lanes.
 pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
     let lanes = || groups[1..].iter().flat_map(|group| &group.lanes);
     let drawn = |chart: &Chart| lanes().flat_map(|lane| chart.drawable(&lane.bars)).collect::<Vec<_>>();
@@ -159,7 +159,7 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
     words::sentence(&there.join("; "))
 }
 
-/// The meaning of the states of the monitors whose names are not self-explanatory.
+/// The meaning of monitor states whose names are not self-explanatory.
 pub(super) fn meanings(timeline: &Timeline) -> Vec<(&str, &'static str)> {
     let mut meanings: Vec<(&str, &'static str)> = Vec::new();
     for state in timeline.monitors().iter().flat_map(|lane| lane.track.spans(timeline.end())).map(|span| span.state) {
@@ -201,7 +201,7 @@ fn bars<S>(name: &str, track: &Track<S>, end: Duration, show: impl Fn(&S) -> (St
     Bars { name: name.to_owned(), bars: track.spans(end).map(bar).collect() }
 }
 
-/// A bar that is narrower than this is drawn together with its neighbours, in pixels.
+/// A narrower bar is drawn together with its neighbors, in pixels.
 const NARROWEST: f64 = 8.0;
 
 impl Chart {
@@ -241,13 +241,13 @@ impl Chart {
         self.y += sizes.pitch();
     }
 
-    /// Whether there are states too short to be drawn one by one.
+    /// Whether there are states too short to be drawn individually.
     pub(super) fn is_crowded(&self, groups: &[Group]) -> bool {
         let lanes = groups.iter().flat_map(|group| &group.lanes);
         lanes.flat_map(|lane| self.drawable(&lane.bars)).any(|(.., bar)| bar.style == BarStyle::CROWD)
     }
 
-    /// The bars with where they lie; crowds of narrow ones become one bar.
+    /// The bars with their positions; adjacent narrow bars become one bar.
     fn drawable(&self, bars: &[Bar]) -> Vec<(f64, f64, Bar)> {
         let mut drawn: Vec<(f64, f64, Bar)> = Vec::new();
         let mut crowded = false;
@@ -271,7 +271,7 @@ impl Chart {
         let style = bar.style;
         let quiet = style.icon == Some(Icon::Dash);
         if quiet {
-            // Not ticked: a line says that there is nothing.
+            // Not ticked: only a line.
             let y = area.center().1;
             let paint = Paint::stroke(theme::RULE, 1.5);
             self.canvas.line((area.x + 2.0, y), ((area.right() - 2.0).max(area.x + 2.0), y), paint);
@@ -290,7 +290,7 @@ impl Chart {
         let room = body.right() - 3.0 - left;
         let text = match self.sizes.small.width(&bar.text) <= room {
             true => bar.text.clone(),
-            // The beginning of a name is better than nothing, but not less than some letters.
+            // The beginning of a name is better than nothing, unless it is very short.
             false => {
                 Some(self.sizes.small.fit(&bar.text, room)).filter(|text| text.chars().count() > 8).unwrap_or_default()
             }

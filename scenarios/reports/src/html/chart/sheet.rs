@@ -1,4 +1,4 @@
-//! The sheet that the chart is drawn on: its sizes, its time axis and its ground.
+//! The sheet on which the chart is drawn: its sizes, its time axis and its background.
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
 use drawing::text::Font;
@@ -12,7 +12,7 @@ use super::super::words;
 #[derive(Clone, Copy)]
 pub(super) struct Sizes {
     pub(super) width: f64,
-    /// Where the lanes begin; their names are to the left of it, or above them where there is no room.
+    /// Where the lanes begin; their names are to the left of this, or above them if there is no room.
     pub(super) left: f64,
     pub(super) font: Font,
     pub(super) small: Font,
@@ -37,7 +37,7 @@ impl Sizes {
         }
     }
 
-    /// How far a lane is from the next one.
+    /// The distance from one lane to the next.
     pub(super) fn pitch(&self) -> f64 {
         self.lane + self.lane_gap + if self.names_above { self.font.line_height() } else { 0.0 }
     }
@@ -62,7 +62,7 @@ impl Chart {
         self.y += self.sizes.small.line_height() + 6.0;
     }
 
-    /// How long the stretches are that are drawn shorter than they are.
+    /// Labels compressed stretches with their durations.
     pub(super) fn shortened_labels(&mut self) {
         let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::Middle);
         let stretches: Vec<Stretch> = self.axis.shortened().copied().collect();
@@ -76,14 +76,14 @@ impl Chart {
         }
     }
 
-    /// A text centred at a place, or as near as the edges let it.
+    /// Draws a text centered at a place, or as near to it as the edges allow.
     pub(super) fn centered(&mut self, (x, y): Spot, text: &str, style: TextStyle) {
         let half = style.font.width(text) / 2.0;
         let x = x.max(half + 1.0).min(self.sizes.width - half - 1.0);
         self.canvas.centered_text((x, y), text, style);
     }
 
-    /// The ground: lines at the labelled times, and stretches that are drawn shorter than they are.
+    /// Draws the background: lines at the labeled times, and compressed stretches.
     pub(super) fn grid(&self, canvas: &mut Canvas, height: f64) {
         let room = self.sizes.small.line_height() + 8.0;
         let (top, bottom) = (room, height - room);

@@ -1,4 +1,4 @@
-//! Drawing a sequence chart.
+//! Draws a sequence chart.
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
 use drawing::icons::Icon;
@@ -14,7 +14,7 @@ use crate::html::words;
 /// Sizes of a chart, in pixels.
 struct Sizes {
     width: f64,
-    /// Where the numbers of the steps stand.
+    /// Where the step numbers are.
     gutter: f64,
     name: Font,
     label: Font,
@@ -36,7 +36,7 @@ impl Sizes {
     }
 }
 
-/// A sequence chart as a picture of its own.
+/// A sequence chart as a separate picture.
 pub(crate) fn picture(canvas: Canvas, sequence: &Sequence) -> String {
     let Drawing { canvas: chart, width, height } = draw_on(canvas, sequence, Layout::Wide);
     let mut page = Canvas::new();
@@ -73,7 +73,7 @@ struct Chart<'a> {
 }
 
 impl Chart<'_> {
-    /// Room for a lifeline.
+    /// The room for a lifeline.
     fn column(&self) -> f64 {
         (self.sizes.width - self.sizes.gutter) / self.sequence.lifelines.len().max(1) as f64
     }
@@ -82,7 +82,7 @@ impl Chart<'_> {
         self.sizes.gutter + self.column() * (lifeline as f64 + 0.5)
     }
 
-    /// The names in lines, in the largest font in which all their words fit.
+    /// The names split into lines, in the largest font in which all their words fit.
     fn names(&self) -> (Font, Vec<Vec<String>>) {
         const SMALLEST: f64 = 7.5;
         let room = self.column() - 7.0;
@@ -192,7 +192,7 @@ impl Chart<'_> {
         self.sizes.label.wrap(&Self::note_text(row), room, 4)
     }
 
-    /// A box across all lifelines.
+    /// Draws a box across all lifelines.
     fn note(&mut self, row: &Row, (ground, outline, ink): (Color, Color, Color), icon: Option<Icon>) {
         let lines = self.note_lines(row);
         let pitch = self.sizes.label.line_height();
@@ -228,7 +228,7 @@ impl Chart<'_> {
         self.canvas.circle((start, y), 2.2, Paint::fill(color));
     }
 
-    /// The text of an arrow, above its middle.
+    /// Draws the text of an arrow, above its middle.
     fn label(&mut self, (from, to): (usize, usize), y: f64, text: &str, color: Color, strong: bool) {
         let font =
             if strong { Font { weight: drawing::text::Weight::Bold, ..self.sizes.label } } else { self.sizes.label };
@@ -236,7 +236,7 @@ impl Chart<'_> {
         self.label_at(middle, y - 4.0 - self.sizes.label.line_height() / 2.0, text, TextStyle::new(font, color));
     }
 
-    /// A text around `x` that stays inside the chart.
+    /// Draws a text around `x` that stays inside the chart.
     fn label_at(&mut self, x: f64, y: f64, text: &str, style: TextStyle) {
         let room = self.sizes.width - self.sizes.gutter - 4.0;
         let text = style.font.fit(text, room);
@@ -247,7 +247,7 @@ impl Chart<'_> {
     }
 }
 
-/// A name of several words written as one, in lines of at most `room` pixels where that is possible.
+/// A compound name in lines of at most `room` pixels, if possible.
 fn broken(name: &str, font: Font, room: f64) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for character in name.chars() {

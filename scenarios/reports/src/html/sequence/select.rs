@@ -9,9 +9,9 @@ use recording::{FaultCourse, FaultRecord, Moved};
 use crate::html::evidence::{Evidence, Seen};
 use crate::html::words;
 
-/// Ticks beyond this number are summed up even if something happened at them.
+/// Beyond this number, ticks are summarized even if something happened at them.
 const MOST_TICKS: usize = 8;
-/// So many messages after the verdict are drawn.
+/// How many messages after the verdict are drawn.
 const MOST_AFTERWARDS: usize = 6;
 
 /// How much a message matters.
@@ -21,7 +21,7 @@ pub(crate) enum Weight {
     Plain,
     /// It belongs to what caused the violation.
     Cause,
-    /// The property was violated at it.
+    /// It is the one that violated the property.
     Decisive,
     /// It came after the verdict.
     Afterwards,
@@ -32,9 +32,9 @@ pub(crate) enum Weight {
 pub(crate) enum Row {
     /// A tick begins.
     Tick { tick: u64, time: Duration },
-    /// A message passes; lifelines by their place in the chart.
+    /// A message is received. Lifelines are indices.
     Message { from: usize, to: usize, seen: Seen, weight: Weight },
-    /// Ticks that are summed up.
+    /// Ticks that are summarized.
     Ticks { first: u64, last: u64, words: String },
     /// A fault takes effect.
     Fault { words: String, time: Duration },
@@ -79,7 +79,7 @@ impl Sequence {
         self.rows.iter().any(|row| matches!(row, Row::Message { weight, .. } if *weight == wanted))
     }
 
-    /// Drops the lifelines that nothing comes from or goes to.
+    /// Drops the lifelines without messages.
     fn without_idle_lifelines(self) -> Self {
         let used: BTreeSet<usize> = self
             .rows
@@ -101,7 +101,7 @@ impl Sequence {
     }
 }
 
-/// The processes that the property concerns, the tree among them if it talks with one, in the order of the system.
+/// The processes that the property concerns, and the tree if it talks to one of them, in the order of the system.
 fn lifelines(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let ticked_by = |name: &str| {
         let ends = topology.channels().map(|channel| topology.ends(channel));
@@ -115,7 +115,7 @@ fn lifelines(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     names.filter(|name| is_tree(name) || evidence.concerned.contains(name)).collect()
 }
 
-/// The process that ticks those that the property concerns: the one that most of them hear from.
+/// The process that ticks those that the property concerns: the one from which most of them get messages.
 fn tree_of(evidence: &Evidence<'_>, ticked_by: &impl Fn(&str) -> Vec<String>) -> Option<String> {
     let heard: Vec<String> = evidence.concerned.iter().flat_map(|name| ticked_by(name)).collect();
     let others = heard.iter().filter(|name| !evidence.concerned.contains(name));
@@ -156,7 +156,7 @@ struct Teller<'a> {
     topology: &'a Topology,
     lifelines: &'a [String],
     faults: &'a [FaultRecord],
-    /// Events around the processes that have not been reported yet.
+    /// Events around the processes that have not been drawn yet.
     moves: &'a [Moved],
     rows: Vec<Row>,
 }
@@ -183,8 +183,8 @@ impl Teller<'_> {
         }
     }
 
-    /// The ticks that are drawn in full: those of the causes, the last one, and one from before where the story is
-    /// short.
+    /// The ticks that are drawn in full: those of the causes, the last one, those of faults, and one from before unless
+    /// an answer is missing.
     fn shown_ticks(&self, ticks: &[TickEvents<'_>]) -> BTreeSet<u64> {
         let last = self.evidence.episode.decided.tick;
         let mut shown = BTreeSet::from([last]);
@@ -194,12 +194,12 @@ impl Teller<'_> {
                 shown.insert(tick);
             }
         }
-        // For a fault that repeats, the first time is sufficient.
+        // For a fault that repeats, the first time is enough.
         let firsts = FaultCourse::of(self.faults);
         let faults = firsts.iter().filter_map(|course| ticks.iter().find(|tick| tick.time >= course.first().time));
         shown.extend(faults.map(|tick| tick.tick).take(MOST_TICKS));
         if let Some(first) = shown.first().filter(|_| self.evidence.missing.is_empty()) {
-            // How it went when all was well.
+            // This shows what happened when all was well.
             shown.insert(first.saturating_sub(1));
         }
         shown
@@ -262,7 +262,7 @@ impl Teller<'_> {
         self.rows.push(Row::Verdict { words, time: evidence.episode.decided.time });
     }
 
-    /// One line for ticks that are not drawn.
+    /// Adds one line for ticks that are not drawn.
     fn sum_up(&mut self, ticks: &[&TickEvents<'_>]) {
         let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else { return };
         let alike = ticks.iter().all(|tick| self.outline(tick) == self.outline(first));
@@ -284,7 +284,7 @@ impl Teller<'_> {
             words += &match (early.len(), other.len()) {
                 (0, 0) => format!(", none {ends}"),
                 (0, 1) => format!(", one {ends}, but not the one that was due"),
-                (0, count) => format!(", {count} {ends}, none of them the one that was due"),
+                (0, count) => format!(", {count} {ends}, but not the one that was due"),
                 (1, 0) => format!(", one {ends}, before one was due"),
                 (early, 0) => format!(", {early} {ends}, before one was due"),
                 (early, other) => format!(", {} {ends}, {early} of them before one was due", early + other),

@@ -10,7 +10,7 @@ use crate::html::markup::{breakable, row};
 pub(super) struct Given {
     key: String,
     value: String,
-    /// Whether the command line set it.
+    /// Whether it was set on the command line.
     overridden: bool,
 }
 
@@ -28,7 +28,7 @@ impl Given {
 /// The settings of the scenario's file, key by key as `--set` names them, with the changes from the command line.
 pub(super) fn of(origin: &Origin) -> Vec<Given> {
     let mut given = Vec::new();
-    // The file has been read before; a text that is not TOML cannot come this far.
+    // The file has been read before, so the text is valid TOML.
     let table: toml::Table = origin.text.parse().unwrap_or_default();
     flatten("", &toml::Value::Table(table), false, &mut given);
     for assignment in &origin.overrides {
@@ -47,7 +47,7 @@ pub(super) fn of(origin: &Origin) -> Vec<Given> {
     given
 }
 
-/// The sort order of keys: part by part, numbers by their value.
+/// The sort order of keys: part by part, with numbers by value.
 fn order(key: &str) -> Vec<(Option<u64>, String)> {
     key.split('.').map(|part| (part.parse().ok(), part.to_owned())).collect()
 }
