@@ -12,13 +12,13 @@ use super::render::Renderer;
 /// Width and height of an animation, in pixels.
 pub const ANIMATION_SIZE_PX: (u16, u16) = (960, 540);
 
-/// How long the last frame stays before the animation starts over.
+/// How long the last frame is shown before the animation starts over.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Writes an animated GIF of 960 × 540 pixels that repeats forever, frame by frame as they come.
+/// Writes an animated GIF of 960 × 540 pixels that repeats forever, one frame at a time.
 ///
-/// Every frame after the first holds only what has changed, in colours that are the same for all frames; so the file
-/// stays small and no frame waits for another. The bytes depend on the frames and the delay alone.
+/// Every frame after the first contains only what has changed, and all frames have the same palette, so the file stays
+/// small and no frame has to wait for another. The bytes depend only on the frames and the delay.
 ///
 /// ```
 /// # use std::sync::Arc;
@@ -44,21 +44,21 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// ```
 pub struct GifWriter<W: Write> {
     encoder: gif::Encoder<BufWriter<W>>,
-    /// The frame before, a colour's number a pixel; empty before the first.
+    /// The previous frame, one color number per pixel; empty before the first.
     shown: Vec<u8>,
     delay: u16,
 }
 
 impl<W: Write> GifWriter<W> {
-    /// Begins an animation in which every frame is shown for `delay` (in hundredths of a second, at least two of them:
-    /// most viewers show nothing faster).
+    /// Begins an animation in which every frame is shown for `delay` (in hundredths of a second, and at least two: most
+    /// viewers are not faster).
     ///
     /// # Errors
     /// If `writer` fails.
     pub fn new(writer: W, delay: Duration) -> Result<Self, Error> {
         let (width, height) = ANIMATION_SIZE_PX;
-        // One palette for all frames: with one per frame, a pixel that keeps its colour could change its number, and
-        // every frame would carry 768 more bytes.
+        // One palette for all frames: with one per frame, a pixel that keeps its color could change its number, and
+        // every frame would have 768 more bytes.
         let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &palette::bytes())?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
         Ok(Self { encoder, shown: Vec::new(), delay: hundredths(delay) })
@@ -77,14 +77,13 @@ impl<W: Write> GifWriter<W> {
         Ok(())
     }
 
-    /// Ends the animation, its last frame staying for two seconds, and gives the writer back.
+    /// Ends the animation, with two seconds for its last frame, and returns the writer.
     ///
     /// # Errors
     /// If the writer fails.
     pub fn finish(mut self) -> Result<W, Error> {
         if !self.shown.is_empty() {
-            // A frame is written before it is known to be the last, so the pause is a frame of its own, one pixel
-            // large.
+            // A frame is written before it is known to be the last, so the pause is a separate frame of one pixel.
             self.delay = hundredths(PAUSE);
             let shown = std::mem::take(&mut self.shown);
             self.shown.clone_from(&shown);
@@ -117,7 +116,7 @@ fn hundredths(duration: Duration) -> u16 {
     u16::try_from(duration.as_millis() / 10).unwrap_or(u16::MAX).max(2)
 }
 
-/// The smallest rectangle that holds everything that has changed; pixels in it that have not are [`UNCHANGED`].
+/// The smallest rectangle around everything that has changed; unchanged pixels in it are [`UNCHANGED`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct ChangedPart {
     left: usize,
@@ -128,8 +127,8 @@ struct ChangedPart {
 }
 
 impl ChangedPart {
-    /// The difference between two pictures of that width. All of the next one if there is no picture before it; one
-    /// unchanged pixel if they are equal.
+    /// The difference between two pictures of this width: all of `next` if there is no picture before it; one unchanged
+    /// pixel if they are equal.
     fn between(before: &[u8], next: &[u8], width: usize) -> Self {
         if before.len() != next.len() {
             return Self { left: 0, top: 0, width, height: next.len() / width, pixels: next.to_vec() };

@@ -15,7 +15,7 @@ use super::time_axis::{Tick, TimeAxis};
 const FONT: Font = Font::regular(13.0);
 /// The shortest time axis: a run that has just begun is not stretched over the whole width.
 const SHORTEST: Duration = Duration::from_secs(10);
-/// Room between the middles of two labels of the time axis, in pixels.
+/// Distance between the middles of two labels on the time axis, in pixels.
 const TICK_ROOM: f64 = 60.0;
 
 /// Draws the battery's panel; `now` is where its time axis ends.
@@ -37,7 +37,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Dura
     chart.faults(canvas, &battery.faults);
 }
 
-/// The level now, at the top right, with a word if it is low or rising.
+/// Writes the present level at the top right, with a word if it is low or rising.
 fn level_now(canvas: &mut Canvas, area: Area, battery: &Battery) {
     let below = |critical: bool| {
         battery
@@ -137,7 +137,7 @@ impl Chart {
     }
 }
 
-/// A line through the same picture with far fewer spots: close spots are left out, but the two ends of every step stay.
+/// A line that looks the same with far fewer spots: close spots are left out, but both ends of every step remain.
 fn turning_points(spots: impl Iterator<Item = Spot>) -> Vec<Spot> {
     let mut line: Vec<Spot> = Vec::new();
     let mut skipped: Option<Spot> = None;
@@ -155,7 +155,7 @@ fn turning_points(spots: impl Iterator<Item = Spot>) -> Vec<Spot> {
     line
 }
 
-/// Heights as close to the wanted ones as a least distance allows; the order stays.
+/// Heights as close to the wanted ones as a minimum distance allows, in the same order.
 fn spread(wanted: Vec<f64>, least: f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_stays_a_step() {
+    fn a_step_remains_a_step() {
         let spots = (0..1000).map(|i| (f64::from(i) * 0.1, if i < 500 { 10.0 } else { 60.0 }));
         let line = turning_points(spots);
         assert!(line.len() < 120, "{} spots", line.len());

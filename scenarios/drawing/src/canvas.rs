@@ -1,4 +1,4 @@
-//! An SVG picture in the making.
+//! An SVG picture while it is drawn.
 
 use super::font::Face;
 use super::geometry::{Area, Spot};
@@ -8,27 +8,27 @@ use super::theme::{self, Color};
 
 pub use super::xml::{escape, is_allowed};
 
-/// Which end of a text its position is.
+/// Which part of a text is at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// The text begins there.
     Start,
-    /// The text is centred there.
+    /// The text is centered there.
     Middle,
     /// The text ends there.
     End,
 }
 
-/// What a text looks like.
+/// The style of a text.
 #[derive(Clone, Copy, Debug)]
 pub struct TextStyle {
     /// Typeface and size.
     pub font: Font,
-    /// The colour of the letters.
+    /// The color of the letters.
     pub color: Color,
-    /// Which end of the text its spot is.
+    /// Which part of the text is at its spot.
     pub anchor: Anchor,
-    /// Whether the letters stand in a band of the colour of paper, so that lines beneath stay readable.
+    /// Whether the letters have a halo in the color of paper, so that they stay readable on top of lines.
     pub halo: bool,
 }
 
@@ -65,7 +65,7 @@ impl Paint {
         Self { fill: Some(color), fill_opacity: 1.0, stroke: None, stroke_opacity: 1.0, dash: None }
     }
 
-    /// An outline of that width in pixels, not filled; ends and corners are round.
+    /// An outline of this width in pixels, not filled; ends and corners are round.
     pub const fn stroke(color: Color, width: f64) -> Self {
         Self { fill: None, fill_opacity: 1.0, stroke: Some((color, width)), stroke_opacity: 1.0, dash: None }
     }
@@ -75,12 +75,12 @@ impl Paint {
         Self { stroke: Some((color, width)), ..self }
     }
 
-    /// The same with the inside only so opaque (0 to 1).
+    /// The same with this opacity of the inside (0 to 1).
     pub const fn fill_opacity(self, opacity: f64) -> Self {
         Self { fill_opacity: opacity, ..self }
     }
 
-    /// The same with the outline only so opaque (0 to 1).
+    /// The same with this opacity of the outline (0 to 1).
     pub const fn stroke_opacity(self, opacity: f64) -> Self {
         Self { stroke_opacity: opacity, ..self }
     }
@@ -91,13 +91,13 @@ impl Paint {
     }
 }
 
-/// Who will draw the letters of a picture.
+/// What will draw the letters of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Letters {
-    /// The renderer, with the fonts that they were measured with.
+    /// The renderer, with the fonts used to measure them.
     #[default]
     Embedded,
-    /// A browser, with whatever fonts it has: every text is told how long to be.
+    /// A browser, with whatever fonts it has: the length of every text is prescribed.
     Browser,
 }
 
@@ -138,12 +138,12 @@ impl Canvas {
         self.elements += &other.elements;
     }
 
-    /// What has been drawn, for a picture that is put together elsewhere.
+    /// What has been drawn, for a picture that is assembled elsewhere.
     pub fn into_elements(self) -> String {
         self.elements
     }
 
-    /// The finished picture, a standalone SVG of that size in pixels.
+    /// The finished picture, a standalone SVG of this size in pixels.
     pub fn finish(self, width: f64, height: f64) -> String {
         let (width, height) = (number(width), number(height));
         format!(
@@ -165,12 +165,12 @@ impl Canvas {
         self.elements += "/>\n";
     }
 
-    /// A circle; `radius` in pixels.
+    /// Draws a circle; `radius` in pixels.
     pub fn circle(&mut self, center: Spot, radius: f64, paint: Paint) {
         self.path(&Path::circle(center, radius), paint);
     }
 
-    /// A rectangle with rounded corners; `radius` in pixels.
+    /// Draws a rectangle with rounded corners; `radius` in pixels.
     pub fn rounded(&mut self, area: Area, radius: f64, paint: Paint) {
         self.path(&Path::rounded(area, radius), paint);
     }
@@ -208,7 +208,7 @@ impl Canvas {
         self.text((at.0, at.1 + style.font.baseline_below_middle()), text, style);
     }
 
-    /// Draws what `draw` draws, cut off at the edges of `area`. `name` is the clip's id, one of its own.
+    /// Draws what `draw` draws, clipped to `area`. `name` is the clip's id, which must be unique.
     pub fn clipped(&mut self, name: &str, area: Area, draw: impl FnOnce(&mut Self)) {
         self.elements += &format!(
             "<clipPath id=\"{name}\"><path d=\"{}\"/></clipPath><g clip-path=\"url(#{name})\">\n",
@@ -218,7 +218,7 @@ impl Canvas {
         self.elements += "</g>\n";
     }
 
-    /// Draws what `draw` draws, as a part of a picture that a page can find: the one of this `kind` with this number.
+    /// Draws what `draw` draws as a part of the picture that a page can find, by its `kind` and number.
     pub fn part(&mut self, kind: &'static str, number: usize, draw: impl FnOnce(&mut Self)) {
         if self.letters == Letters::Embedded {
             return draw(self);
@@ -228,7 +228,7 @@ impl Canvas {
         self.elements += "</g>\n";
     }
 
-    /// Adds ready-made path data in other coordinates; `matrix` takes them to the page (as in SVG: a b c d e f).
+    /// Adds path data in other coordinates; `matrix` transforms them to the page (as in SVG: a b c d e f).
     pub fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
         if data.is_empty() {
             return;
@@ -240,8 +240,8 @@ impl Canvas {
         );
     }
 
-    /// The letters of a text. Where it takes several faces, each run is a text chunk of its own, placed by its measured
-    /// width: the renderer draws a whole chunk in the other face if the first one lacks a character of it.
+    /// Writes the letters of a text. If it needs several faces, each run is a separate text chunk, placed by its
+    /// measured width: the renderer draws a whole chunk in the other face if the first one lacks one of its characters.
     fn letters(&mut self, at: Spot, runs: &[Run], style: TextStyle, paint: &str) {
         let font = style.font;
         let spacing = match font.weight.spacing_em() {

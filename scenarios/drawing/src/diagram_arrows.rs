@@ -1,10 +1,10 @@
-//! The arrows of a state machine: which transitions share one, and what its labels look like.
+//! The arrows of a state machine: which transitions share an arrow, and its labels.
 
 use super::frame::Diagram;
 use super::geometry::{Area, Spot};
 use super::text::Font;
 
-/// Most lines of text on one arrow.
+/// The most lines of text on one arrow.
 const MOST_LINES: usize = 4;
 
 /// An arrow: all transitions from one location to another.
@@ -14,7 +14,7 @@ pub struct PlacedEdge {
     pub from: usize,
     /// Index of the location it enters.
     pub to: usize,
-    /// Where it runs: two spots for a straight arrow, four for one that goes round three sides.
+    /// Its path: two spots for a straight arrow, four for one with three segments.
     pub spine: Vec<Spot>,
     /// Its labels, line by line.
     pub labels: Vec<PlacedLabel>,
@@ -29,12 +29,12 @@ pub struct PlacedLabel {
     pub text: String,
 }
 
-/// Sizes of everything at one scale, in pixels.
+/// The sizes of everything at one scale, in pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measures {
     pub(super) font: Font,
     pub(super) radius: f64,
-    /// Least room for a straight arrow beyond its label.
+    /// The minimum room for a straight arrow in addition to its label.
     pub(super) gap: f64,
     /// Distance from a row or track to the next.
     pub(super) rise: f64,
@@ -54,18 +54,19 @@ impl Measures {
     }
 }
 
-/// All transitions between two locations, by their places in the row.
+/// All transitions from one location to another, by their places in the row.
 #[derive(Clone, Debug)]
 pub(super) struct Bundle {
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) lines: Vec<String>,
     pub(super) width: f64,
-    /// How far its label may be moved along the row from its middle, beyond what the arrow's ports and length allow.
+    /// How far its label may be moved along the row from the arrow's middle, beyond what the arrow's ports and length
+    /// allow.
     pub(super) sway: f64,
 }
 
-/// The transitions, those between the same two locations together, by places in the row.
+/// The transitions, grouped by the locations that they connect, by places in the row.
 pub(super) fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f64) -> Vec<Bundle> {
     let mut place = vec![usize::MAX; diagram.locations.len()];
     for (i, &location) in order.iter().enumerate() {
@@ -80,7 +81,7 @@ pub(super) fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f
             None => bundles.push((from, to, vec![label])),
         }
     }
-    // Arrows that skip locations rise beside a loop, through the middle of its label if that cannot give way.
+    // Arrows that skip locations rise beside a loop, through the middle of its label if that cannot move aside.
     let rises_at = |place: usize| bundles.iter().any(|&(from, to, _)| to > from + 1 && (from == place || to == place));
     let bundle = |(from, to, labels): &(usize, usize, Vec<&str>)| {
         let (from, to) = (*from, *to);
@@ -92,7 +93,7 @@ pub(super) fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f
     bundles.iter().map(bundle).collect()
 }
 
-/// The labels of one arrow, each wrapped, no more lines than fit.
+/// The wrapped labels of one arrow, with as many lines as fit.
 fn lines(labels: &[&str], font: Font, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = labels.iter().flat_map(|label| font.wrap(label, room, 2)).collect();
     if lines.len() > MOST_LINES {
@@ -103,7 +104,7 @@ fn lines(labels: &[&str], font: Font, room: f64) -> Vec<String> {
     lines
 }
 
-/// Lines of text below each other, centred, from `top` downwards.
+/// Centered lines of text below each other, from `top` down.
 pub(super) fn stacked(lines: &[String], top: Spot, font: Font) -> Vec<PlacedLabel> {
     let height = font.line_height();
     lines

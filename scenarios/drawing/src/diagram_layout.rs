@@ -1,12 +1,13 @@
 //! Where the locations and transitions of a state machine are drawn.
 //!
 //! Locations are in one row. A transition to the next location is a straight arrow with its label above; one that skips
-//! locations runs above the row, one that goes back runs below it, a loop sits on top of its location. Transitions
-//! between the same two locations share an arrow, their labels one below the other. Arrows above and below run in
-//! tracks: one that encloses another runs further out, so that no two labels ever meet.
+//! locations runs above the row, one that goes back runs below it, and a loop is on top of its location. Transitions
+//! between the same two locations share an arrow, with one label below the other. Arrows above and below the row run in
+//! tracks: an arrow that encloses another runs farther out, so that labels never overlap.
 //!
 //! A general graph layout would give shorter arrows, but its labels cross arrows as soon as a monitor has more than a
-//! few locations. In a row, whether two labels can meet is a question of intervals, which the tracks answer exactly.
+//! few locations. In a row, whether two labels can overlap is a question about intervals, which the tracks answer
+//! exactly.
 
 use super::diagram_arrows::{Bundle, Measures, PlacedEdge, bundles, stacked};
 use super::diagram_order::in_row;
@@ -15,8 +16,8 @@ use super::frame::Diagram;
 use super::geometry::Area;
 
 /// Scales and longest labels (pixels at scale 1) to try, the most pleasant first. Wrapping a label costs a line of
-/// height, a smaller font costs everybody's eyes: so labels are wrapped once before anything shrinks, and shrink by
-/// small steps before they are wrapped again.
+/// height, and a smaller font strains the eyes. So labels are wrapped once before anything shrinks, and shrink in small
+/// steps before they are wrapped again.
 const ATTEMPTS: [(f64, f64); 11] = [
     (1.0, 150.0),
     (1.0, 105.0),
@@ -49,7 +50,7 @@ pub struct DiagramLayout {
 /// A location with its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedLocation {
-    /// Its box; its corners are as round as can be.
+    /// Its box; its ends are semicircles.
     pub area: Area,
     /// The part of its name that fits.
     pub label: String,
@@ -68,7 +69,7 @@ impl DiagramLayout {
             ATTEMPTS.iter().map(|&(scale, longest)| Row::new(diagram, order, Measures::at(scale), longest));
         let row = attempts.find(|row| row.width() <= width);
         let row = row.unwrap_or_else(|| {
-            // Without labels every length is proportional to the scale, so that one division gives the scale that fits.
+            // Without labels, every length is proportional to the scale, so one division gives the scale that fits.
             let bare = Row::new(diagram, order, Measures::at(0.72), 0.0);
             let squeeze = (width / bare.width()).min(1.0);
             Row::new(diagram, order, Measures::at(0.72 * squeeze), 0.0)
@@ -76,7 +77,7 @@ impl DiagramLayout {
         row.stretched(width).placed(order)
     }
 
-    /// Whether every name and label is there whole.
+    /// Whether every name and label is complete.
     #[must_use]
     pub fn is_complete(&self, diagram: &Diagram) -> bool {
         let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<String>>();
@@ -94,7 +95,7 @@ impl DiagramLayout {
     }
 }
 
-/// Locations in a row, with the distances that labels ask for.
+/// Locations in a row, with the distances that labels need.
 struct Row {
     measures: Measures,
     names: Vec<String>,
@@ -103,7 +104,7 @@ struct Row {
     /// Room between each location and the next.
     gaps: Vec<f64>,
     bundles: Vec<Bundle>,
-    /// Where the first location begins, and how far labels reach beyond the last.
+    /// Where the first location begins, and how far labels extend beyond the last.
     left: f64,
     beyond: f64,
 }
@@ -119,11 +120,11 @@ impl Row {
         let mut gaps = vec![gap; order.len().saturating_sub(1)];
         for bundle in &bundles {
             if bundle.to == bundle.from + 1 {
-                // A straight arrow is as long as the gap: its label has to fit in there.
+                // A straight arrow is as long as the gap, and its label has to fit into it.
                 gaps[bundle.from] = gaps[bundle.from].max(bundle.width + gap);
             } else if bundle.from == bundle.to + 1 {
-                // An arrow to the location before runs from port to port, below both locations: what its label has of
-                // them is taken off the gap. Arrows over several gaps are long enough for theirs.
+                // An arrow to the previous location runs from port to port, below both locations, so its label needs
+                // that much less of the gap. Arrows over several gaps are long enough for their labels.
                 let ports = halves[bundle.to].min(radius) * 0.4 + halves[bundle.from].min(radius) * 0.4;
                 let inside = (halves[bundle.from] + halves[bundle.to] - ports).max(0.0);
                 gaps[bundle.to] = gaps[bundle.to].max(bundle.width + gap * 0.7 - inside);
@@ -132,7 +133,7 @@ impl Row {
         Self { measures, names, halves, gaps, bundles, left: measures.entry, beyond: 4.0 }.with_margins()
     }
 
-    /// The same row with room at its ends for labels that are wider than their arrows.
+    /// The same row, with room at its ends for labels that are wider than their arrows.
     fn with_margins(mut self) -> Self {
         let middles = self.middles();
         let end = self.width() - self.beyond;
@@ -151,7 +152,7 @@ impl Row {
         self.left + self.halves.iter().sum::<f64>() * 2.0 + self.gaps.iter().sum::<f64>() + self.beyond
     }
 
-    /// The same row with wider gaps, if there is room.
+    /// The same row, with wider gaps if there is room.
     fn stretched(mut self, width: f64) -> Self {
         let spare = (width - self.width()).max(0.0) / self.gaps.len().max(1) as f64;
         self.gaps.iter_mut().for_each(|gap| *gap += spare.min(64.0));
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn locations_are_in_breadth_first_order_and_back_edges_run_below() {
+    fn locations_are_in_breadth_first_order_with_back_edges_below() {
         let layout = check(&phi2().diagram, 572.0);
         let lefts: Vec<f64> = layout.locations.iter().map(|location| location.area.x).collect();
         assert!(lefts.is_sorted(), "{lefts:?}");
@@ -263,7 +264,7 @@ mod tests {
 
     #[test]
     fn locations_are_placed_so_that_arrows_do_not_cross() {
-        // Breadth first, 0 → 2 and 1 → 3 would cross.
+        // In breadth-first order, 0 → 2 and 1 → 3 would cross.
         let transition = |from, to| Transition { from, to, label: format!("from {from} to {to}") };
         let diagram = Diagram {
             locations: ["wait", "count", "answer", "fail"]

@@ -2,15 +2,15 @@
 
 use super::frame::Diagram;
 
-/// All locations, in the order of the row: breadth first from the initial one, or depth first where this makes fewer
-/// arrows cross. Breadth first keeps alternatives together, depth first keeps chains together; trying both is enough
-/// for the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
+/// All locations, in the order of the row: breadth first from the initial one, or depth first if fewer arrows cross
+/// that way. Breadth first keeps alternatives together, depth first keeps chains together. For the machines of
+/// monitors, trying both is enough; finding the best order is NP-hard.
 pub(super) fn in_row(diagram: &Diagram) -> Vec<usize> {
     let (broad, deep) = (breadth_first(diagram), depth_first(diagram));
     if crossings(diagram, &deep) < crossings(diagram, &broad) { deep } else { broad }
 }
 
-/// The locations in the order in which a search from the initial one first reaches them, then those it never reaches.
+/// The locations in breadth-first order from the initial one, then those that cannot be reached.
 fn breadth_first(diagram: &Diagram) -> Vec<usize> {
     let count = diagram.locations.len();
     let mut order: Vec<usize> = Vec::with_capacity(count);
@@ -35,12 +35,12 @@ fn breadth_first(diagram: &Diagram) -> Vec<usize> {
     order
 }
 
-/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met
-/// all, then those it never meets.
+/// The locations in depth-first order from the initial one, then those that cannot be reached.
 fn depth_first(diagram: &Diagram) -> Vec<usize> {
     let count = diagram.locations.len();
     let mut order: Vec<usize> = Vec::with_capacity(count);
-    // A stack: the initial location is on top, and those that it never reaches wait below, the first of them uppermost.
+    // A stack with the initial location on top. All locations wait below it, the first uppermost, in case they are not
+    // reached.
     let mut open: Vec<usize> =
         (0..count).rev().chain([diagram.initial].into_iter().filter(|root| *root < count)).collect();
     while let Some(location) = open.pop() {
@@ -54,7 +54,7 @@ fn depth_first(diagram: &Diagram) -> Vec<usize> {
     order
 }
 
-/// How many pairs of arrows above the row, or below it, cross each other in that order.
+/// The number of pairs of arrows on the same side of the row that cross each other in this order.
 fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
     let place = |location: usize| order.iter().position(|other| *other == location);
     let ends =
@@ -62,8 +62,8 @@ fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
     let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
     arrows.sort_unstable();
     arrows.dedup();
-    // Two arrows on the same side cross if each has exactly one end between those of the other. Of every such pair only
-    // the one that begins further left is asked, so that it counts once.
+    // Two arrows on the same side cross if each has exactly one end between the ends of the other. Only the arrow that
+    // begins farther left is tested, so that each pair counts once.
     let cross = |a: &(usize, usize), b: &(usize, usize)| {
         let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
         a.0 < b.0 && b.0 < a.1 && a.1 < b.1

@@ -1,4 +1,4 @@
-//! A state machine as a picture of its own.
+//! A state machine as a separate picture.
 
 use super::canvas::Canvas;
 use super::diagram_layout::DiagramLayout;
@@ -6,11 +6,11 @@ use super::frame::Diagram;
 use super::geometry::Area;
 use super::monitor_panel::{draw_diagram, draw_meanings};
 
-/// The widest that a machine becomes before its labels are shortened, and the margin around it, in pixels.
+/// The maximum width of a machine before its labels are shortened, and the margin around it, in pixels.
 const WIDEST: f64 = 1600.0;
 const MARGIN: f64 = 24.0;
 
-/// The state machine as a standalone SVG picture, as large as it has to be.
+/// The state machine as a standalone SVG picture, as large as necessary.
 ///
 /// ```
 /// use drawing::{Diagram, Location, Transition, diagram_svg};

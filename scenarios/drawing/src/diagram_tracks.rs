@@ -1,8 +1,8 @@
 //! Arrows that run above or below a row of locations.
 //!
 //! Every arrow gets a track (how far out it runs), then its two ports (where it leaves and enters the row), then its
-//! label's place along it. Each step only looks at the one before, and the tracks are made so wide that the later steps
-//! always find room: labels never meet, whatever the diagram.
+//! label's place along it. Each step depends only on the step before, and the tracks are wide enough for the later
+//! steps to find room: labels never overlap, whatever the diagram.
 
 use super::diagram_arrows::{Bundle, Measures, PlacedEdge, stacked};
 use super::geometry::Spot;
@@ -16,12 +16,12 @@ pub(super) enum Side {
     Below,
 }
 
-/// An arrow that goes round three sides: out of the row, along it, and back into it.
+/// An arrow with three segments: out of the row, along it, and back into it.
 #[derive(Clone, Debug)]
 pub(super) struct Arc {
     bundle: Bundle,
     side: Side,
-    /// How many arrows it encloses, at most, one within the other.
+    /// Its track: the depth of nesting of the arrows that it encloses.
     track: usize,
     /// Where it leaves and enters the row, along it.
     from_x: f64,
@@ -47,7 +47,7 @@ pub(super) struct Tracks<'a> {
     middles: &'a [f64],
     halves: &'a [f64],
     measures: Measures,
-    /// How far labels in the row reach above its middle.
+    /// How far labels in the row extend above its middle.
     above_row: f64,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Tracks<'a> {
         tracks
     }
 
-    /// How far everything on that side reaches from the middle of the row, in pixels.
+    /// How far everything on this side extends from the middle of the row, in pixels.
     pub(super) fn extent(&self, side: Side) -> f64 {
         let tracks = self.arcs.iter().filter(|arc| arc.side == side).map(|arc| arc.track + 1).max().unwrap_or(0);
         let base = match side {
@@ -118,15 +118,15 @@ impl<'a> Tracks<'a> {
         base + (0..track).map(|inner| self.track_height(side, inner)).sum::<f64>() + self.measures.rise
     }
 
-    /// Room for a track: the way to its line and its labels.
+    /// The room for a track: the distance to its line, and its labels.
     fn track_height(&self, side: Side, track: usize) -> f64 {
         let lines = self.arcs.iter().filter(|arc| arc.side == side && arc.track == track);
         let most = lines.map(|arc| arc.bundle.lines.len()).max().unwrap_or(0);
         self.measures.rise + most as f64 * self.measures.font.line_height() + 2.0
     }
 
-    /// Shorter arrows first; one that meets others runs outside of them all. As `arcs` is sorted by length, whatever an
-    /// arrow can enclose has its track already: one pass is enough.
+    /// Shorter arrows come first; an arrow that conflicts with others runs outside all of them. As `arcs` is sorted by
+    /// length, everything that an arrow can enclose already has its track, so one pass is enough.
     fn assign_tracks(&mut self, side: Side) {
         for i in 0..self.arcs.len() {
             if self.arcs[i].side == side {
@@ -136,8 +136,8 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Whether two arrows cannot share a track: they run over the same stretch of the row, or the label of one reaches
-    /// into the other.
+    /// Whether two arrows cannot share a track: they run along the same stretch of the row, or the label of one
+    /// overlaps the other.
     fn meet(&self, a: &Arc, b: &Arc) -> bool {
         let overlap = |a: (f64, f64), b: (f64, f64)| a.0 < b.1 && b.0 < a.1;
         let same_stretch = a.span().0 < b.span().1 && b.span().0 < a.span().1;
@@ -155,7 +155,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// The range that the label of an arrow can cover, if it is longer than the arrow. Ports and shifts of the label
-    /// are not known yet, so this is the furthest that they can take it.
+    /// are not known yet, so this is the farthest that they can move it.
     fn label_reach(&self, arc: &Arc) -> Option<(f64, f64)> {
         let (low, high) = self.line_reach(arc);
         let shift = 0.4 * (self.halves[arc.span().0] + self.halves[arc.span().1]);
@@ -163,12 +163,12 @@ impl<'a> Tracks<'a> {
         (2.0 * half > high - low).then_some(((low + high) / 2.0 - half, (low + high) / 2.0 + half))
     }
 
-    /// Where arrows leave and enter each location: side by side, in the order in which they don't cross. From left to
-    /// right these are the arrows that come from the left, the innermost first; the two ends of the loop; the arrows
-    /// that go to the right, the outermost first. So each arrow encloses those further in, at both of its ends.
+    /// Determines where arrows leave and enter each location: side by side, in an order in which they do not cross.
+    /// From left to right, these are the arrows from the left, the innermost first; the two ends of the loop; and the
+    /// arrows to the right, the outermost first. So each arrow encloses those farther in, at both of its ends.
     fn assign_ports(&mut self, side: Side) {
         for place in 0..self.middles.len() {
-            // From the left, loop, to the right; then the order among those.
+            // From the left, loop, to the right; then the order within each group.
             let mut ends: Vec<(usize, isize, usize, bool)> = Vec::new();
             for (i, arc) in self.arcs.iter().enumerate().filter(|(_, arc)| arc.side == side) {
                 let (first, last, track) = (arc.span().0, arc.span().1, arc.track as isize);
@@ -196,7 +196,7 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Moves labels along their arrows to where no arrow further out passes through them.
+    /// Moves labels along their arrows to where no arrow farther out passes through them.
     fn shift_labels(&mut self, side: Side) {
         for i in 0..self.arcs.len() {
             let arc = &self.arcs[i];
@@ -221,7 +221,7 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// How far the outline of a location lies from the middle of the row at `x`.
+    /// The distance of a location's outline from the middle of the row at `x`.
     fn rim(&self, place: usize, x: f64) -> f64 {
         let radius = self.measures.radius;
         let beyond = ((x - self.middles[place]).abs() - (self.halves[place] - radius)).max(0.0);

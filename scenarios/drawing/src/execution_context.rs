@@ -20,9 +20,9 @@ pub enum Level {
 /// The communication between the processes of a system.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExecutionContext {
-    /// The processes by name, each on its level; the tree is the last on its own.
+    /// The processes by name, each with its level; the tree is the last one on its level.
     pub processes: Vec<(String, Level)>,
-    /// The channels: from which process to which, by their places in `processes`.
+    /// The channels: sender and receiver, as indices in `processes`.
     pub channels: Vec<(usize, usize)>,
 }
 
@@ -34,7 +34,7 @@ const HEAD: f64 = 30.0;
 /// Half the base of the triangle that stands for the tree.
 const TREE: f64 = 46.0;
 
-/// Draws the processes in three columns, together as wide as `room` and from its upper edge on; says how high they are.
+/// Draws the processes in three columns, as wide as `room` and starting at its upper edge. Returns their height.
 pub fn draw_execution_context(canvas: &mut Canvas, context: &ExecutionContext, room: Area) -> f64 {
     let of = |level: Level| -> Vec<usize> {
         let places = context.processes.iter().enumerate();
@@ -67,7 +67,7 @@ pub fn draw_execution_context(canvas: &mut Canvas, context: &ExecutionContext, r
         areas[tree] = Area::around(areas[tree].center(), 2.0 * TREE, 1.6 * TREE);
     }
     for &(from, to) in &context.channels {
-        // A channel each way is drawn as one line with two heads.
+        // Two opposite channels are drawn as one line with two heads.
         let both = context.channels.contains(&(to, from));
         if !both || from < to {
             draw_channel(canvas, areas[from], areas[to], both);
@@ -101,7 +101,7 @@ fn draw_process(canvas: &mut Canvas, area: Area, name: &str, level: Level, is_tr
 fn draw_channel(canvas: &mut Canvas, from: Area, to: Area, both: bool) {
     let (a, b) = (from.center(), to.center());
     let (start, end) = if (a.0 - b.0).abs() < 1.0 {
-        // One above the other.
+        // One is above the other.
         let down = b.1 > a.1;
         ((a.0, if down { from.bottom() } else { from.y }), (b.0, if down { to.y } else { to.bottom() }))
     } else if b.0 > a.0 {

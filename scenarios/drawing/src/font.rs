@@ -1,8 +1,8 @@
 //! The embedded fonts: which face draws a character, and how wide it is.
 //!
 //! Only these fonts exist for the renderer, so that a picture has the same bytes on every machine. resvg's own fallback
-//! takes another face for a *whole* text as soon as one character is missing; so texts are split into runs of one face
-//! each, by what the fonts' own tables say here.
+//! uses another face for a *whole* text as soon as one character is missing. So texts are split into runs of one face
+//! each, according to the fonts' own tables.
 
 use std::ops::Range;
 use std::sync::{Arc, LazyLock};
@@ -23,7 +23,7 @@ pub enum Face {
 }
 
 impl Face {
-    /// The font families to ask for, the embedded one first; the others serve whoever opens an SVG elsewhere.
+    /// The font families to ask for, the embedded one first; the others are for SVGs that are opened elsewhere.
     pub(super) fn families(self) -> &'static str {
         match self {
             Self::Sans => "Ubuntu, 'DejaVu Sans', sans-serif",
@@ -48,7 +48,7 @@ impl Face {
     }
 }
 
-/// Which face draws a character, and how far it moves the pen.
+/// A character's glyph: its face and its advance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Glyph {
     /// The face that has it.
@@ -57,12 +57,12 @@ pub(super) struct Glyph {
     pub(super) advance_em: f64,
 }
 
-/// Stands for a character that no embedded face has.
+/// Replaces a character that no embedded face has.
 pub(super) const REPLACEMENT: char = '□';
 
 /// The characters that are drawn: Latin, Greek, Cyrillic, punctuation, arrows, mathematics, geometric shapes. Each of
-/// them is as wide as its glyph alone. Combining and invisible characters are left out: the faces have glyphs for some
-/// of them, but the renderer merges those with their neighbours or drops them, so that their advance says nothing.
+/// them is as wide as its glyph. Combining and invisible characters are left out: the faces have glyphs for some of
+/// them, but the renderer merges these with their neighbors or drops them, so their advance means nothing.
 const DRAWN: [Range<u32>; 9] = [
     0x20..0x7f,
     0xa1..0xad,
@@ -85,7 +85,7 @@ struct Tables {
 impl Tables {
     fn of(face: Face) -> Self {
         let font = FontRef::new(face.data()).expect("the embedded fonts are valid");
-        // Unscaled advances are whole font units; at a size in pixels they would be rounded.
+        // Unscaled advances are whole font units; at a size in pixels, they would be rounded.
         let (size, location) = (Size::unscaled(), LocationRef::default());
         Self {
             glyph_ids: font.charmap(),
@@ -100,7 +100,7 @@ impl Tables {
     }
 }
 
-/// Options under which every SVG of this crate is read: the embedded fonts, no files, no network.
+/// The options for reading every SVG of this crate: the embedded fonts, no files, no network.
 pub(super) fn options() -> usvg::Options<'static> {
     static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
         let mut fonts = fontdb::Database::new();
@@ -112,7 +112,7 @@ pub(super) fn options() -> usvg::Options<'static> {
     usvg::Options { fontdb: FONTS.clone(), font_family: "Ubuntu".to_owned(), ..usvg::Options::default() }
 }
 
-/// The glyph of a character, of the proportional face if it has one; `None` if no embedded face has it.
+/// The glyph of a character, from the proportional face if it has one; `None` if no embedded face has it.
 pub(super) fn glyph(character: char) -> Option<Glyph> {
     DRAWN.iter().find(|range| range.contains(&u32::from(character)))?;
     let glyph = |face: Face| Some(Glyph { face, advance_em: face.tables().advance_em(character)? });
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn signs_that_labels_use_have_glyphs() {
+    fn signs_used_in_labels_have_glyphs() {
         for character in "→←≤≥≠θφτ∧∨¬□◇…·⇉°λ↻∞×−–éЖ".chars().chain([REPLACEMENT])
         {
             assert!(glyph(character).is_some(), "no glyph for {character:?}");

@@ -1,7 +1,7 @@
 //! The contents of a picture: one moment of a run, as plain data.
 //!
 //! Positions and poses are in the `map` frame, in metres and radians. Values that are not finite are left out of the
-//! picture; so are parents, locations and transitions that do not exist.
+//! picture, and so are parents, locations and transitions that do not exist.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -25,7 +25,7 @@ pub struct Frame {
     pub tick: u64,
     /// The map and everything on it, if there is a map.
     pub scene: Option<Scene>,
-    /// The battery's course, if there is a battery.
+    /// The battery's level over time, if there is a battery.
     pub battery: Option<Battery>,
     /// The nodes of the behavior tree in document order, parents before their children.
     pub tree: Vec<TreeNode>,
@@ -59,15 +59,15 @@ pub struct Scene {
     pub robot: Pose,
     /// Radius of the robot's body, in metres.
     pub robot_radius_m: f64,
-    /// Where the robot believes it is; drawn where it differs visibly from the truth.
+    /// Where the robot believes it is; drawn if it visibly differs from the truth.
     pub estimate: Option<Pose>,
     /// The planned path from the robot to its goal; empty without one.
     pub path: Vec<Point>,
-    /// Where laser beams ended on something (not those that hit nothing).
+    /// Where laser beams hit something.
     pub laser_hits: Vec<Point>,
-    /// Positions of localization's particles.
+    /// The positions of localization's particles.
     pub particles: Vec<Point>,
-    /// Positions the robot has truly been at, in order; a point every 5 to 20 cm is enough.
+    /// The robot's true positions so far, in order; a point every 5 to 20 cm is enough.
     pub trail: Vec<Point>,
     /// Where the run began.
     pub start: Option<Pose>,
@@ -79,14 +79,14 @@ pub struct Scene {
     pub places: Vec<Place>,
     /// Where faults took effect, oldest first.
     pub faults: Vec<FaultMark>,
-    /// People, closed doors, things in the way: everything that is solid but not on the map.
+    /// People, closed doors, obstacles: everything that is solid but not on the map.
     pub bodies: Vec<Body>,
     /// The text that the robot is saying.
     pub speeches: Vec<String>,
 }
 
 impl Scene {
-    /// A map with a robot of that radius in metres on it, and nothing else.
+    /// A map with a robot of this radius (in metres) on it, and nothing else.
     #[must_use]
     pub fn new(map: Arc<MapPicture>, robot: Pose, robot_radius_m: f64) -> Self {
         Self {
@@ -123,7 +123,7 @@ pub struct Station {
 pub struct Place {
     /// Its name, for example `kitchen`.
     pub label: String,
-    /// Its corners in order if it is an area, its position alone if it is a point.
+    /// Its corners in order if it is an area; only its position if it is a point.
     pub corners: Vec<Point>,
 }
 
@@ -136,7 +136,7 @@ pub struct FaultMark {
     pub label: String,
 }
 
-/// A solid thing that is on no map.
+/// A solid thing that is not on the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Its outline.
@@ -157,7 +157,7 @@ pub enum BodyShape {
     },
     /// A rectangle.
     Rectangle {
-        /// Its centre; the heading points along its length.
+        /// Its center; the heading points along its length.
         pose: Pose,
         /// Extent along the heading, in metres.
         length_m: f64,
@@ -166,10 +166,11 @@ pub enum BodyShape {
     },
 }
 
-/// The battery's course since the start of the run.
+/// The battery's level since the start of the run.
 #[derive(Clone, Debug, Default)]
 pub struct Battery {
-    /// Level in percent by time since the start of the run, oldest first. Any number; close ones are thinned out.
+    /// Level in percent by time since the start of the run, oldest first. There may be any number: close ones are
+    /// thinned out.
     pub history: Vec<(Duration, f64)>,
     /// The level now, in percent.
     pub level_pct: f64,
@@ -236,13 +237,13 @@ pub struct Monitor {
 /// The verdict on a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// The run continues, and nothing has violated it yet.
+    /// It has not been violated yet, and the run goes on.
     HoldsSoFar,
-    /// It holds, whatever comes.
+    /// It holds, whatever follows.
     Satisfied,
     /// It is violated, whatever follows.
     Violated,
-    /// The run has ended and left it open.
+    /// The run has ended without a decision.
     Inconclusive,
 }
 

@@ -17,13 +17,13 @@ pub struct Area {
 }
 
 impl Area {
-    /// The box of that width and height whose upper left corner is (`x`, `y`).
+    /// The box of this width and height whose upper left corner is (`x`, `y`).
     #[must_use]
     pub const fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
         Self { x, y, width, height }
     }
 
-    /// The box of that size around its centre.
+    /// The box of this size around a center.
     #[must_use]
     pub fn around(center: Spot, width: f64, height: f64) -> Self {
         Self::new(center.0 - width / 2.0, center.1 - height / 2.0, width, height)
@@ -47,7 +47,7 @@ impl Area {
         (self.x + self.width / 2.0, self.y + self.height / 2.0)
     }
 
-    /// The box without a margin of this many pixels on every side; never smaller than nothing.
+    /// The box without a margin of this many pixels on every side; its size is never negative.
     #[must_use]
     pub fn inset(&self, margin: f64) -> Self {
         let (width, height) = ((self.width - 2.0 * margin).max(0.0), (self.height - 2.0 * margin).max(0.0));
@@ -66,7 +66,7 @@ impl Area {
         self.x < other.right() && other.x < self.right() && self.y < other.bottom() && other.y < self.bottom()
     }
 
-    /// How many square pixels the two boxes share.
+    /// The area that the two boxes share, in square pixels.
     #[must_use]
     pub fn shared_with(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
@@ -74,13 +74,13 @@ impl Area {
         width.max(0.0) * height.max(0.0)
     }
 
-    /// Whether the spot lies inside or on the edge.
+    /// Whether the spot is inside or on the edge.
     #[must_use]
     pub fn contains(&self, spot: Spot) -> bool {
         (self.x..=self.right()).contains(&spot.0) && (self.y..=self.bottom()).contains(&spot.1)
     }
 
-    /// Whether all of `other` lies inside (edges may touch, to within a thousandth of a pixel).
+    /// Whether all of `other` is inside (edges may touch, to within a thousandth of a pixel).
     #[must_use]
     pub fn encloses(&self, other: &Self) -> bool {
         const SLACK: f64 = 1e-3;

@@ -6,14 +6,14 @@ use super::geometry::Spot;
 use super::path::Path;
 use super::theme::{self, Color};
 
-/// A sign that says the same as a colour.
+/// A sign that has the same meaning as a color.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Icon {
     /// ✓
     Check,
     /// ✗
     Cross,
-    /// A triangle to the right, as on a player.
+    /// A triangle that points right, as on a play button.
     Play,
     /// A short dash.
     Dash,
@@ -26,7 +26,7 @@ pub enum Icon {
 }
 
 impl Icon {
-    /// Draws the icon in a square of side `size` pixels around `center`.
+    /// Draws the icon in a square of `size` pixels around `center`.
     pub fn draw(self, canvas: &mut Canvas, center: Spot, size: f64, color: Color) {
         let at = |x: f64, y: f64| (center.0 + x * size, center.1 + y * size);
         let line = Paint::stroke(color, size * 0.17);
@@ -58,7 +58,7 @@ impl Icon {
     }
 }
 
-/// How a status of a node is shown.
+/// How the status of a node is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
     /// The ground.
@@ -67,7 +67,7 @@ pub struct Look {
     pub front: Color,
     /// The sign.
     pub icon: Icon,
-    /// The same in words.
+    /// The status in words.
     pub words: &'static str,
 }
 

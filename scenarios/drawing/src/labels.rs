@@ -1,11 +1,11 @@
-//! Finding room for the labels of a map.
+//! Finds room for the labels of a map.
 
 use super::geometry::{Area, Spot};
 
-/// Places labels one after another, each where it covers least.
+/// Places labels one after another, each where it covers the least.
 ///
-/// Greedy: a label never moves again, and the first ones get the best places. Finding the best places for all of them
-/// at once is NP-hard, and on a map with a dozen labels nobody would see the difference.
+/// The placement is greedy: a label never moves again, and the first ones get the best places. Finding the best places
+/// for all of them together is NP-hard, and on a map with a dozen labels nobody would see the difference.
 ///
 /// ```
 /// use drawing::labels::{LabelPlacer, Site};
@@ -21,9 +21,9 @@ use super::geometry::{Area, Spot};
 #[derive(Clone, Debug)]
 pub struct LabelPlacer {
     within: Area,
-    /// Symbols and labels that are there already.
+    /// The symbols and labels placed so far.
     taken: Vec<Area>,
-    /// Spots along lines that had better stay visible.
+    /// Spots along lines that should stay visible.
     lines: Vec<Spot>,
 }
 
@@ -38,7 +38,7 @@ impl LabelPlacer {
         self.taken.push(area);
     }
 
-    /// Keeps labels off a line, where that is possible.
+    /// Keeps labels off a line if possible.
     pub fn avoid_line(&mut self, spots: impl IntoIterator<Item = Spot>) {
         const STEP: f64 = 6.0;
         let mut previous: Option<Spot> = None;
@@ -59,7 +59,7 @@ impl LabelPlacer {
         self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
     }
 
-    /// The box for a text of that width and height at `site`. `cost` is the cost of covering the contents of a box (0
+    /// The box for a text of this width and height at `site`. `cost` is the cost of covering the contents of a box (0
     /// to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = self.best(site, size, cost);
@@ -67,7 +67,7 @@ impl LabelPlacer {
         best
     }
 
-    /// The same; none where it would have to cover a symbol or another label.
+    /// The same, but none if it would have to cover a symbol or another label.
     pub fn place_free(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Option<Area> {
         let best = self.best(site, size, cost);
         let letters = best.inset(0.5);
@@ -78,7 +78,7 @@ impl LabelPlacer {
         })
     }
 
-    /// A label needs some room beside it, or the next one would read as its continuation.
+    /// A label needs some room beside it, or the next one would look like its continuation.
     fn take(&mut self, label: Area) {
         const GAP: f64 = 6.0;
         self.taken.push(Area { x: label.x - GAP, width: label.width + 2.0 * GAP, ..label });
@@ -106,8 +106,8 @@ impl LabelPlacer {
         let size = (area.width * area.height).max(1.0);
         let covered: f64 = self.taken.iter().map(|taken| taken.shared_with(area) / size).sum();
         let crossed = self.lines.iter().filter(|&&spot| area.contains(spot)).count();
-        // An overlap outweighs every rank in the list of candidates and all but a tangle of lines. Crossing a line
-        // outweighs a few ranks: a label moves aside for it, but not far away.
+        // An overlap outweighs every rank in the list of candidates, and any number of lines but a tangle. Crossing a
+        // line outweighs a few ranks: a label moves aside for it, but not far away.
         let collisions = if covered > 0.0 { 10.0 } else { 0.0 };
         collisions + 20.0 * covered + 0.12 * crossed as f64
     }
@@ -116,7 +116,7 @@ impl LabelPlacer {
 /// The owner of a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// Its box, with some room around.
+    /// Its box, with some room around it.
     pub symbol: Area,
     /// Whether the label may be in the box: it is an area rather than a sign.
     pub roomy: bool,
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_one_crowded_place_do_not_overlap() {
+    fn labels_in_a_crowded_place_do_not_overlap() {
         let mut placer = LabelPlacer::new(PAGE);
         let site = sign(200.0, 150.0);
         placer.block(site.symbol);

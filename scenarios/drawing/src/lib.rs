@@ -1,9 +1,9 @@
-//! Pictures of a run: snapshots and animations that a person who has never seen the project understands.
+//! Pictures of a run: snapshots and animations that people understand even if they have never seen the project.
 //!
 //! A [`Frame`] is plain data about one moment: the behavior tree, the monitors, and if there is a robot, its battery
-//! and the map with everything on it. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that
-//! same picture into a PNG with fonts that are compiled in, so that the bytes are the same on every machine; a
-//! [`GifWriter`] does so frame by frame.
+//! and the map with everything on it. [`svg`] draws it as an SVG picture. A [`Renderer`] turns that picture into a PNG
+//! with fonts that are compiled in, so the bytes are the same on every machine; a [`GifWriter`] makes an animation,
+//! frame by frame.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -30,12 +30,12 @@
 //! ```
 //!
 //! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] determine where labels are
-//! placed), so that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become
-//! small, and of many monitors the last ones are reduced to their locations, then to their verdicts, then counted.
-//! Everything that a colour says is also said by a sign or a word.
+//! placed), so that nothing overlaps and nothing is cut off: long names end in an ellipsis, large trees become small,
+//! and if there are many monitors, the last ones are reduced to their locations, then to their verdicts, then to a
+//! count. Everything that a color means is also expressed by a sign or a word.
 //!
-//! Forbidden here: reading a clock, drawing random numbers, asking the system for a font, calling a function whose last
-//! bit depends on the machine. The module `path` says how shapes get by without the latter.
+//! This crate must not read a clock, draw random numbers, ask the system for a font, or call a function whose last bit
+//! depends on the machine. The module `path` describes how shapes avoid such functions.
 
 mod animation;
 mod battery_panel;
@@ -106,7 +106,7 @@ pub fn svg(frame: &Frame) -> String {
     page::draw(frame, Page::Snapshot)
 }
 
-/// The frame as a standalone SVG picture of another size of page.
+/// The frame as a standalone SVG picture with another page size.
 #[must_use]
 pub fn svg_on(page: Page, frame: &Frame) -> String {
     page::draw(frame, page)

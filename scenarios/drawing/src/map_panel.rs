@@ -15,7 +15,7 @@ use super::view::{Bounds, View};
 
 const FONT: Font = Font::regular(15.0);
 const FOOT: f64 = 40.0;
-/// Radius of the sign of a fault or a violation, in pixels.
+/// Radius of the sign for a fault or a violation, in pixels.
 const BADGE: f64 = 8.0;
 
 /// Draws the map, the legend and the scale bar into `area`.
@@ -23,7 +23,7 @@ pub fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
     draw_on(canvas, area, scene, false);
 }
 
-/// The same; if it is one of many pictures, labels of immovable things stay where they were in the previous one.
+/// The same. In a series of pictures, the labels of immovable things stay where they were.
 pub(super) fn draw_on(canvas: &mut Canvas, area: Area, scene: &Scene, one_of_many: bool) {
     panel::sheet(canvas, area);
     let frame = Area::new(area.x + 10.0, area.y + 10.0, area.width - 20.0, area.height - 10.0 - FOOT);
@@ -39,8 +39,8 @@ pub(super) fn draw_on(canvas: &mut Canvas, area: Area, scene: &Scene, one_of_man
     legend(canvas, foot, right_of_bar, &signs(scene));
 }
 
-/// The parts that must be in the picture: the known part of the map, and the places of the run. Things that move don't
-/// count, so that all pictures of a run show the same section.
+/// The rectangle that must be in the picture: the known part of the map, and the places of the run. Things that move
+/// don't count, so all pictures of a run show the same section.
 pub fn bounds(scene: &Scene) -> Bounds {
     let poses = scene.start.iter().chain(scene.station.iter().map(|station| &station.pose));
     let poses = poses.map(|pose| Point::from(pose.translation.vector));
@@ -63,13 +63,13 @@ struct Label {
 
 /// The floor of a map, with the labels that are still to be written.
 pub struct MapDrawing<'a> {
-    /// Where it is drawn.
+    /// The canvas on which it is drawn.
     pub canvas: &'a mut Canvas,
-    /// Where labels may still stand.
+    /// Finds room for labels.
     pub placer: LabelPlacer,
     view: View,
     labels: Vec<Label>,
-    /// The parts that change from picture to picture: lines, and the robot. Labels of what stands still do not move for
+    /// The parts that change from picture to picture: lines, and the robot. Labels of fixed things do not move for
     /// them.
     moving_lines: Vec<Vec<Spot>>,
     moving: Vec<Area>,
@@ -79,7 +79,7 @@ pub struct MapDrawing<'a> {
 }
 
 impl<'a> MapDrawing<'a> {
-    /// A drawing on a floor that is there already; labels are in that font.
+    /// A drawing on top of a floor that has been drawn; labels have this font.
     pub fn new(canvas: &'a mut Canvas, view: View, scene: &'a Scene, font: Font) -> Self {
         let placer = LabelPlacer::new(view.area.inset(6.0));
         Self {
@@ -97,7 +97,7 @@ impl<'a> MapDrawing<'a> {
 }
 
 impl MapDrawing<'_> {
-    /// Everything, one thing on top of the other.
+    /// Draws everything, in layers.
     pub fn draw(mut self) {
         self.areas();
         self.lines();
@@ -105,7 +105,7 @@ impl MapDrawing<'_> {
         self.places();
         self.faults();
         if self.one_of_many {
-            // No label moves out of the robot's way.
+            // Labels do not move aside for the robot.
             self.write_labels();
         }
         self.robot();
@@ -113,7 +113,7 @@ impl MapDrawing<'_> {
         self.speeches();
     }
 
-    /// Start and charging station.
+    /// Draws the start and the charging station.
     pub fn places(&mut self) {
         if let Some(start) = &self.scene.start {
             self.start(start);
@@ -123,7 +123,7 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// The robot's goal, and the other places.
+    /// Draws the robot's goal and the other places.
     pub fn areas(&mut self) {
         let scene = self.scene;
         for place in &scene.places {
@@ -151,7 +151,7 @@ impl MapDrawing<'_> {
         self.note(Site { symbol, roomy: true }, &place.label, ink, true);
     }
 
-    /// The trail, the path, the particles and the laser hits.
+    /// Draws the trail, the path, the particles and the laser hits.
     fn lines(&mut self) {
         let (scene, view) = (self.scene, self.view);
         let trail = thinned(view.spots(&scene.trail), 1.5);
@@ -166,7 +166,7 @@ impl MapDrawing<'_> {
         self.canvas.path(&Path::dots(hits), Paint::stroke(theme::LASER, 4.2));
     }
 
-    /// People, doors and boxes.
+    /// Draws people, doors and boxes.
     pub fn bodies(&mut self) {
         for body in &self.scene.bodies {
             let paint = Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8);
@@ -211,7 +211,7 @@ impl MapDrawing<'_> {
         self.label(spot, RADIUS + 11.0, &station.label, theme::GOOD);
     }
 
-    /// Where faults took hold.
+    /// Marks where faults took effect.
     pub fn faults(&mut self) {
         let mut marked: Vec<Spot> = Vec::new();
         for FaultMark { position, label } in &self.scene.faults {
@@ -225,7 +225,7 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// A red sign at a spot, or beside it where another sign is there already.
+    /// Draws a red sign at a spot, or beside it if there is already a sign.
     pub fn badge(&mut self, spot: Spot, icon: Icon, label: &str) {
         const SIDE: f64 = 2.0 * BADGE + 2.0;
         let beside = [22.0, 40.0].into_iter().flat_map(|far| {
@@ -240,7 +240,7 @@ impl MapDrawing<'_> {
         self.label(at, BADGE + 2.0, label, theme::BAD);
     }
 
-    /// The robot where it is and, if that differs visibly, where it believes it is.
+    /// Draws the robot where it is and, if that visibly differs, where it believes it is.
     pub fn robot(&mut self) {
         let scene = self.scene;
         let radius = self.view.pixels(scene.robot_radius_m).max(7.0);
@@ -270,7 +270,7 @@ impl MapDrawing<'_> {
         self.note(site, "estimate", theme::BELIEF, false);
     }
 
-    /// The robot's speech, in bubbles, as far as there is room.
+    /// Draws the robot's speech in bubbles, if there is room.
     fn speeches(&mut self) {
         let Some(robot) = self.spot(&self.scene.robot) else { return };
         let radius = self.view.pixels(self.scene.robot_radius_m).max(7.0);
@@ -295,13 +295,14 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// Where a pose lies; `None` if it is not finite.
+    /// The position of a pose on the page; `None` if it is not finite.
     fn spot(&self, pose: &Pose) -> Option<Spot> {
         let heading = pose.rotation.re + pose.rotation.im;
         self.view.spot(pose.translation.vector.into()).filter(|_| heading.is_finite())
     }
 
-    /// Notes a label for a sign of that radius; it is written last, when everything it should keep clear of is known.
+    /// Notes a label for a sign of this radius. It is written at the end, when everything that it should avoid is
+    /// known.
     pub fn label(&mut self, at: Spot, radius: f64, text: &str, color: Color) {
         self.note(Site { symbol: Area::around(at, 2.0 * radius, 2.0 * radius), roomy: false }, text, color, true);
     }
@@ -316,8 +317,8 @@ impl MapDrawing<'_> {
         self.labels.push(Label { site, lines, color, stands_still });
     }
 
-    /// Writes the labels of all that was drawn, none over another. In one of many pictures, the labels of immovable
-    /// things come first and depend on nothing else, so that they stay where they were in the previous picture.
+    /// Writes the labels of everything drawn, without overlaps. In a series of pictures, the labels of immovable things
+    /// come first and depend on nothing else, so they stay where they were in the previous picture.
     pub fn write_labels(&mut self) {
         let one_of_many = self.one_of_many;
         let is_still = |label: &Label| label.stands_still && one_of_many;
@@ -329,10 +330,10 @@ impl MapDrawing<'_> {
         moving.iter().for_each(|label| self.write(label));
     }
 
-    /// Writes a label in its lines, or in one where there is no room for them, or not at all.
+    /// Writes a label in its lines, in one line if there is no room for them, or not at all.
     fn write(&mut self, label: &Label) {
         let (font, view, map) = (self.font, self.view, &self.scene.map);
-        // Beside a wall is better than on it, even if that is farther away; but an area keeps its label.
+        // A place beside a wall is better than one on it, even if it is farther away; but an area keeps its label.
         let walls = |area: &Area| {
             let covered = map.covered(&area.inset(-2.0), &view);
             let inside = label.site.roomy && label.site.symbol.encloses(area);
@@ -361,7 +362,7 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// A line from a sign to a label that is not beside it.
+    /// Draws a line from a sign to a label that is not beside it.
     fn lead(&mut self, site: &Site, label: Area, color: Color) {
         const FAR: f64 = 14.0;
         let (x, y) = site.symbol.center();
@@ -376,7 +377,7 @@ impl MapDrawing<'_> {
     }
 }
 
-/// The particles that can be seen: those that the robot does not cover.
+/// The visible particles: those that the robot does not cover.
 fn particles(scene: &Scene) -> Vec<Point> {
     let robot = Point::from(scene.robot.translation.vector);
     let is_covered = |point: &Point| (point - robot).norm() <= scene.robot_radius_m;
@@ -394,7 +395,7 @@ fn ahead(pose: &Pose, spot: Spot, pixels: f64) -> Spot {
     (spot.0 + pose.rotation.re * pixels, spot.1 - pose.rotation.im * pixels)
 }
 
-/// The spots without those that are closer than `gap` pixels to the one before; the last one stays.
+/// The spots without those that are closer than `gap` pixels to the spot before; the last one is kept.
 pub fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> {
     let mut kept: Vec<Spot> = Vec::new();
     let mut last = None;
@@ -409,7 +410,7 @@ pub fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> {
     kept
 }
 
-/// Draws a bar of a round length at the left of `foot`; returns how far right it reaches.
+/// Draws a bar of a round length at the left of `foot`; returns how far right it extends.
 pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     const ROUND_M: [f64; 10] = [100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1];
     let most = (foot.width * 0.2).min(170.0);
@@ -426,10 +427,10 @@ pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     left + length + 10.0 + FONT.width(&text)
 }
 
-/// A sign of the legend, with what it means.
+/// A sign in the legend, with its meaning.
 type Entry = (&'static str, fn(&mut Canvas, Spot));
 
-/// The signs that are on the map, those that come and go last: so the others stay where they are.
+/// The signs on the map. Those that come and go are last, so that the others stay where they are.
 fn signs(scene: &Scene) -> Vec<Entry> {
     let entries: [(bool, Entry); 7] = [
         (
@@ -482,7 +483,7 @@ fn signs(scene: &Scene) -> Vec<Entry> {
     entries.into_iter().filter(|(is_there, _)| *is_there).map(|(_, entry)| entry).collect()
 }
 
-/// The legend of the signs on the map, beside the scale: in one row, or in two smaller ones.
+/// Draws the legend of the signs on the map, beside the scale: in one row, or in two smaller ones.
 fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[Entry]) {
     const SIGN: f64 = 34.0;
     let left = left + 16.0;

@@ -1,4 +1,4 @@
-//! A map made ready for drawing, once per run.
+//! A map prepared for drawing, once per run.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point};
 
@@ -8,26 +8,26 @@ use super::outline::Mask;
 use super::theme;
 use super::view::{Bounds, View};
 
-/// More blocks than this across are finer than a pixel.
+/// With more blocks than this across, blocks would be finer than a pixel.
 const MOST_BLOCKS: usize = 900;
 
-/// Solid things thicker than this have their inside drawn lighter than their outline, in metres.
+/// Solid things thicker than this, in metres, have a lighter inside.
 const THICK_M: f64 = 0.3;
 
-/// Width of the dark outline around the light inside of thick things, in metres.
+/// Width of the dark outline of such things, in metres.
 const RIM_M: f64 = 0.1;
 
 /// Margin around the known cells, in metres.
 const MARGIN_M: f64 = 0.6;
 
-/// A map made ready for drawing: the outlines of its floor and of its walls, cut to the part that is known.
+/// A map prepared for drawing: the outlines of its floor and its walls, cropped to the known part.
 ///
-/// Make it once per run and share it; it holds no more than a few hundred kilobytes even for a large and noisy map.
-/// Maps that are finer than the picture are drawn in blocks of several cells, occupied if one of them is.
+/// Make it once per run and share it; it takes no more than a few hundred kilobytes even for a large and noisy map. A
+/// map that is finer than the picture is drawn in blocks of several cells, which are occupied if one of the cells is.
 #[derive(Clone, Debug)]
 pub struct MapPicture {
-    /// Takes blocks' coordinates to the `map` frame: where block (0, 0) begins, and the steps to the next column and
-    /// row.
+    /// Transforms blocks' coordinates to the `map` frame: the origin of block (0, 0), and the steps to the next column
+    /// and row.
     corner: Point,
     column_step: nalgebra::Vector2<f64>,
     row_step: nalgebra::Vector2<f64>,
@@ -39,7 +39,7 @@ pub struct MapPicture {
 }
 
 impl MapPicture {
-    /// Prepares a map. An unknown map is an empty picture of the grid's size.
+    /// Prepares a map. A completely unknown map is an empty picture of the grid's size.
     #[must_use]
     pub fn new(grid: &OccupancyGrid) -> Self {
         let window = Window::around_known(grid);
@@ -82,9 +82,9 @@ impl MapPicture {
         canvas.placed_path(&self.insides, matrix, theme::SOLID);
     }
 
-    /// How much of a box on the page is covered by walls, 0 to 1, by samples a few pixels apart.
+    /// The fraction of a box on the page that walls cover (0 to 1), sampled every few pixels.
     pub fn covered(&self, area: &Area, view: &View) -> f64 {
-        /// No wall is thinner, in pixels.
+        /// The thinnest wall, in pixels.
         const STEP: f64 = 3.0;
         let to_blocks = nalgebra::Matrix2::from_columns(&[self.column_step, self.row_step]).try_inverse();
         let Some(to_blocks) = to_blocks else { return 0.0 };
@@ -109,7 +109,7 @@ fn insides(occupied: &Mask, block_m: f64) -> Mask {
     occupied.eroded(radius).dilated(radius.saturating_sub(blocks(RIM_M)))
 }
 
-/// The part of a grid that is worth drawing, in cells.
+/// The part of a grid that is drawn, in cells.
 struct Window {
     column: usize,
     row: usize,
@@ -134,8 +134,8 @@ impl Window {
         Self { column: low.0, row: low.1, columns: high.0 - low.0 + 1, rows: high.1 - low.1 + 1 }
     }
 
-    /// The window in square blocks of cells, row by row. A block is occupied if one of its cells is, else free if one
-    /// is.
+    /// The window as square blocks of cells, row by row. A block is occupied if one of its cells is, and otherwise free
+    /// if one of them is.
     fn blocks(&self, grid: &OccupancyGrid, cells_per_block: usize) -> Vec<Cell> {
         let block = |column: usize, row: usize| {
             let cells = (0..cells_per_block * cells_per_block).filter_map(|i| {
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_grid_is_drawn_turned() {
+    fn a_rotated_grid_is_drawn_rotated() {
         let picture = MapPicture::new(&room(std::f64::consts::FRAC_PI_2));
         let extent = picture.bounds().high - picture.bounds().low;
         assert!((extent - nalgebra::Vector2::new(2.0, 1.0).add_scalar(2.0 * MARGIN_M)).norm() < 1e-9, "{extent}");

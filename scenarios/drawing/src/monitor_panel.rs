@@ -16,14 +16,14 @@ const WORDS: Font = Font::regular(14.0);
 const SMALL: Font = Font::regular(12.0);
 const VERDICT: Font = Font::bold(13.0);
 const HEAD: f64 = 28.0;
-/// Height of a further line of a monitor's description, in pixels.
+/// Height of each additional line of a monitor's description, in pixels.
 const LINE: f64 = 17.0;
-/// Room for a verdict: the same for every verdict, so that nothing moves when it is reached.
+/// Room for a verdict: the same for every verdict, so that nothing moves when the verdict changes.
 const PILL: f64 = 152.0;
 const CHIPS: f64 = 24.0;
 const GAP: f64 = 14.0;
 const TIGHT_GAP: f64 = 8.0;
-/// Columns and rows of names, where there is room only for names and verdicts.
+/// Columns and rows of names, if there is room only for names and verdicts.
 const COLUMNS: usize = 2;
 const ROW: f64 = 25.0;
 
@@ -31,13 +31,13 @@ const ROW: f64 = 25.0;
 enum Body {
     /// Its state machine.
     Machine(DiagramLayout),
-    /// Its locations only, in one row.
+    /// Only its locations, in one row.
     Chips,
     /// Nothing.
     Nothing,
 }
 
-/// A monitor as it is drawn.
+/// A monitor to draw.
 struct Detail {
     /// Its description, in lines.
     words: Vec<String>,
@@ -55,7 +55,7 @@ impl Detail {
         HEAD + LINE * self.words.len().saturating_sub(1) as f64
     }
 
-    /// Room below it, to the next one.
+    /// The room between it and the next one.
     fn gap(&self) -> f64 {
         match self.body {
             Body::Machine(_) => GAP,
@@ -78,7 +78,7 @@ fn name(monitor: &Monitor, width: f64) -> String {
     NAME.fit(&monitor.name, width * 0.25)
 }
 
-/// The height at which all monitors can be drawn in full in a panel of that width, in pixels.
+/// The height at which all monitors can be drawn in full in a panel of this width, in pixels.
 pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
     let room = width - 2.0 * panel::MARGIN;
     let details = monitors.iter().map(|monitor| Detail::new(monitor, room).height());
@@ -107,7 +107,7 @@ fn lines_height(lines: usize) -> f64 {
     lines as f64 * SMALL.line_height() + if lines > 0 { 6.0 } else { 0.0 }
 }
 
-/// Writes what the names of a machine's locations mean below it; says how high that is.
+/// Writes the meaning of a machine's location names below it, and returns the height of that.
 pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> f64 {
     let lines = meanings(diagrams, area.width);
     for (number, line) in lines.iter().enumerate() {
@@ -117,8 +117,8 @@ pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> 
     lines_height(lines.len())
 }
 
-/// Draws the monitors' panel: each with its description, and as much of its machine as there is room for; if there are
-/// more monitors, only names and verdicts.
+/// Draws the panel of the monitors: each with its description and as much of its machine as there is room for, or only
+/// names and verdicts if there are too many.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     let inner = panel::titled(canvas, area, "Monitors");
     if monitors.is_empty() {
@@ -157,8 +157,8 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     }
 }
 
-/// How each monitor is drawn; none if not all fit. As long as room is short, the last one still drawn in full is drawn
-/// as chips; then the last ones show only their verdict.
+/// How each monitor is drawn; none if they do not all fit. If room is short, monitors are reduced to chips one by one,
+/// starting with the last; then, in the same way, to their verdicts.
 fn details(monitors: &[Monitor], room: Area) -> Option<Vec<Detail>> {
     let mut details: Vec<Detail> = monitors.iter().map(|monitor| Detail::new(monitor, room.width)).collect();
     let fits = |details: &[Detail]| {
@@ -175,13 +175,13 @@ fn details(monitors: &[Monitor], room: Area) -> Option<Vec<Detail>> {
     fits(&details).then_some(details)
 }
 
-/// The height of names and verdicts alone, in pixels.
+/// The height of the names and verdicts only, in pixels.
 pub(super) fn least_height(monitors: &[Monitor]) -> f64 {
     panel::HEAD + monitors.len().div_ceil(COLUMNS) as f64 * ROW + 6.0
 }
 
-/// Draws names and verdicts in columns, as far as there is room; says how many there are more. If there are, the
-/// violated ones come first, so that none of them is hidden.
+/// Draws names and verdicts in columns, as far as there is room, and the number of those left out. If any are left out,
+/// the violated ones come first, so that none of them is hidden.
 fn draw_names(canvas: &mut Canvas, room: Area, monitors: &[Monitor]) -> usize {
     let rows = (room.height / ROW).max(0.0) as usize;
     let mut shown: Vec<&Monitor> = monitors.iter().collect();
@@ -203,7 +203,7 @@ fn draw_names(canvas: &mut Canvas, room: Area, monitors: &[Monitor]) -> usize {
     hidden
 }
 
-/// A verdict at the right of a line.
+/// Draws a verdict at the right of a line.
 fn draw_verdict(canvas: &mut Canvas, line: Area, look: Look, text: &str) -> Area {
     let width = VERDICT.width(text) + 38.0;
     let pill = Area::new(line.right() - width, line.y, width, 22.0);
@@ -219,7 +219,7 @@ fn diagrams<'a>(monitors: &'a [Monitor], details: &[Detail]) -> Vec<&'a Diagram>
     drawn.map(|(monitor, _)| &monitor.diagram).collect()
 }
 
-/// Name, description and verdict in one line.
+/// Draws name, description and verdict in one line.
 fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor, words: &[String]) {
     let look = Look::of_verdict(monitor.verdict);
     let y = area.y + 11.0;
@@ -235,7 +235,7 @@ fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor, words: &[String
     }
 }
 
-/// Colours of a location: ground, outline, text.
+/// The colors of a location: background, outline, text.
 fn location_colors(diagram: &Diagram, i: usize) -> (Color, Color, Color) {
     match (i == diagram.active, diagram.locations[i].error) {
         (true, true) => (theme::BAD, theme::BAD, theme::PAPER),
@@ -284,7 +284,7 @@ fn draw_location(canvas: &mut Canvas, area: Area, label: &str, font: Font, diagr
     canvas.centered_text(area.center(), label, style);
 }
 
-/// A line through all spots with rounded corners and an arrowhead at its end.
+/// Draws a line through all spots with rounded corners and an arrowhead at its end.
 fn draw_arrow(canvas: &mut Canvas, spine: &[Spot], font_px: f64) {
     let [.., before, tip] = spine else { return };
     let head = font_px * 0.62;
@@ -308,7 +308,7 @@ fn draw_arrow(canvas: &mut Canvas, spine: &[Spot], font_px: f64) {
     canvas.path(&Path::through([*tip, side(1.0), side(-1.0)]).close(), Paint::fill(theme::MUTED));
 }
 
-/// The locations as a row of chips, the active one filled.
+/// Draws the locations as a row of chips, the active one filled.
 fn draw_chips(canvas: &mut Canvas, area: Area, diagram: &Diagram) {
     const SPACE: f64 = 6.0;
     let font = Font::regular(13.0);

@@ -1,6 +1,6 @@
 //! The outline of a set of cells, as one SVG path.
 
-/// A picture of yes and no: cells row by row.
+/// A black-and-white picture: one Boolean per cell, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Mask {
     width: usize,
@@ -20,19 +20,19 @@ impl Mask {
         column < self.width && row < self.height && self.cells[row * self.width + column]
     }
 
-    /// The cells that keep their distance from every cell that is not set: those whose whole square of `2 · radius + 1`
-    /// cells is set. Beyond the mask's edge everything is considered set.
+    /// Erosion: the cells whose whole square of `2 · radius + 1` cells is set. Everything beyond the mask's edge counts
+    /// as set.
     pub(super) fn eroded(&self, radius: usize) -> Self {
         self.swept(radius, |window| window.iter().all(|&set| set))
     }
 
-    /// The cells that have a set cell in their square of `2 · radius + 1` cells.
+    /// Dilation: the cells that have a set cell in their square of `2 · radius + 1` cells.
     pub(super) fn dilated(&self, radius: usize) -> Self {
         self.swept(radius, |window| window.iter().any(|&set| set))
     }
 
-    /// Applies a rule to the square around each cell: to its rows, then to the columns of the result. Both rules, all
-    /// and any, say the same of a square as of its rows' answers.
+    /// Applies a rule to the square around each cell: to its rows, then to the columns of the result. For both rules,
+    /// `all` and `any`, this is the same as applying them to the whole square.
     fn swept(&self, radius: usize, rule: impl Fn(&[bool]) -> bool) -> Self {
         let along_rows = self.swept_rows(radius, &rule);
         along_rows.transposed().swept_rows(radius, &rule).transposed()
@@ -54,8 +54,8 @@ impl Mask {
         Self { width: self.height, height: self.width, cells }
     }
 
-    /// The edges between set and other cells as closed lines, to be filled by the even–odd rule: SVG path data whose
-    /// unit is a cell, x along the columns and y along the rows.
+    /// The edges between set and other cells as closed lines, to be filled with the even–odd rule: SVG path data in
+    /// units of cells, with x along the columns and y along the rows.
     pub(super) fn outline(&self) -> String {
         let mut edges = Edges::of(self);
         let mut data = String::new();
@@ -66,8 +66,8 @@ impl Mask {
     }
 }
 
-/// The edges that have not been drawn yet. Every corner has an even number of them, so that a walk along edges that
-/// have not been drawn can only end where it began.
+/// The edges that have not been drawn yet. Every corner has an even number of them, so a walk along undrawn edges can
+/// only end where it began.
 struct Edges {
     /// Corners per row: one more than cells.
     stride: usize,
@@ -75,7 +75,7 @@ struct Edges {
     right: Vec<bool>,
     /// Whether an edge runs from corner (x, y) to (x, y + 1).
     down: Vec<bool>,
-    /// No edge to the right is left before this corner.
+    /// There are no undrawn edges to the right before this corner.
     cursor: usize,
 }
 
@@ -118,8 +118,8 @@ impl Edges {
         data.push('z');
     }
 
-    /// Follows edges to the right or else to the left, up to the first corner where it can turn: so the line turns at
-    /// corners where two cells touch diagonally instead of crossing itself.
+    /// Follows edges to the right, or else to the left, up to the first corner where it can turn. So where two cells
+    /// touch diagonally, the line turns instead of crossing itself.
     fn run_horizontally(&mut self, from: usize) -> usize {
         let mut corner = from;
         if self.right[corner] {
@@ -183,7 +183,7 @@ mod tests {
         starts.iter().zip(ends).map(step).collect()
     }
 
-    /// Fills an outline by the even–odd rule, cell by cell, independently of how it was traced.
+    /// Fills an outline with the even–odd rule, cell by cell, independently of how it was traced.
     fn filled(outline: &str, width: usize, height: usize) -> Mask {
         let mut crossings = vec![false; (width + 1) * height];
         for line in outline.split('M').skip(1) {
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn erosion_keeps_the_inside_and_dilation_brings_the_outline_back() {
+    fn erosion_keeps_the_inside_and_dilation_restores_the_outline() {
         let block = mask(&[".......", ".#####.", ".#####.", ".#####.", ".......", ".#....."]);
         let inside = mask(&[".......", ".......", "..###..", ".......", ".......", "......."]);
         assert_eq!(block.eroded(1), inside);

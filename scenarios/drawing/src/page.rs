@@ -13,7 +13,7 @@ const MARGIN: f64 = 32.0;
 const GAP: f64 = 12.0;
 const HEADER: f64 = 64.0;
 
-/// A size of page, in pixels. Everything is laid out again for it; text keeps its size.
+/// A page size, in pixels. Everything is laid out for it; text keeps its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Page {
     /// 1600 × 900: a snapshot.
@@ -47,8 +47,8 @@ impl Page {
     }
 }
 
-/// Draws a frame: title and map at the left; battery, tree and monitors at the right. Without a map, the tree takes its
-/// place; with a tree that is too large for its place, they change places.
+/// Draws a frame: title and map on the left; battery, tree and monitors on the right. Without a map, the tree takes its
+/// place; if the tree is too large for its own place, they swap.
 pub(super) fn draw(frame: &Frame, page: Page) -> String {
     let (width, height) = (f64::from(page.size_px().0), f64::from(page.size_px().1));
     let margin = page.margin();
@@ -81,13 +81,13 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     canvas.finish(width, height)
 }
 
-/// The rest of a column below a panel of that height.
+/// The rest of a column below a panel of this height.
 fn below(column: Area, height: f64) -> Area {
     Area { y: column.y + height + GAP, height: column.height - height - GAP, ..column }
 }
 
-/// Divides a column between tree and monitors: both get what they ask for, and if that is too much, the tree is
-/// squeezed first as far as it stays readable, then the monitors, but no further than to two fifths, or to their names.
+/// Divides a column between tree and monitors. Both get what they need; if that is too much, the tree is squeezed
+/// first, as far as it stays readable, then the monitors, but no further than to two fifths or to their names.
 fn upper_height(frame: &Frame, area: Area) -> f64 {
     let room = area.height - GAP;
     let (pleasant, readable) = tree_heights(frame, area);
@@ -97,7 +97,7 @@ fn upper_height(frame: &Frame, area: Area) -> f64 {
     (pleasant + spare * 0.4).min(room - monitors).max(readable.min(most)).max(pleasant.min(room * 0.25))
 }
 
-/// The heights at which a tree is not squeezed, and remains legible, with its surroundings.
+/// The heights of the tree's panel at which the tree is not squeezed, and at which it is just legible.
 fn tree_heights(frame: &Frame, area: Area) -> (f64, f64) {
     let signs = tree_panel::signs_height(&frame.tree, area.width - 2.0 * panel::MARGIN);
     let around = panel::HEAD + signs + panel::FOOT;
@@ -105,7 +105,7 @@ fn tree_heights(frame: &Frame, area: Area) -> (f64, f64) {
     (pleasant + around, readable + around)
 }
 
-/// Whether the tree cannot be read well there.
+/// Whether the tree would be hard to read there.
 fn is_large(frame: &Frame, area: Area) -> bool {
     tree_heights(frame, area).1 > area.height
 }
@@ -128,7 +128,7 @@ fn header(canvas: &mut Canvas, area: Area, frame: &Frame) {
     caption(canvas, (area.x, second), &frame.caption, right - detail.width(&tick) - 24.0 - area.x);
 }
 
-/// One line if it fits, else two smaller ones.
+/// Writes one line if it fits, otherwise two smaller ones.
 fn caption(canvas: &mut Canvas, (x, y): (f64, f64), text: &str, room: f64) {
     let font = Font::regular(16.0);
     if font.width(text) <= room {

@@ -1,14 +1,14 @@
-//! The colours of all pictures in pixels.
+//! The palette of all pixel pictures.
 
 use super::theme::{self, Color};
 
-/// Number of the colour that means "as before".
+/// The color number that means "unchanged".
 pub(super) const UNCHANGED: u8 = 255;
 
-/// Steps between two colours where the edge of one lies on the other.
+/// The number of steps between two colors where one has a soft edge on the other.
 const STEPS: u16 = 5;
 
-/// Which colours are in front of which: soft edges need the colours between them.
+/// Which colors are drawn on which: soft edges need the colors between them.
 const EDGES: [(&[Color], &[Color]); 4] = [
     (
         &[theme::PAPER],
@@ -31,31 +31,31 @@ const EDGES: [(&[Color], &[Color]); 4] = [
     (&[theme::IDLE_LIGHT], &[theme::MUTED]),
 ];
 
-/// At most 255 fixed colours, and the closest of them to any other: the same for all pictures.
+/// At most 255 fixed colors, the same for all pictures, and the closest of them to any other color.
 #[derive(Clone, Debug)]
 pub(super) struct Palette {
-    /// The closest colour by 5 bits of red, 6 of green and 5 of blue.
+    /// The closest color, by 5 bits of red, 6 of green and 5 of blue.
     closest: Vec<u8>,
 }
 
 impl Palette {
     pub(super) fn new() -> Self {
         let colors = colors();
-        assert!(colors.len() <= usize::from(UNCHANGED), "{} colours are too many for a palette", colors.len());
+        assert!(colors.len() <= usize::from(UNCHANGED), "{} colors are too many for a palette", colors.len());
         let closest = (0..=u16::MAX).map(|packed| closest(&colors, unpack(packed))).collect();
         Self { closest }
     }
 
-    /// The number of the colour that comes closest.
+    /// The number of the closest color.
     pub(super) fn index(&self, [red, green, blue]: [u8; 3]) -> u8 {
-        // Comparing half a million pixels with 255 colours would take longer than drawing them. So the answers are made
-        // once, for 16 of the 24 bits; the other eight are noise of the soft edges.
+        // Comparing half a million pixels with 255 colors would take longer than drawing them. So the answers are
+        // computed once, for 16 of the 24 bits; the other eight are noise at soft edges.
         let packed = u16::from(red >> 3) << 11 | u16::from(green >> 2) << 5 | u16::from(blue >> 3);
         self.closest[usize::from(packed)]
     }
 }
 
-/// Red, green and blue of all colours, one after another.
+/// Red, green and blue of all colors, one after another.
 pub(super) fn bytes() -> Vec<u8> {
     let mut bytes = colors().concat();
     bytes.resize(256 * 3, 0);
@@ -82,13 +82,13 @@ fn between(ground: [u8; 3], front: [u8; 3]) -> impl Iterator<Item = [u8; 3]> {
     })
 }
 
-/// The middle of all colours that are packed into this number.
+/// The middle of all colors with this 16-bit number.
 fn unpack(packed: u16) -> [u8; 3] {
     let scaled = |bits: u16, most: u16| (bits * 255 / most) as u8;
     [scaled(packed >> 11, 31), scaled(packed >> 5 & 63, 63), scaled(packed & 31, 31)]
 }
 
-/// The number of the colour that looks closest: the eye sees green best and blue least.
+/// The number of the color that looks closest: the eye is most sensitive to green and least to blue.
 fn closest(colors: &[[u8; 3]], wanted: [u8; 3]) -> u8 {
     let distance = |color: &[u8; 3]| -> u32 {
         let part = |i: usize, weight: u32| weight * u32::from(color[i].abs_diff(wanted[i])).pow(2);
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_colours_of_the_theme_are_kept() {
+    fn the_colors_of_the_theme_are_kept() {
         let (palette, colors) = (Palette::new(), colors());
         for color in theme::ALL {
             let wanted = theme::rgb(color);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn one_colour_is_left_for_what_does_not_change() {
+    fn one_color_is_reserved_for_what_does_not_change() {
         let palette = Palette::new();
         assert!(palette.closest.iter().all(|&index| index != UNCHANGED));
         assert_eq!(bytes().len(), 768);

@@ -1,4 +1,4 @@
-//! The frame that all panels of a page have in common: a sheet of paper with a title at its top.
+//! The frame that all panels of a page share: a sheet of paper with a title at the top.
 
 use super::canvas::{Canvas, Paint, TextStyle};
 use super::geometry::Area;
@@ -7,7 +7,7 @@ use super::theme;
 
 /// Font of the titles.
 pub(super) const TITLE: Font = Font::bold(16.0);
-/// Height of the line with the title, in pixels.
+/// Height of the title line, in pixels.
 pub(super) const HEAD: f64 = 46.0;
 /// Room below the contents, in pixels.
 pub(super) const FOOT: f64 = 12.0;
@@ -27,7 +27,7 @@ pub(super) fn titled(canvas: &mut Canvas, area: Area, title: &str) -> Area {
     Area::new(area.x + MARGIN, area.y + HEAD, width, height.max(0.0))
 }
 
-/// The middle of the line with the title.
+/// The middle of the title line.
 pub(super) fn title_y(area: Area) -> f64 {
     area.y + HEAD / 2.0 + 2.0
 }

@@ -1,12 +1,12 @@
 //! The outlines of shapes.
 //!
-//! Circles and rounded corners are quadratic curves, and whatever is turned has its corners computed here: the renderer
+//! Circles and rounded corners are quadratic curves, and the corners of rotated shapes are computed here: the renderer
 //! would compute arcs, rotations and the outlines of cubic curves with functions whose last bit differs between
 //! machines.
 
 use super::geometry::{Area, Spot};
 
-/// The outline of a shape: SVG path data, numbers to a hundredth of a pixel.
+/// The outline of a shape: SVG path data, with numbers to a hundredth of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     data: String,
@@ -14,41 +14,41 @@ pub struct Path {
 }
 
 impl Path {
-    /// An outline that has not begun.
+    /// An empty outline.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The path as SVG writes it.
+    /// The path in SVG syntax.
     pub fn data(&self) -> &str {
         &self.data
     }
 
-    /// Begins a line at that spot.
+    /// Begins a line at this spot.
     pub fn move_to(mut self, to: Spot) -> Self {
         self.push('M', &[to]);
         self
     }
 
-    /// A straight line to that spot.
+    /// Adds a straight line to this spot.
     pub fn line_to(mut self, to: Spot) -> Self {
         self.push('L', &[to]);
         self
     }
 
-    /// A quadratic curve towards `control`, ending at `to`.
+    /// Adds a quadratic curve toward `control`, ending at `to`.
     pub fn curve_to(mut self, control: Spot, to: Spot) -> Self {
         self.push('Q', &[control, to]);
         self
     }
 
-    /// Back to where the line began.
+    /// Closes the line.
     pub fn close(mut self) -> Self {
         self.data.push('Z');
         self
     }
 
-    /// A line through all spots.
+    /// Adds a line through all spots.
     pub fn through(spots: impl IntoIterator<Item = Spot>) -> Self {
         let mut path = Self::new();
         for spot in spots {
@@ -57,7 +57,7 @@ impl Path {
         path
     }
 
-    /// A point at every spot, to be stroked: the round ends of a line of no length are a dot.
+    /// Adds a point at every spot, to be stroked: the round ends of a line of zero length form a dot.
     pub fn dots(spots: impl IntoIterator<Item = Spot>) -> Self {
         let mut path = Self::new();
         for spot in spots {
@@ -67,7 +67,7 @@ impl Path {
         path
     }
 
-    /// A circle, in eight curves (round to 0.03 % of its radius).
+    /// Adds a circle of eight curves (exact to 0.03 % of its radius).
     pub fn circle(center: Spot, radius: f64) -> Self {
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
         const CONTROL: f64 = std::f64::consts::SQRT_2 - 1.0;
@@ -101,7 +101,7 @@ impl Path {
         path.close()
     }
 
-    /// A box with rounded corners.
+    /// Adds a box with rounded corners.
     pub fn rounded(area: Area, radius: f64) -> Self {
         let radius = radius.min(area.width / 2.0).min(area.height / 2.0).max(0.0);
         let (left, top, right, bottom) = (area.x, area.y, area.right(), area.bottom());
@@ -121,8 +121,8 @@ impl Path {
             .close()
     }
 
-    /// Rounds the right angle at `corner`, from where the pen is to `to`, which are equally far from it: two eighths of
-    /// a circle.
+    /// Rounds the right angle at `corner` with two eighths of a circle, from the pen's position to `to`, which are
+    /// equally far from the corner.
     pub fn corner(self, corner: Spot, to: Spot) -> Self {
         const CUT: f64 = std::f64::consts::SQRT_2 - 1.0;
         const MIDDLE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -147,7 +147,7 @@ impl Path {
     }
 }
 
-/// A number as SVG takes it: at most two decimals, no trailing zeros, never a NaN or an infinity.
+/// A number in SVG syntax: at most two decimals, no trailing zeros, never NaN or infinity.
 pub fn number(value: f64) -> String {
     let value = if value.is_finite() { value.clamp(-1e7, 1e7) } else { 0.0 };
     let text = format!("{value:.2}");

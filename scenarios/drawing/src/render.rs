@@ -10,7 +10,7 @@ use super::palette::{self, Palette};
 
 /// Turns SVG pictures into pixels, with the embedded fonts only: the same bytes on every machine.
 ///
-/// Making one reads the fonts; keep it.
+/// Creating one reads the fonts, so reuse it.
 ///
 /// ```
 /// use drawing::canvas::{Canvas, Paint, TextStyle};
@@ -47,8 +47,8 @@ impl Renderer {
         Self { options: font::options(), palette: Palette::new() }
     }
 
-    /// The picture as a PNG file in the picture's own size, in the fixed colours of all pictures: a third of the bytes
-    /// that all colours of soft edges would take.
+    /// The picture as a PNG file in its own size, with the palette of all pictures: a third of the bytes that all
+    /// colors of soft edges would take.
     ///
     /// # Errors
     /// If the text is not an SVG picture, or if it is too large to be rendered.
@@ -59,7 +59,7 @@ impl Renderer {
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_palette(palette::bytes());
-        // Numbers of colours have no neighbours to be predicted from.
+        // Color numbers cannot be predicted from their neighbors.
         encoder.set_compression(png::Compression::High);
         encoder.set_filter(png::Filter::NoFilter);
         let mut writer = encoder.write_header()?;
@@ -68,7 +68,7 @@ impl Renderer {
         Ok(file)
     }
 
-    /// All texts of the picture, each with the box of its letters in pixels: to see that nothing overlaps.
+    /// All texts of the picture, each with the box around its letters in pixels, to check that nothing overlaps.
     ///
     /// # Errors
     /// If the text is not an SVG picture.
@@ -81,7 +81,7 @@ impl Renderer {
                         let area = text.abs_bounding_box();
                         let [x, y, width, height] = [area.x(), area.y(), area.width(), area.height()].map(f64::from);
                         let content = text.chunks().iter().map(|chunk| chunk.text()).collect();
-                        // The box is that of the font; letters take the middle of it.
+                        // The box is that of the font; letters take up the middle of it.
                         let area = Area::new(x, y + height * 0.12, width, height * 0.76);
                         // A halo is the same text at the same place.
                         if found.last().is_none_or(|(_, last)| *last != area) {
@@ -110,7 +110,7 @@ impl Renderer {
     }
 }
 
-/// An opaque picture: the number of each pixel's colour, row by row.
+/// An opaque picture: the color number of each pixel, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Pixels {
     pub(super) width: u32,

@@ -1,4 +1,4 @@
-//! Frames to look at and to test with.
+//! Sample frames, for viewing and for tests.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::frame::{
 };
 use super::map_picture::MapPicture;
 
-/// A frame as a run on a furnished floor gives it: on the way to the charging station, after a fault.
+/// A frame of a run on a furnished floor: on the way to the charging station, after a fault.
 pub(super) fn frame() -> Frame {
     Frame {
         scenario: "battery_fault".into(),
@@ -138,7 +138,7 @@ fn scene() -> Scene {
     }
 }
 
-/// A way through the floor, a point every few centimetres.
+/// A path across the floor, with a point every few centimetres.
 fn trail() -> Vec<Point> {
     const CORNERS: [(f64, f64); 8] =
         [(0.0, 0.0), (-1.6, 0.5), (-3.2, 1.0), (-4.6, 1.6), (-6.0, 1.8), (-6.9, 2.6), (-7.0, 4.0), (-7.0, 5.5)];
@@ -147,7 +147,7 @@ fn trail() -> Vec<Point> {
     legs.collect()
 }
 
-/// Where 240 beams around the robot end, by stepping along them.
+/// Where 240 beams around the robot end, found by stepping along them.
 pub(super) fn laser_hits(grid: &OccupancyGrid, robot: &Pose) -> Vec<Point> {
     let mut hits = Vec::new();
     for beam in 0..240 {
@@ -327,7 +327,7 @@ pub(super) fn mapless_frame() -> Frame {
     Frame { scenario: "mapless".into(), scene: None, battery: None, ..frame() }
 }
 
-/// Charging, after an hour with several faults; localization has gone astray.
+/// Charging, after an hour with several faults and with bad localization.
 pub(super) fn charging_frame() -> Frame {
     let mut frame = frame();
     let level = |time_s: u64| match time_s {
@@ -358,7 +358,8 @@ pub(super) fn charging_frame() -> Frame {
     frame
 }
 
-/// Names and labels of all lengths, markup in them, a large tree, and a diagram with everything that diagrams can have.
+/// Names and labels of all lengths, some with markup; a large tree; and a diagram with everything that diagrams can
+/// contain.
 pub(super) fn crowded_frame() -> Frame {
     let mut frame = frame();
     let long = "a very long name that nobody would choose, but somebody will <b>&amp; \"quote\" 漢字";
@@ -385,7 +386,7 @@ pub(super) fn crowded_frame() -> Frame {
     frame
 }
 
-/// A diagram with loops, skips, returns and several transitions between the same locations.
+/// A diagram with loops, skips, returns, and several transitions between the same locations.
 pub(super) fn everything() -> Monitor {
     Monitor {
         name: "everything".into(),
@@ -415,7 +416,7 @@ pub(super) fn everything() -> Monitor {
     }
 }
 
-/// Numbers for tests that look random and are the same every time (a linear congruential generator).
+/// Reproducible pseudorandom numbers for tests (a linear congruential generator).
 pub(super) struct Chance(u32);
 
 impl Chance {

@@ -1,7 +1,7 @@
-//! A skill's state machine as a picture of its own: states inside states.
+//! A skill's state machine as a separate picture: states inside states.
 //!
-//! Every state is a box with its transitions written in it and its children below. A dot leads to what is entered by
-//! default, a dashed box holds states that are active together, a double line ends something.
+//! Every state is a box with its transitions written in it and its children below. A dot leads to the default state, a
+//! dashed box contains states that are active together, and a double outline marks a final state.
 
 use super::canvas::{Canvas, Paint, TextStyle};
 use super::geometry::{Area, Spot};
@@ -13,9 +13,9 @@ const LINE: Font = Font::regular(12.5);
 const PADDING: f64 = 12.0;
 const GAP: f64 = 14.0;
 const MARGIN: f64 = 20.0;
-/// A row of boxes is as wide as this, or as its only box.
+/// The maximum width of a row of boxes, unless its only box is wider.
 const ROW_WIDTH: f64 = 760.0;
-/// A line of text is as wide as this at most.
+/// The maximum width of a line of text.
 const TEXT_WIDTH: f64 = 460.0;
 const CORNER: f64 = 9.0;
 const DOT: f64 = 4.5;
@@ -41,15 +41,15 @@ pub struct State {
 struct StateBox<'a> {
     state: &'a State,
     lines: Vec<String>,
-    /// Where it lies in the box around it, by its upper left corner.
+    /// The position of its upper left corner in the box around it.
     at: Spot,
     width: f64,
     height: f64,
     inner: Vec<Self>,
 }
 
-/// A machine as a standalone SVG picture, as large as it has to be. Each state is a part of it (`data-state`), by its
-/// number in the order of the document; the machine itself has the number 0.
+/// A machine as a standalone SVG picture, as large as necessary. Each state is a part of the picture (`data-state`),
+/// numbered in document order; the machine itself has the number 0.
 ///
 /// ```
 /// use drawing::{State, state_chart_svg};
@@ -75,7 +75,7 @@ pub fn state_chart_svg(machine: &State) -> String {
     canvas.finish(width, height)
 }
 
-/// The box of a state: how large it is, and how its children lie in it.
+/// The box of a state: its size, and the positions of its children.
 fn measured(state: &State) -> StateBox<'_> {
     let lines: Vec<String> = state.lines.iter().map(|line| LINE.fit(&line.replace("->", "→"), TEXT_WIDTH)).collect();
     let mut inner: Vec<StateBox<'_>> = state.inner.iter().map(measured).collect();
@@ -93,9 +93,9 @@ fn measured(state: &State) -> StateBox<'_> {
     }
 }
 
-/// Puts boxes into rows that begin at that height; says how much room they take.
+/// Puts boxes into rows that begin at this height, and returns the room that they take.
 fn arrange(boxes: &mut [StateBox<'_>], top: f64) -> (f64, f64) {
-    // Rows filled greedily in the order of the document: a better packing would tear apart what was written side by
+    // Rows are filled greedily in document order: a better packing would separate states that were written side by
     // side.
     let (mut x, mut y, mut row_height, mut widest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     for item in boxes.iter_mut() {
@@ -119,7 +119,7 @@ fn draw(canvas: &mut Canvas, item: &StateBox<'_>, origin: Spot, depth: usize, nu
     });
 }
 
-/// The box of a state without what is inside it.
+/// Draws the box of a state without its contents.
 fn draw_box(canvas: &mut Canvas, item: &StateBox<'_>, area: Area, depth: usize) {
     let ground = if depth.is_multiple_of(2) { theme::PAPER } else { theme::IDLE_LIGHT };
     let paint = Paint::fill(ground).outlined(theme::LINE, 1.4);
@@ -142,7 +142,7 @@ fn draw_box(canvas: &mut Canvas, item: &StateBox<'_>, area: Area, depth: usize) 
 mod tests {
     use super::*;
 
-    /// Everything lies inside what it belongs to, and beside its siblings.
+    /// Everything is inside its parent and beside its siblings.
     fn assert_nested(item: &StateBox<'_>) {
         for (index, inner) in item.inner.iter().enumerate() {
             assert!(inner.at.0 >= 0.0 && inner.at.0 + inner.width <= item.width, "{}", inner.state.title);
@@ -157,7 +157,7 @@ mod tests {
         }
     }
 
-    /// A state with transitions and states of many sizes in it, so deep.
+    /// A state with transitions and nested states of many sizes, to this depth.
     fn state(number: usize, depth: usize) -> State {
         let children = if depth == 0 { 0 } else { number % 5 };
         State {
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_lie_inside_each_other_and_never_overlap() {
+    fn boxes_are_nested_and_never_overlap() {
         for number in 0..40 {
             let machine = state(number, 4);
             assert_nested(&measured(&machine));

@@ -1,6 +1,6 @@
-//! Whole pictures.
+//! Tests of whole pictures.
 //!
-//! With `STEWARD_DRAW_SAMPLES=FOLDER` the sample pictures are written there, to be looked at.
+//! With `STEWARD_DRAW_SAMPLES=FOLDER`, the sample pictures are written to that folder.
 
 use std::path::PathBuf;
 
@@ -85,7 +85,7 @@ fn markup_in_names_is_displayed_as_text() {
 }
 
 #[test]
-fn everything_that_a_frame_says_is_in_the_picture() {
+fn everything_in_a_frame_is_in_the_picture() {
     let picture = svg(&frame());
     let texts: Vec<String> = texts(&picture).into_iter().map(|(text, _)| text).collect();
     let expected = [
@@ -123,8 +123,8 @@ fn monitors_that_do_not_fit_are_counted() {
     assert_eq!(shown + hidden.unwrap_or(0_usize), 9);
 }
 
-/// Of many monitors, the names and verdicts are shown; if there are too many, the violated ones are not among those
-/// left out.
+/// If there are many monitors, names and verdicts are shown; if there are too many even for that, the violated ones are
+/// still shown.
 #[test]
 fn no_violated_monitor_is_hidden() {
     let many = |count: usize| {
@@ -151,7 +151,7 @@ fn the_same_frame_gives_the_same_bytes() {
 }
 
 #[test]
-fn the_sample_looks_as_it_did() {
+fn the_sample_looks_as_before() {
     let golden = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/sample.png");
     let drawn = Renderer::new().png(&svg_on(Page::Animation, &frame())).unwrap();
     if std::env::var_os("STEWARD_UPDATE_GOLDENS").is_some() {
@@ -161,7 +161,7 @@ fn the_sample_looks_as_it_did() {
         let path = std::env::temp_dir().join("steward_draw_sample.png");
         std::fs::write(&path, &drawn).unwrap();
         panic!(
-            "the picture is not {}: look at {}, and if it is as it should be, run the test again with \
+            "the picture differs from {}: look at {}, and if it is right, run the test again with \
              STEWARD_UPDATE_GOLDENS=1",
             golden.display(),
             path.display()
@@ -173,7 +173,7 @@ fn the_sample_looks_as_it_did() {
 fn a_file_that_is_not_a_picture_is_refused() {
     let error = Renderer::new().png("<svg").unwrap_err();
     assert_eq!(error.to_string(), "cannot read the picture");
-    assert!(std::error::Error::source(&error).is_some(), "why it is no picture");
+    assert!(std::error::Error::source(&error).is_some(), "why it is not a picture");
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn an_animation_is_a_gif_with_all_of_its_frames() {
 }
 
 #[test]
-fn samples_are_written_where_asked_for() {
+fn samples_are_written_on_request() {
     let Some(folder) = std::env::var_os("STEWARD_DRAW_SAMPLES").map(PathBuf::from) else { return };
     let renderer = Renderer::new();
     for (name, frame) in samples() {
@@ -225,7 +225,7 @@ fn samples_are_written_where_asked_for() {
 }
 
 #[test]
-fn measured_widths_are_those_of_the_renderer() {
+fn measured_widths_match_the_renderer() {
     use super::canvas::{Canvas, TextStyle};
     use super::text::Font;
 

@@ -1,4 +1,4 @@
-//! Measuring text, shortening it and breaking it into lines, by the advance widths of the fonts that draw it.
+//! Measures text, shortens it and breaks it into lines, by the advance widths of the fonts that draw it.
 
 use super::font::{Face, REPLACEMENT, glyph};
 
@@ -20,7 +20,7 @@ impl Weight {
         }
     }
 
-    /// Room between the letters, for what the stroke takes away from it, in ems.
+    /// Room added between the letters to make up for the stroke, in ems.
     pub fn spacing_em(self) -> f64 {
         match self {
             Self::Regular => 0.0,
@@ -29,7 +29,7 @@ impl Weight {
     }
 }
 
-/// The size and weight of a text: all that its width depends on.
+/// The size and weight of a text, which determine its width.
 ///
 /// ```
 /// use drawing::text::Font;
@@ -47,12 +47,12 @@ pub struct Font {
 }
 
 impl Font {
-    /// Running text of that size, in pixels.
+    /// Running text of this size, in pixels.
     pub const fn regular(size: f64) -> Self {
         Self { size, weight: Weight::Regular }
     }
 
-    /// A heading of that size, in pixels.
+    /// A heading of this size, in pixels.
     pub const fn bold(size: f64) -> Self {
         Self { size, weight: Weight::Bold }
     }
@@ -72,19 +72,20 @@ impl Font {
         self.size * 0.345
     }
 
-    /// Width of a text, in pixels. Kerning is left out; it only makes a text narrower, by a hair.
+    /// Width of a text, in pixels. Kerning is ignored: it only makes a text slightly narrower.
     pub fn width(self, text: &str) -> f64 {
         let runs: f64 = runs(text).iter().map(|run| self.run_width(run)).sum();
         runs + self.weight.stroke_em() * self.size
     }
 
-    /// How far a run moves the pen, in pixels.
+    /// The advance of a run, in pixels.
     pub fn run_width(self, run: &Run) -> f64 {
         let letters = run.text.chars().count() as f64;
         (run.advance_em + self.weight.spacing_em() * letters) * self.size
     }
 
-    /// The text, or as much of its beginning as fits into `room` pixels with an ellipsis; empty if not even that fits.
+    /// The text, or as much of its beginning as fits into `room` pixels with an ellipsis; empty if not even the
+    /// ellipsis fits.
     pub fn fit(self, text: &str, room: f64) -> String {
         if self.width(text) <= room {
             return text.to_owned();
@@ -113,7 +114,7 @@ impl Font {
         wrapped.iter().map(|line| self.fit(line, room)).filter(|line| !line.is_empty()).collect()
     }
 
-    /// The items in lines of at most `room` pixels, none broken, with that between those of a line.
+    /// The items in lines of at most `room` pixels, with a separator between the items of a line. No item is broken.
     pub(super) fn wrap_items(self, items: &[String], between: &str, room: f64) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         for item in items {
@@ -133,9 +134,9 @@ impl Font {
 pub struct Run {
     /// The face that has all of its characters.
     pub face: Face,
-    /// The characters; those that no face has are replaced, control characters are dropped.
+    /// The characters. Those that no face has are replaced; control characters are dropped.
     pub text: String,
-    /// How far the run moves the pen, in ems.
+    /// The advance of the run, in ems.
     pub advance_em: f64,
 }
 
@@ -205,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_character_of_the_other_face_is_a_run_of_its_own() {
+    fn a_character_of_the_other_face_is_a_separate_run() {
         let texts: Vec<_> = runs("fi → x\u{7}漢").into_iter().map(|run| run.text).collect();
         assert_eq!(texts, ["fi ", "→", " x", "□"]);
     }

@@ -1,6 +1,6 @@
-//! The colours of every picture. Meaning never rests on colour alone: a symbol, a shape or a word goes with it.
+//! The colors of all pictures. Meaning never depends on color alone: a symbol, a shape or a word goes with it.
 
-/// An RGB colour as SVG writes it, `#rrggbb`.
+/// An RGB color in SVG syntax, `#rrggbb`.
 pub type Color = &'static str;
 
 /// Behind everything.
@@ -16,7 +16,7 @@ pub const MUTED: Color = "#52606d";
 /// Thin lines that connect things.
 pub const LINE: Color = "#8a96a3";
 
-/// Cells nobody has seen.
+/// Unknown cells.
 pub const UNKNOWN: Color = "#e4e8ec";
 /// Walls and the outlines of furniture.
 pub const WALL: Color = "#2f3a45";
@@ -25,40 +25,40 @@ pub const SOLID: Color = "#bcc5ce";
 
 /// Success, and the planned path.
 pub const GOOD: Color = "#1a8a4c";
-/// A light ground for [`GOOD`].
+/// A light background for [`GOOD`].
 pub const GOOD_LIGHT: Color = "#d9f2e3";
 /// Failure, and faults.
 pub const BAD: Color = "#c0392b";
-/// A light ground for [`BAD`].
+/// A light background for [`BAD`].
 pub const BAD_LIGHT: Color = "#fde2df";
 /// What is under way.
 pub const BUSY: Color = "#d97f00";
-/// A light ground for [`BUSY`].
+/// A light background for [`BUSY`].
 pub const BUSY_LIGHT: Color = "#fff0cf";
 /// Text about a destination.
 pub const BUSY_DARK: Color = "#7d5000";
 /// What is idle.
 pub const IDLE: Color = "#a3aeb9";
-/// A light ground for [`IDLE`].
+/// A light background for [`IDLE`].
 pub const IDLE_LIGHT: Color = "#eef1f4";
 /// What the lasers see.
 pub const LASER: Color = "#1f6fd0";
 /// What localization believes.
 pub const BELIEF: Color = "#0f7b8a";
-/// People and other bodies that are on no map.
+/// People and other bodies that are not on the map.
 pub const BODY: Color = "#8e5bb5";
-/// A light ground for [`BODY`].
+/// A light background for [`BODY`].
 pub const BODY_LIGHT: Color = "#eadff3";
 
-/// All of the above.
+/// All colors above.
 pub const ALL: [Color; 23] = [
     PAGE, PAPER, RULE, INK, MUTED, LINE, UNKNOWN, WALL, SOLID, GOOD, GOOD_LIGHT, BAD, BAD_LIGHT, BUSY, BUSY_LIGHT,
     BUSY_DARK, IDLE, IDLE_LIGHT, LASER, BELIEF, BODY, BODY_LIGHT, "#000000",
 ];
 
-/// The red, green and blue of a colour of this file.
+/// The red, green and blue of a color in this file.
 pub fn rgb(color: Color) -> [u8; 3] {
-    let value = u32::from_str_radix(&color[1..], 16).expect("the theme's colours are hexadecimal");
+    let value = u32::from_str_radix(&color[1..], 16).expect("the theme's colors are hexadecimal");
     let [_, red, green, blue] = value.to_be_bytes();
     [red, green, blue]
 }

@@ -1,19 +1,19 @@
-//! A time axis: the position of a moment, and the labelled moments.
+//! A time axis: the position of a moment, and the labeled moments.
 
 use std::time::Duration;
 
 use super::geometry::Area;
 
-/// A stretch without changes is drawn shorter if it takes more than this fraction of the part drawn to scale …
+/// A stretch without changes is compressed if it takes more than this fraction of the part drawn to scale …
 const LARGE_PART: f64 = 0.4;
 /// … and more than this, in seconds.
 const LONG_S: f64 = 60.0;
-/// How much of the axis a stretch that is drawn shorter takes, and all of them together.
+/// The fraction of the axis that one compressed stretch takes, and the maximum for all of them together.
 const SHORTENED_PART: f64 = 0.18;
 const ALL_SHORTENED_PART: f64 = 0.45;
 
-/// A time axis from the start of a run to its end. It runs to scale, but for the stretches that
-/// [`TimeAxis::around_changes`] draws shorter.
+/// A time axis from the start of a run to its end. It is to scale, except for stretches that
+/// [`TimeAxis::around_changes`] compresses.
 ///
 /// ```
 /// use std::time::Duration;
@@ -42,14 +42,14 @@ pub struct Stretch {
     pub left: f64,
     /// Where it ends on the page.
     pub right: f64,
-    /// Whether it is drawn shorter than the others.
+    /// Whether it is compressed.
     pub shortened: bool,
 }
 
-/// A labelled moment of a [`TimeAxis`].
+/// A labeled moment on a [`TimeAxis`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// Where it lies on the page, in pixels.
+    /// Its position on the page, in pixels.
     pub x: f64,
     /// Its text: `0`, `40 s`.
     pub label: String,
@@ -63,14 +63,14 @@ impl Stretch {
 }
 
 impl TimeAxis {
-    /// The axis from zero to `end` across the width of `plot`, all of it to scale. No axis is shorter than a second.
+    /// The axis from zero to `end` across the width of `plot`, completely to scale. No axis is shorter than a second.
     #[must_use]
     pub fn to_scale(end: Duration, plot: Area) -> Self {
         Self::around_changes(end, [], plot)
     }
 
     /// The axis from zero to `end` across the width of `plot`. `changes` are the times at which something happens, in
-    /// any order. Long stretches in which nothing does are drawn shorter, so that what happens before and after stays
+    /// any order. Long stretches in which nothing happens are compressed, so that what happens before and after stays
     /// readable.
     #[must_use]
     pub fn around_changes(end: Duration, changes: impl IntoIterator<Item = Duration>, plot: Area) -> Self {
@@ -84,7 +84,7 @@ impl TimeAxis {
         Self { stretches: lay_out(&joined(&gaps, &long_gaps(&gaps)), plot) }
     }
 
-    /// Where a time lies on the page, in pixels; the end of the axis for times beyond it.
+    /// The position of a time on the page, in pixels; the end of the axis for times beyond it.
     #[must_use]
     pub fn x(&self, time: Duration) -> f64 {
         let time_s = time.as_secs_f64();
@@ -92,13 +92,13 @@ impl TimeAxis {
         stretch.map_or(0.0, |stretch| stretch.x(time_s))
     }
 
-    /// The stretches that are drawn shorter.
+    /// The compressed stretches.
     pub fn shortened(&self) -> impl Iterator<Item = &Stretch> {
         self.stretches.iter().filter(|stretch| stretch.shortened)
     }
 
-    /// Round times along the axis, from left to right, at least `room` pixels apart. Stretches that are drawn shorter
-    /// have none: a distance there would not mean what it means elsewhere.
+    /// Round times along the axis, from left to right, at least `room` pixels apart. Compressed stretches have none: a
+    /// distance there would not mean the same as elsewhere.
     #[must_use]
     pub fn ticks(&self, room: f64) -> Vec<Tick> {
         let to_scale = || self.stretches.iter().filter(|stretch| !stretch.shortened);
@@ -108,7 +108,7 @@ impl TimeAxis {
         let step_s = step_s(span_s, length, room);
         let mut ticks: Vec<Tick> = Vec::new();
         for stretch in to_scale() {
-            // Multiples of the step that lie on an end belong to the axis, whatever the last bit of the quotient says.
+            // Multiples of the step at an end belong to the axis, whatever the last bit of the quotient is.
             let first = libm::ceil(stretch.from_s / step_s - 1e-9) as u64;
             let last = libm::floor(stretch.to_s / step_s + 1e-9) as u64;
             for time_s in (first..=last).map(|number| number as f64 * step_s) {
@@ -122,7 +122,7 @@ impl TimeAxis {
     }
 }
 
-/// Which gaps are drawn shorter: the longest ones, as long as they dwarf the rest.
+/// The gaps to compress: the longest ones, as long as they dwarf the rest.
 fn long_gaps(gaps: &[(f64, f64)]) -> Vec<bool> {
     let length = |gap: &(f64, f64)| gap.1 - gap.0;
     let mut order: Vec<usize> = (0..gaps.len()).collect();
@@ -140,8 +140,7 @@ fn long_gaps(gaps: &[(f64, f64)]) -> Vec<bool> {
     long
 }
 
-/// The stretches of the axis, by where they begin and end and whether they are drawn shorter: gaps that are drawn to
-/// scale belong together.
+/// The stretches of the axis, with begin, end, and whether they are compressed. Adjacent gaps to scale are merged.
 fn joined(gaps: &[(f64, f64)], long: &[bool]) -> Vec<(f64, f64, bool)> {
     let mut stretches: Vec<(f64, f64, bool)> = Vec::new();
     for (&(from_s, to_s), &long) in gaps.iter().zip(long) {
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_wait_is_drawn_shorter_and_what_happens_stays_readable() {
+    fn a_long_wait_is_compressed_and_what_happens_stays_readable() {
         let axis = axis(1486, &[20, 25, 46, 47, 1444, 1450]);
         let [wait] = axis.shortened().collect::<Vec<_>>()[..] else { panic!("one wait: {axis:?}") };
         assert_eq!((wait.from_s, wait.to_s), (47.0, 1444.0));
@@ -224,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn time_never_runs_backwards() {
+    fn time_never_runs_backward() {
         for changes in [&[1, 500, 2900][..], &[], &[0, 3600], &[10, 1400, 1410, 2800, 2830]] {
             let axis = axis(3600, changes);
             let places: Vec<f64> = (0..=3600).map(|time_s| x(&axis, time_s)).collect();
@@ -242,7 +241,7 @@ mod tests {
         }
     }
 
-    /// 20 s take exactly the room asked for, give or take the last bit.
+    /// 20 s take exactly the room requested, up to the last bit.
     #[test]
     fn labels_that_just_fit_are_all_present() {
         let plot = Area::new(0.1, 0.0, 60.0 * 223.0 / 20.0, 1.0);

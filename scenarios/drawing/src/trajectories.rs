@@ -1,4 +1,4 @@
-//! Where a robot was, and where it was believed to be: two trajectories on a map, and the error over time.
+//! Where a robot was and where it was believed to be: trajectories on a map, and the error over time.
 
 use std::time::Duration;
 
@@ -27,10 +27,10 @@ const TITLE: Font = Font::bold(26.0);
 const TEXT: Font = Font::regular(15.0);
 const SMALL: Font = Font::regular(13.0);
 
-/// A robot's path on a map as it was, as it was believed, and according to odometry alone.
+/// A robot's path on a map: the true one, the estimated one, and the one according to odometry alone.
 #[derive(Clone, Debug)]
 pub struct Trajectories<'a> {
-    /// What this is of.
+    /// The title.
     pub title: String,
     /// A sentence that describes the picture.
     pub caption: String,
@@ -40,14 +40,14 @@ pub struct Trajectories<'a> {
     pub corrected: Vec<Point>,
     /// Where it was believed to be.
     pub estimate: Vec<Point>,
-    /// Where odometry had it.
+    /// Where it was according to odometry.
     pub odometry: Vec<Point>,
-    /// Times in seconds, ascending, and how far the belief was off then, in metres.
+    /// Times in seconds, ascending, and the distance between belief and truth, in metres.
     pub errors: Vec<(f64, f64)>,
 }
 
 impl Trajectories<'_> {
-    /// The standalone SVG picture, 1600 pixels wide and as high as the map's shape asks for.
+    /// The standalone SVG picture, 1600 pixels wide and as high as the map's shape requires.
     #[must_use]
     pub fn svg(&self) -> String {
         let bounds = self.map.bounds();
@@ -110,7 +110,7 @@ impl Trajectories<'_> {
         }
     }
 
-    /// The error over time, on a logarithmic scale: a centimetre and ten metres both have to be seen.
+    /// Draws the error over time, on a logarithmic scale: both a centimetre and ten metres must be visible.
     fn error_panel(&self, canvas: &mut Canvas, panel: Area) {
         panel::sheet(canvas, panel);
         let title = "distance of localization from the corrected pose";
@@ -140,10 +140,10 @@ impl Trajectories<'_> {
     }
 }
 
-/// The least error that the chart shows as different from zero, in metres.
+/// The smallest error that the chart distinguishes from zero, in metres.
 const LEAST_M: f64 = 0.001;
 
-/// One trajectory and what it looks like.
+/// A trajectory and its style.
 struct Line<'a> {
     points: &'a [Point],
     name: &'static str,
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_drawn_even_of_nothing_or_of_values_that_are_not_finite() {
+    fn a_picture_is_drawn_even_without_data_or_with_values_that_are_not_finite() {
         let map = MapPicture::new(&maps::OccupancyGrid::new(40, 20, 0.1, pose(0.0, 0.0, 0.0)));
         let line = |points: &[f64]| points.iter().map(|x| Point::new(*x, 1.0)).collect::<Vec<_>>();
         for (points, errors) in

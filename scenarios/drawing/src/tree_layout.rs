@@ -1,21 +1,21 @@
-//! The positions of the nodes of a behavior tree: the root at the left, the leaves in one column at the right, a row
-//! each.
+//! The positions of the nodes of a behavior tree: the root on the left, the leaves in one column on the right, one per
+//! row.
 
 use super::frame::TreeNode;
 use super::geometry::{Area, Spot};
 use super::text::Font;
 
-/// Height of a row if there is room, in pixels, and the least in which labels are read well.
+/// Height of a row if there is room, and the minimum for legible labels, in pixels.
 const ROW: f64 = 36.0;
 const READABLE_ROW: f64 = 21.0;
-/// Height of a node, as a part of a row.
+/// Height of a node, as a fraction of a row.
 const NODE_HEIGHT: f64 = 0.82;
-/// Longest label that is not shortened although there is room, in pixels.
+/// The longest label that is shown in full if there is room, in pixels.
 const LONGEST: f64 = 230.0;
-/// Longest label of an inner node where room is scarce, in pixels.
+/// The longest label of an inner node if room is scarce, in pixels.
 const LONGEST_INNER: f64 = 110.0;
 
-/// Where everything of a tree stands, in pixels from the upper left corner.
+/// The positions of everything in a tree, in pixels from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeLayout {
     /// The nodes, in the order of the tree.
@@ -68,7 +68,7 @@ impl TreeLayout {
         Self { nodes, links, width: right, height: row * shape.rows as f64, font_px: font.size }
     }
 
-    /// The height at which a tree is not squeezed, and the least at which it can still be read well, in pixels.
+    /// The height at which a tree is not squeezed, and the minimum at which it is still legible, in pixels.
     #[must_use]
     pub fn wanted_height(tree: &[TreeNode]) -> (f64, f64) {
         let rows = Shape::of(tree).rows as f64;
@@ -78,11 +78,11 @@ impl TreeLayout {
 
 /// The parent of each node, and its row and column.
 struct Shape {
-    /// Parents that exist and come first.
+    /// Only parents that exist and come first count.
     parents: Vec<Option<usize>>,
     depths: Vec<usize>,
     leaf: Vec<bool>,
-    /// Middle of each node, in rows from the top.
+    /// The middle of each node, in rows from the top.
     middles: Vec<f64>,
     rows: usize,
 }
@@ -99,8 +99,8 @@ impl Shape {
                 children[*parent].push(i);
             }
         }
-        // Leaves first, a row each; then, children before parents, every inner node beside the middle of its children.
-        // No subtree shares a row with another, so no links can cross.
+        // Leaves first, one per row; then, children before parents, every inner node beside the middle of its children.
+        // Subtrees never share a row, so links cannot cross.
         let mut middles = vec![0.0; tree.len()];
         let rows = Self::number_leaves(&parents, &children, &mut middles);
         for i in (0..tree.len()).rev() {
@@ -112,7 +112,7 @@ impl Shape {
         Self { parents, depths, leaf, middles, rows }
     }
 
-    /// Gives every leaf a row of its own, depth first; returns how many there are.
+    /// Gives every leaf its own row, depth first, and returns the number of leaves.
     fn number_leaves(parents: &[Option<usize>], children: &[Vec<usize>], middles: &mut [f64]) -> usize {
         let mut stack: Vec<usize> = (0..parents.len()).rev().filter(|&i| parents[i].is_none()).collect();
         let mut rows = 0;
@@ -127,7 +127,7 @@ impl Shape {
     }
 }
 
-/// Where columns begin and how wide the nodes in them may be.
+/// Where columns begin, and how wide their nodes may be.
 struct Columns {
     /// Left edge and width of each column of inner nodes.
     inner: Vec<(f64, f64)>,
@@ -152,8 +152,8 @@ impl Columns {
             widths.iter_mut().for_each(|width| *width = width.min(LONGEST_INNER));
         }
         let inner: f64 = widths.iter().sum();
-        // A gap narrower than half a row bends links too sharply to be distinguished; wider than two rows, a tree falls
-        // apart.
+        // With a gap narrower than half a row, links bend too sharply to be distinguished; with one wider than two
+        // rows, a tree falls apart.
         let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, (row * 2.0).max(38.0));
         let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
         let squeeze = (width / (inner + leaves + gap * count as f64).max(1.0)).min(1.0);
@@ -189,7 +189,7 @@ impl Columns {
     }
 }
 
-/// Room in a leaf for its ends and its sign.
+/// Room in a leaf for its round ends and its sign.
 pub(super) fn leaf_padding(row: f64) -> f64 {
     row * 1.15
 }
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_tree_keeps_its_labels() {
+    fn the_tree_of_the_paper_keeps_its_labels() {
         check(&paper_tree(), 570.0, 252.0);
         let layout = TreeLayout::new(&paper_tree(), 570.0, 252.0);
         assert!(layout.nodes.iter().zip(paper_tree()).all(|(placed, node)| placed.label == node.label));

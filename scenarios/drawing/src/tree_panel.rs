@@ -10,7 +10,7 @@ use super::text::Font;
 use super::theme;
 use super::tree_layout::{Link, PlacedNode, TreeLayout, symbol_font};
 
-/// Height of a line that says what signs mean, in pixels.
+/// Height of a line that explains signs, in pixels.
 const SIGNS: f64 = 20.0;
 const SMALL: Font = Font::regular(13.0);
 
@@ -28,7 +28,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
     draw_signs(canvas, (room.x, inner.bottom() - below + 4.0), tree, room.width);
 }
 
-/// The signs of inner nodes, with what they mean.
+/// The signs of inner nodes, with their meaning.
 pub const SYMBOLS: [(&str, &str); 13] = [
     ("→", "sequence"),
     ("→*", "sequence with memory"),
@@ -45,7 +45,7 @@ pub const SYMBOLS: [(&str, &str); 13] = [
     ("1×", "run once"),
 ];
 
-/// The sign that pictures have instead of a decorator's long name.
+/// The sign that pictures show instead of a decorator's long name.
 #[must_use]
 pub fn short_name(name: &str) -> &str {
     match name {
@@ -56,7 +56,7 @@ pub fn short_name(name: &str) -> &str {
     }
 }
 
-/// What the signs mean that are in a tree, in lines of at most that many pixels.
+/// The meaning of the signs in a tree, in lines of at most this many pixels.
 fn signs(tree: &[TreeNode], room: f64) -> Vec<String> {
     let is_there = |sign: &str| tree.iter().any(|node| node.label == sign);
     let known = SYMBOLS.iter().filter(|(sign, _)| is_there(sign));
@@ -64,20 +64,20 @@ fn signs(tree: &[TreeNode], room: f64) -> Vec<String> {
     SMALL.wrap_items(&words, "   ", room)
 }
 
-/// The height of the lines that say what the signs of a tree mean, in pixels.
+/// The height of the lines that explain the signs in a tree, in pixels.
 #[must_use]
 pub fn signs_height(tree: &[TreeNode], room: f64) -> f64 {
     SIGNS * signs(tree, room).len().max(1) as f64
 }
 
-/// Writes what the signs of a tree mean, in lines below that spot.
+/// Explains the signs in a tree, in lines below this spot.
 pub fn draw_signs(canvas: &mut Canvas, (x, y): (f64, f64), tree: &[TreeNode], room: f64) {
     for (number, line) in signs(tree, room).iter().enumerate() {
         canvas.centered_text((x, y + (number as f64 + 0.5) * SIGNS), line, TextStyle::new(SMALL, theme::MUTED));
     }
 }
 
-/// Draws the nodes and their links, moved by that much.
+/// Draws the nodes and their links, moved by this offset.
 pub fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
     for link in &layout.links {
         draw_link(canvas, link, (dx, dy), tree[link.child].status);
@@ -107,7 +107,7 @@ fn legend(canvas: &mut Canvas, area: Area) {
     }
 }
 
-/// An S from the parent to the child's height, then straight on. Links to nodes that were ticked stand out.
+/// Draws an S from the parent to the child's height, then a straight line. Links to ticked nodes stand out.
 fn draw_link(canvas: &mut Canvas, link: &Link, (dx, dy): (f64, f64), status: NodeStatus) {
     let at = |(x, y): (f64, f64)| (x + dx, y + dy);
     let (from, bend, to) = (at(link.from), at(link.bend), at(link.to));

@@ -1,15 +1,15 @@
-//! A behavior tree as a picture of its own.
+//! A behavior tree as a separate picture.
 
 use super::canvas::Canvas;
 use super::frame::TreeNode;
 use super::tree_layout::TreeLayout;
 use super::tree_panel::{draw_nodes, draw_signs, signs_height};
 
-/// The widest that a tree becomes before its labels are shortened, and the margin around it, in pixels.
+/// The maximum width of a tree before its labels are shortened, and the margin around it, in pixels.
 const WIDEST: f64 = 1600.0;
 const MARGIN: f64 = 24.0;
 
-/// The tree as a standalone SVG picture, as large as it has to be.
+/// The tree as a standalone SVG picture, as large as necessary.
 ///
 /// ```
 /// use drawing::{NodeStatus, TreeNode, tree_svg};

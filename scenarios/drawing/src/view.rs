@@ -1,4 +1,4 @@
-//! From the map to the page.
+//! Maps points of the `map` frame to the page.
 
 use maps::Point;
 
@@ -7,9 +7,9 @@ use super::geometry::{Area, Spot};
 /// A rectangle along the axes of the `map` frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// The corner with the least coordinates.
+    /// The corner with the smallest coordinates.
     pub low: Point,
-    /// The corner with the greatest coordinates.
+    /// The corner with the largest coordinates.
     pub high: Point,
 }
 
@@ -19,7 +19,7 @@ impl Bounds {
         points.into_iter().map(|point| Self { low: point, high: point }).reduce(Self::union)
     }
 
-    /// The smallest rectangle around both.
+    /// The smallest rectangle around both rectangles.
     pub fn union(self, other: Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
@@ -31,7 +31,7 @@ impl Bounds {
     }
 }
 
-/// Where the points of the `map` frame lie on the page: x to the right, y upwards, the same scale in both directions.
+/// Where the points of the `map` frame are on the page: x points right, y up, with the same scale in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The part of the page.
@@ -41,7 +41,7 @@ pub struct View {
 }
 
 impl View {
-    /// The view in which `bounds` fills `area` as far as its shape allows, in the middle.
+    /// The view in which `bounds` fills `area` as far as its shape allows, centered.
     pub fn fitting(bounds: Bounds, area: Area) -> Self {
         let extent = bounds.high - bounds.low;
         let pixels_per_m = (area.width / extent.x.max(1e-3)).min(area.height / extent.y.max(1e-3));
@@ -60,20 +60,20 @@ impl View {
         (offset.x.is_finite() && offset.y.is_finite()).then_some((x + offset.x, y - offset.y))
     }
 
-    /// Where those points lie that are finite and not far outside the picture.
+    /// The positions on the page of the points that are finite and not far outside the picture.
     pub fn spots<'a>(&self, points: &'a [Point]) -> impl Iterator<Item = Spot> + 'a {
         let view = *self;
         let visible = view.area.inset(-view.area.width);
         points.iter().filter_map(move |&point| view.spot(point)).filter(move |&spot| visible.contains(spot))
     }
 
-    /// The point of the map at that position on the page.
+    /// The point of the map at a position on the page.
     pub fn point_at(&self, spot: Spot) -> Point {
         let (x, y) = self.area.center();
         self.center + nalgebra::Vector2::new(spot.0 - x, y - spot.1) / self.pixels_per_m
     }
 
-    /// The SVG matrix that takes coordinates counted from `corner` in steps of `column` and `row` to the page.
+    /// The SVG matrix that transforms coordinates from `corner` in steps of `column` and `row` to the page.
     pub fn matrix(&self, corner: Point, column: nalgebra::Vector2<f64>, row: nalgebra::Vector2<f64>) -> [f64; 6] {
         let (x, y) = self.spot(corner).unwrap_or_default();
         let (column, row) = (column * self.pixels_per_m, row * self.pixels_per_m);

@@ -1,13 +1,12 @@
-//! Text as XML holds it.
+//! Text in XML.
 
-/// Whether documents may contain a character: no control character but line breaks and tabs.
+/// Whether documents may contain a character: no control characters but line breaks and tabs.
 pub fn is_allowed(character: char) -> bool {
     let is_space = matches!(character, '\t' | '\n' | '\r');
     (is_space || !character.is_control()) && !matches!(character, '\u{fffe}' | '\u{ffff}')
 }
 
-/// The text on one line, with all characters that are special in XML written as entities; characters that are not
-/// allowed are dropped.
+/// The text on one line, with special XML characters as entities; characters that are not allowed are dropped.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
