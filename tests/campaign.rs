@@ -216,7 +216,7 @@ fn a_campaign_stops_at_its_goal_and_has_nothing_to_resume() {
     let summary: serde_json::Value = serde_json::from_slice(&bytes(&out)[1]).unwrap();
     assert_eq!(summary["goal"]["reached"], true, "{summary}");
     assert_eq!(summary["goal"]["count"]["runs"], summary["runs"]);
-    assert_eq!(bytes(&out), bytes(&results(&file, "out", &[])), "again, it is reached already");
+    assert_eq!(bytes(&out), bytes(&results(&file, "out", &[])), "the goal is already reached");
 }
 
 /// Every second run ends at once and is not as expected; the others take long and are as expected. If results counted
@@ -385,7 +385,7 @@ fn invalid_campaigns_are_refused_before_the_first_run() {
         let (folder, file) = campaign(&text);
         let out = folder.path().join("out");
         let said = refused(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
-        assert!(said.contains(wanted), "{wanted} is not said: {said}");
+        assert!(said.contains(wanted), "{wanted} is missing: {said}");
         assert!(!out.exists(), "{wanted}");
     }
     let (_folder, file) = campaign(SOME);

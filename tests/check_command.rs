@@ -123,7 +123,7 @@ fn unreachable_places_are_refused_before_a_run() {
         ("[9.0, 1.0]", "[4.0, 1.0]", "there is no path from the start"),
     ] {
         let said = with(station, destination);
-        assert!(said.contains(wanted), "{wanted} is not said: {said}");
+        assert!(said.contains(wanted), "{wanted} is missing: {said}");
     }
     let area = "[Destination]\ncorners_m = [[2.9, 0.5], [3.1, 0.5], [3.1, 1.5], [2.9, 1.5]]\n";
     assert!(refused(&format!("{START}{STATION}{area}")).contains("there is no room for the robot in `Destination`"));
@@ -141,7 +141,7 @@ fn places_to_which_a_skill_always_drives_are_required() {
     fs::write(&scenario, format!("{text}leaves.GoToDestination.data.place = \"Vault\"\n")).unwrap();
     let said = refused_by_all(&scenario);
     for words in ["to `Vault` at (4.00, 1.00)", "rooms.places.toml:11:14", "the skill GoToDestination drives there"] {
-        assert!(said.contains(words), "{words} is not said: {said}");
+        assert!(said.contains(words), "{words} is missing: {said}");
     }
 }
 

@@ -203,7 +203,7 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
     ] {
         let (said, status) = said_in(folder.path(), &[&["run"], arguments].concat());
         assert_eq!(status, Some(2), "{said}");
-        assert!(said.contains(wanted), "{wanted} is not said: {said}");
+        assert!(said.contains(wanted), "{wanted} is missing: {said}");
     }
     assert!(!folder.path().join("out").exists());
 }

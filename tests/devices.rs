@@ -152,7 +152,7 @@ fn each_spoken_text_is_reported_once() {
     let sound = times("");
     assert!(sound.len() > 2, "{sound:?}");
     let muted = "[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Speaker\"\nat_s = 0.2\nlasts_s = 0.1";
-    assert_eq!(times(muted), sound, "an interruption makes no second speech");
+    assert_eq!(times(muted), sound, "an interruption does not count as a second speech");
 }
 
 /// A robot that stands at the start in a world with a door, a box and two people, one of them behind a wall.

@@ -263,7 +263,7 @@ struct Written {
 }
 
 impl Written {
-    /// Those of these files.
+    /// Reads them from these files.
     fn of(files: &[&str]) -> Self {
         let mut written = Self::default();
         for item in files.iter().flat_map(|file| syn::parse_file(&read(file)).unwrap().items) {

@@ -35,7 +35,7 @@ const EVENTS: &str = r#"
 {"event": "leave", "time_s": 10, "data": {"why": "nobody is in"}}
 "#;
 
-/// A machine and its events in a folder of their own.
+/// A machine and its events in their own folder.
 struct Files {
     folder: TempDir,
     machine: PathBuf,

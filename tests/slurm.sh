@@ -32,7 +32,7 @@ until_done() {
     "$@" > /dev/null 2>&1 && return
     sleep 0.5
   done
-  echo "waited in vain for: $*" >&2
+  echo "timed out waiting for: $*" >&2
   return 1
 }
 

@@ -39,7 +39,7 @@ export class Live {
       if (lines.push(line) === 2) break;
     }
     [live.address, live.viewers] = lines.map(line => line.slice(line.indexOf('http://')));
-    if (!live.viewers) throw new Error(`steward live ${scenario} says nothing`);
+    if (!live.viewers) throw new Error(`steward live ${scenario} prints nothing`);
     const { host, port, searchParams } = new URL(live.address);
     Object.assign(live, { host, port: Number(port), token: searchParams.get('token') });
     return live;
@@ -89,7 +89,7 @@ export class Cockpit {
   until(holds) {
     return new Promise((done, fail) => {
       const timer = setTimeout(() => {
-        fail(new Error(`waited in vain for ${holds} at ${this.run.time} s; ${this.problems}`));
+        fail(new Error(`timed out waiting for ${holds} at ${this.run.time} s; ${this.problems}`));
       }, PATIENCE_MS);
       const look = () => {
         if (!holds(this.run)) return;
