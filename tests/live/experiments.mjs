@@ -109,6 +109,6 @@ export async function experiments(steward, browser) {
     assert.deepEqual(cockpit.problems, []);
     await cockpit.close();
     live.stop();
-    console.log(`${scenario} by hand: ${Object.entries(verdicts).map(pair => pair.join(' ')).join(', ')}; replays`);
+    console.log(`${scenario} on the page: ${Object.entries(verdicts).map(pair => pair.join(' ')).join(', ')}; replays`);
   }
 }

@@ -1,6 +1,6 @@
 //! A run for other tools: topics with ROS 2 types.
 //!
-//! `docs/src/reference/recordings.md` lists them.
+//! `docs/src/reference/topics.md` lists them.
 
 pub(crate) mod cdr;
 mod container;
