@@ -1,16 +1,16 @@
 //! The cost of a campaign: `cargo run --release --example campaign_speed [set-up | overhead | cores | memory [RUNS…]]`.
 //!
 //! - `set-up`: how long the set-up of a run takes once another run has been set up.
-//! - `overhead`: a campaign's time over that of its bare runs, which are set up, stepped to their end and forgotten.
-//! - `cores`: runs per second on two cores over those on one.
-//! - `memory`: the peak of resident memory for so many runs, 1,000 and 100,000 unless said otherwise (Linux).
+//! - `overhead`: a campaign's time relative to that of its bare runs, which are set up, stepped to their end and
+//!   dropped.
+//! - `cores`: runs per second on two cores relative to one.
+//! - `memory`: the peak of resident memory for this many runs, by default 1,000 and 100,000 (Linux).
 //!
 //! The campaign is `noise_short`: localization under sensor noise, with runs of 10 simulated seconds. The alternatives
-//! are measured in turn, pair by pair. Processor time is shown too: other programs disturb it less than they do the
-//! clock.
+//! are measured in turn, pair by pair. Processor time is shown, too: other programs affect it less than elapsed time.
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement, not a library")]
-#![expect(clippy::disallowed_methods, reason = "how long the computer takes is the question")]
+#![expect(clippy::disallowed_methods, reason = "measures the computer's time")]
 
 use std::fs;
 use std::hint::black_box;
@@ -24,7 +24,7 @@ use campaigns::{Plan, Shard};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
-/// So many pairs are compared.
+/// How many pairs are compared.
 const PAIRS: usize = 7;
 
 fn main() {
@@ -52,7 +52,7 @@ fn plan(runs: u64) -> Plan {
     Plan::load(Path::new("noise_short")).unwrap().with_runs(runs).unwrap()
 }
 
-/// Least, middle and greatest.
+/// Minimum, median and maximum.
 fn spread(mut values: Vec<f64>) -> [f64; 3] {
     values.sort_by(f64::total_cmp);
     [values[0], values[values.len() / 2], values[values.len() - 1]]
@@ -77,23 +77,23 @@ fn set_up() {
     }
 }
 
-/// Seconds by the clock, and of processor time, that something takes.
+/// The elapsed time and the processor time of something, in seconds.
 fn seconds(work: impl FnOnce()) -> [f64; 2] {
     let (began, used) = (Instant::now(), processor_s());
     work();
     [began.elapsed().as_secs_f64(), processor_s() - used]
 }
 
-/// Processor time of this process so far, in seconds; NaN where the system does not say.
+/// Processor time of this process so far, in seconds; NaN if the system does not say.
 fn processor_s() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> =
         stat.rsplit(')').next().unwrap_or("").split_whitespace().filter_map(|field| field.parse().ok()).collect();
-    // Fields 14 and 15 of proc(5), in hundredths of a second; the state, which is no number, is left out.
+    // Fields 14 and 15 of proc(5), in hundredths of a second; the state, which is not a number, is left out.
     fields.get(10..12).map_or(f64::NAN, |ticks| (ticks[0] + ticks[1]) / 100.0)
 }
 
-/// Runs a campaign on this many cores, dataset and summary included.
+/// Runs a campaign on this many cores, including dataset and summary.
 fn run(plan: &Plan, cores: usize) {
     let folder = tempfile::tempdir().unwrap();
     let interrupted = AtomicBool::new(false);
@@ -134,7 +134,7 @@ fn cores(runs: u64) {
         [one[0] / two[0], one[1] / two[1]]
     });
     print_ratios("two cores over one", &ratios.collect::<Vec<_>>());
-    println!("{:<24} {:.1} runs of 10 simulated seconds a second", "", spread(rates)[1]);
+    println!("{:<24} {:.1} runs of 10 simulated seconds per second", "", spread(rates)[1]);
 }
 
 fn print_ratios(what: &str, ratios: &[[f64; 2]]) {

@@ -1,8 +1,8 @@
-//! Comparing two campaigns: whether the new is better than the old.
+//! Compares two campaigns: is the new one better than the old one?
 //!
-//! Both must vary the same parameters in the same way, so that what differs is what was changed between them: a tree, a
-//! machine, a fixed value of the scenario. Their numbers of runs may differ. Where both have a run of the same number
-//! with the same seed and parameters, these runs are compared with each other too, which shows smaller differences.
+//! Both must vary the same parameters in the same way, so that a difference comes from what was changed between them: a
+//! tree, a machine, a fixed value of the scenario. Their numbers of runs may differ. If both have a run with the same
+//! number, seed and parameters, these two runs are also compared with each other, which reveals smaller differences.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ pub struct CampaignComparison {
 /// One of the two campaigns.
 #[derive(Clone, Debug, Serialize)]
 pub struct Side {
-    /// Where its results are.
+    /// The folder of its results.
     pub folder: PathBuf,
     /// Its name on the command line.
     pub campaign: String,
@@ -53,28 +53,28 @@ pub struct Side {
     pub version: String,
     /// How many runs it has.
     pub runs: u64,
-    /// How many of them failed; they do not count for any property.
+    /// How many runs failed; they do not count for any property.
     pub failed: u64,
 }
 
 /// How often something happened before and after.
 #[derive(Clone, Debug, Serialize)]
 pub struct Compared {
-    /// What: a property that was violated, or `expectation`.
+    /// The event: a violated property, or `expectation`.
     pub of: String,
     /// The two counts and their comparison.
     #[serde(flatten)]
     pub comparison: Comparison,
-    /// How many pairs differ; null without pairs.
+    /// How many pairs of runs differ; null without pairs.
     pub paired: Option<Paired>,
-    /// The p-value of the pairs: McNemar's exact test.
+    /// The p-value of the pairs, by McNemar's exact test.
     pub paired_p_value: Option<f64>,
     /// The first runs in which it happened only before.
     pub first_only_before: Vec<u64>,
     /// See [`first_only_before`](Self::first_only_before).
     pub first_only_after: Vec<u64>,
-    /// Whether the rate is `lower`, `higher`, or shows `no_difference` that is significant: by Fisher's test, or by
-    /// that of the pairs if there are any, with an error of 5 % over everything compared (Bonferroni).
+    /// Whether the rate is `lower` or `higher`, or has `no_difference` that is significant: by Fisher's test, or by
+    /// McNemar's test if there are pairs, with a total error of 5 % for everything compared (Bonferroni).
     pub change: Change,
 }
 
@@ -94,7 +94,7 @@ impl CampaignComparison {
     /// Compares the results in two folders.
     ///
     /// # Errors
-    /// [`Error::Scenario`] if there are none, if they are incomplete, or if the campaigns cannot be compared.
+    /// [`Error::Scenario`] if there are no results, if they are incomplete, or if the campaigns cannot be compared.
     pub fn of(before: &Path, after: &Path) -> Result<Self, Error> {
         let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
         let [mut old, mut new] = [open(before)?, open(after)?];
@@ -122,7 +122,7 @@ impl CampaignComparison {
     }
 }
 
-/// Opens the results of a whole, finished campaign.
+/// Opens the results of a complete campaign that is not a shard.
 fn open(folder: &Path) -> Result<JournalReader, Error> {
     let journal = JournalReader::open(folder)?;
     let shown = folder.display();
@@ -138,9 +138,9 @@ fn open(folder: &Path) -> Result<JournalReader, Error> {
     Ok(journal)
 }
 
-/// Refuses campaigns that vary different parameters.
+/// Rejects campaigns that vary different parameters.
 fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
-    let help = "two campaigns are comparable if they vary the same parameters in the same way";
+    let help = "two campaigns can be compared if they vary the same parameters in the same way";
     let keys = |layout: &Layout| -> Vec<String> {
         let mut keys: Vec<_> = layout.parameters.iter().map(|parameter| parameter.key.clone()).collect();
         keys.sort_unstable();
@@ -168,7 +168,7 @@ fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
 /// Something that can happen in runs of both campaigns.
 struct ComparedEvent {
     name: String,
-    /// The indices of its property in both; none for the expectation.
+    /// The indices of its property in both campaigns; none for the expectation.
     places: Option<[usize; 2]>,
 }
 
@@ -197,7 +197,7 @@ impl ComparedEvent {
     }
 }
 
-/// The counts over the runs of both.
+/// Counts over the runs of both campaigns.
 struct Tally {
     runs: [u64; 2],
     failed: [u64; 2],
@@ -219,7 +219,7 @@ impl Tally {
         Self { runs: [0; 2], failed: [0; 2], pairs: 0, events: events.into_iter().map(counted).collect() }
     }
 
-    /// Counts the two runs with one number; either may be missing.
+    /// Counts the two runs with the same number; either may be missing.
     fn add(&mut self, old: Option<&RunRecord>, new: Option<&RunRecord>) {
         let alike = old.zip(new).is_some_and(|(old, new)| (old.seed, &old.values) == (new.seed, &new.values));
         self.pairs += u64::from(alike);

@@ -5,24 +5,24 @@
 //! | `k`, `seed` | integer | the run's number and its root seed |
 //! | `param.KEY` | integer, real, boolean or text | the value of each parameter |
 //! | `outcome` | text | `as_expected`, `not_as_expected` or `failed` |
-//! | `failure` | text | why the run failed, in which case all following columns are null; null otherwise |
+//! | `failure` | text | why the run failed (then all following columns are null); null if it did not |
 //! | `ended` | text | why the run ended: `arrival`, `violation`, `settled`, `time_limit` or `schedule` |
 //! | `sim_time_s` | real | simulated duration of the run |
 //! | `ticks` | integer | how many ticks were generated |
 //! | `arrived_s` | real | when the robot first came to rest at a place where the scenario stops |
 //! | `battery_minimum_pct`, `battery_final_pct` | real | the battery's charge |
 //! | `distance_m` | real | how far the robot drove |
-//! | `collisions` | integer | contacts begun with anything else |
+//! | `collisions` | integer | contacts of the robot with anything else |
 //! | `localization_rmse_m`, `localization_max_m` | real | error of the estimated position |
 //! | `faults` | integer | how many faults took effect |
-//! | `fault_onset_s` | real | when the first did |
+//! | `fault_onset_s` | real | when the first fault took effect |
 //! | `trace_hash` | text | BLAKE3 hash of the trace |
 //! | `PROPERTY.verdict` | text | `satisfied`, `violated` or `inconclusive` |
 //! | `PROPERTY.tick`, `PROPERTY.time_s` | integer, real | when it was violated |
 //! | `PROPERTY.latency_s` | real | time from the first fault's onset to the violation |
 //!
-//! Missing values are null. A dataset depends on its runs' records alone: the same campaign gives the same bytes on any
-//! number of cores, whether it was resumed, sharded or neither.
+//! Missing values are null. A dataset depends only on the records of its runs: the same campaign gives the same bytes
+//! on any number of cores, resumed or not, sharded or not.
 
 use std::io;
 use std::path::Path;
@@ -166,18 +166,18 @@ impl Columns<'_> {
         self.push(name, Cells::Numbers(self.rows.iter().map(of).collect()));
     }
 
-    /// A count in each run that did not fail.
+    /// The column of a count in each run that did not fail.
     fn count(&mut self, name: &str, of: fn(&RunFacts) -> u64) {
         self.integer(name, |row| row.facts.as_ref().map(|facts| of(facts) as i64));
     }
 
-    /// A measurement in each run that did not fail.
+    /// The column of a measurement in each run that did not fail.
     fn fact(&mut self, name: &str, of: fn(&RunFacts) -> Option<f64>) {
         self.number(name, |row| row.facts.as_ref().and_then(of));
     }
 }
 
-/// The values of a parameter.
+/// The column of a parameter's values.
 fn parameter_cells(kind: ParameterKind, place: usize, rows: &[RunRecord]) -> Cells {
     let values = rows.iter().map(|row| row.values.get(place));
     match kind {
@@ -326,7 +326,7 @@ mod tests {
         let path = folder.path().join("some.parquet");
         let runs = ROW_GROUP as u64 + 3;
         let last = ROW_GROUP + 2;
-        assert_eq!(written(&path, runs), written(&path, runs), "the same bytes each time");
+        assert_eq!(written(&path, runs), written(&path, runs), "the same bytes every time");
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 2);
         let schema = reader.metadata().file_metadata().schema_descr();

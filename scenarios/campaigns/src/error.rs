@@ -25,7 +25,7 @@ impl Error {
         scenarios::Error::bad_input(diagnostic).into()
     }
 
-    /// Bad input without a place in a file, with what would be accepted.
+    /// Bad input without a location in a file, with help on what would be accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::bad_input(Problem::new(message).with_help(help))
@@ -48,7 +48,7 @@ impl Error {
         }
     }
 
-    /// Everything that is wrong, in one line.
+    /// Everything that is wrong, on one line.
     #[must_use]
     pub fn reasons(&self) -> String {
         match self {

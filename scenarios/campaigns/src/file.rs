@@ -1,4 +1,4 @@
-//! The campaign file: what a user writes, read and checked as far as is possible without the scenario.
+//! The campaign file: what a user writes, read and checked as far as possible without the scenario.
 
 use diagnostics::document::{Document, Field, Table};
 use diagnostics::{FileProblems, Problem, Span, Spanned};
@@ -26,7 +26,7 @@ pub struct CampaignFile {
     pub scenario: Spanned<String>,
     /// The seed of all the campaign's randomness.
     pub seed: u64,
-    /// Which root seeds the runs have.
+    /// The root seeds of the runs.
     pub seeds: Seeds,
     /// Settings of every run, in the syntax of `--set`.
     pub set: Vec<Spanned<String>>,
@@ -36,7 +36,7 @@ pub struct CampaignFile {
     pub parameters: Vec<Parameter>,
     /// The maximum number of runs.
     pub runs: u64,
-    /// When fewer runs are sufficient.
+    /// When fewer runs are enough.
     pub goal: Option<Goal>,
     /// The values plotted against the parameters.
     pub measures: Vec<Spanned<Measure>>,
@@ -44,20 +44,20 @@ pub struct CampaignFile {
     pub model: Option<Model>,
 }
 
-/// Which root seeds the runs have.
+/// The root seeds of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seeds {
     /// Run k has the campaign's seed plus k.
     Each,
-    /// All have the campaign's seed: only the parameters differ.
+    /// All runs have the campaign's seed: only the parameters differ.
     Same,
 }
 
 /// A statistical goal.
 #[derive(Clone, Debug)]
 pub struct Goal {
-    /// The event whose probability is in question: a property's violation by its name, or `expectation`, that a run is
-    /// not what the scenario expects.
+    /// The event whose probability is in question: a property's name stands for its violation, and `expectation` for a
+    /// run that is not as the scenario expects.
     pub of: Spanned<String>,
     /// The question.
     pub question: Question,
@@ -68,7 +68,7 @@ pub struct Goal {
 pub enum Question {
     /// Its value, to within a half width.
     Estimate(Precision),
-    /// On which side of a bound it lies.
+    /// On which side of a bound it is.
     Test(Sprt),
 }
 
@@ -156,7 +156,7 @@ fn settled_runs(
 ) -> Option<u64> {
     if let (Sampling::LatinHypercube, Some(goal)) = (sampling, goal) {
         let problem =
-            goal.of.span.problem("a Latin hypercube cannot stop early").with_label("this asks it to stop early");
+            goal.of.span.problem("a Latin hypercube cannot stop early").with_label("this would stop it early");
         root.report(problem.with_help("only all of its runs together form one: choose `sobol` or `random`"));
     }
     match goal.map(|goal| &goal.question) {
@@ -189,7 +189,7 @@ fn grid_runs(root: Table<'_>, parameters: &[Parameter], repeats: Field<'_, Spann
     None
 }
 
-/// Whether the parameters are compatible with each other and with the design.
+/// Checks that the parameters are compatible with each other and with the design.
 fn check_parameters(root: Table<'_>, sampling: &Spanned<Sampling>, parameters: &[Parameter]) {
     for (place, parameter) in parameters.iter().enumerate() {
         let Spanned { value: key, span } = &parameter.key;
@@ -271,7 +271,7 @@ fn read_domain(table: Table<'_>) -> Option<ParameterDomain> {
     }
 }
 
-/// Refuses the keys of a range in other domains.
+/// Rejects the keys of a range in other domains.
 fn only_ranges(table: Table<'_>) {
     for (key, span) in table.keys().filter(|(key, _)| ["to", "steps", "scale", "whole"].contains(key)) {
         table.report(span.problem(format!("`{key}` requires `from`")).with_label("there is no `from`"));
@@ -356,7 +356,7 @@ fn read_goal(table: Table<'_>) -> Option<Goal> {
     }
 }
 
-/// Reports what the statistics refuse at the place in the file.
+/// Reports a value that the statistics reject, with its location in the file.
 fn sensible<T>(span: &Span, result: Result<T, StatisticsError>) -> Result<T, Problem> {
     result.map_err(|error| span.problem(error.to_string()).with_label("this value"))
 }

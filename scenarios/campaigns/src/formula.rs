@@ -34,10 +34,10 @@ pub enum FormulaError {
     /// A parenthesis is not closed.
     #[error("a `)` is missing")]
     Unclosed,
-    /// It is already complete before this.
+    /// It is complete before this.
     #[error("unexpected `{0}` after the end of the formula")]
     Superfluous(String),
-    /// This is in the place of a number, a name or a parenthesis.
+    /// There should be a number, a name or a parenthesis instead of this.
     #[error("unexpected `{0}`")]
     Misplaced(String),
     /// This looks like a number but is not one.
@@ -79,7 +79,7 @@ impl Formula {
         self.root.value(value).filter(|value| value.is_finite())
     }
 
-    /// The names in it, in the order of their first appearance.
+    /// The names in it, in order of first appearance.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let mut names = Vec::new();
@@ -187,7 +187,7 @@ impl<I: Iterator<Item = Token>> Parser<I> {
         self.chain(['*', '/'], |parser| parser.single(depth))
     }
 
-    /// Operands with operators of one kind between them, from left to right.
+    /// Parses operands with operators of one kind between them, from left to right.
     fn chain(
         &mut self,
         signs: [char; 2],

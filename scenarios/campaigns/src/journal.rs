@@ -1,8 +1,8 @@
-//! The journal: each run's record as a line of text, written once the run and all before it have ended.
+//! The journal: each run's record as a line of text, written as soon as the run and all runs before it have ended.
 //!
 //! It makes a campaign survive interruptions: if the program is killed, all complete lines remain, and an incomplete
-//! last line is cut off when the campaign resumes. Datasets are made from journals alone, so that a resumed or merged
-//! dataset cannot differ from any other.
+//! last line is cut off when the campaign resumes. Datasets are made only from journals, so a resumed or merged dataset
+//! cannot differ from any other.
 
 use std::borrow::Borrow;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -57,7 +57,7 @@ pub(super) struct Layout {
     pub(super) asked: Option<u64>,
     /// The scenario's name on the command line.
     pub(super) scenario: String,
-    /// The question that it answers.
+    /// The question that the campaign answers.
     pub(super) about: String,
     pub(super) parameters: Vec<ParameterLayout>,
     pub(super) properties: Vec<String>,
@@ -187,12 +187,12 @@ impl Header {
         &self.version
     }
 
-    /// How many runs the campaign has, all shards together.
+    /// The number of the campaign's runs, in all shards together.
     pub(super) fn runs(&self) -> u64 {
         self.runs
     }
 
-    /// The error if a journal in `folder` belongs to another campaign.
+    /// The error for a journal in `folder` that belongs to another campaign.
     pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
         let folder = folder.display();
         let (message, help) = if found.version != self.version {
@@ -212,7 +212,7 @@ impl Header {
     }
 }
 
-/// A journal that is being written, with the wall times. While it is open, no other program writes to the folder.
+/// A journal that is being written, with the wall times. While it is open, no other program can write to the folder.
 #[derive(Debug)]
 pub(super) struct Journal {
     folder: PathBuf,
@@ -268,7 +268,7 @@ impl Journal {
     /// Reads what was written.
     ///
     /// # Errors
-    /// [`Error::Scenario`] if it is no longer where it was written.
+    /// [`Error::Scenario`] if it is no longer there.
     pub(super) fn reader(&self) -> Result<JournalReader, Error> {
         let path = self.folder.join(JOURNAL);
         let file = File::open(&path).map_err(|source| Error::unwritten(path, source))?;
@@ -294,7 +294,7 @@ impl Journal {
     }
 }
 
-/// Empties the journal in `folder`, if there is one, after removing the files that were `made_of_it`.
+/// Empties the journal in `folder`, if there is one, after removing the files that were made from it.
 pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error> {
     let path = folder.join(JOURNAL);
     let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
@@ -322,12 +322,12 @@ fn lock(journal: &File, folder: &Path) -> Result<(), Error> {
             let message = format!("another program is writing to {}", folder.display());
             Err(Error::refused(message, "wait for it to end, or use another folder"))
         }
-        // Runs also work on a file system without locks.
+        // Campaigns also work on file systems without locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
-/// How many runs an existing journal has, and where its last complete line ends.
+/// The number of runs in an existing journal, and where its last complete line ends.
 fn resume(
     folder: &Path,
     file: &File,
@@ -369,14 +369,14 @@ fn cut(file: &mut File, end: u64) -> io::Result<()> {
     file.seek(SeekFrom::Start(end)).map(drop)
 }
 
-/// Writes a line with one call, so that all lines but the last are complete however the program ends.
+/// Writes a line in one call, so that all lines but the last are complete however the program ends.
 fn write_line(file: &mut File, content: &impl Serialize) -> io::Result<()> {
     let mut line = serde_json::to_vec(content).expect("records are always JSON");
     line.push(b'\n');
     file.write_all(&line)
 }
 
-/// A journal that is read from start to end.
+/// Reads a journal from start to end.
 #[derive(Debug)]
 pub(super) struct JournalReader {
     pub(super) header: Header,
@@ -406,7 +406,7 @@ impl JournalReader {
     }
 }
 
-/// The wall times of a journal, read from start to end.
+/// Reads the wall times of a journal from start to end.
 #[derive(Debug)]
 pub(super) struct TimingReader {
     lines: io::Lines<BufReader<File>>,
@@ -444,7 +444,7 @@ struct Lines<R> {
 }
 
 impl<F: Read + Borrow<File>> Lines<io::Take<F>> {
-    /// The lines of a file, as far as it has been written.
+    /// The lines of a file, up to the last complete one.
     fn of(file: F, folder: &Path) -> io::Result<Self> {
         let len = file.borrow().metadata()?.len();
         Ok(Self { folder: folder.to_owned(), reader: BufReader::new(file.take(len)), end: 0 })
@@ -494,6 +494,6 @@ impl<R: Read> Lines<R> {
 }
 
 fn damaged(folder: &Path) -> Error {
-    let message = format!("the journal in {} is damaged, or of another version", folder.display());
+    let message = format!("the journal in {} is damaged or from another version", folder.display());
     Error::refused(message, "it has a line that no campaign of this version writes: use another folder")
 }

@@ -28,32 +28,32 @@ pub fn keys() -> Vec<Key> {
     let count = || with(whole(1), json!({ "maximum": MAX_RUNS }));
     let measures = one_of(&Measure::ALL.map(Measure::name));
     let mut keys = vec![
-        Key::new("scenario", "The scenario that is run: a file beside this one, or a name.", text()).required(),
+        Key::new("scenario", "The scenario to run: a file beside this one, or a name.", text()).required(),
         Key::new("about", "The question that the campaign answers, in one line.", or(text(), "")),
         Key::new(
             "sampling",
-            "How runs are distributed over the parameters: all combinations (`grid`), each run on its own (`random`), \
-             one run in each of equal parts of every range (`latin_hypercube`), or an even sequence (`sobol`). Needed \
-             with parameters.",
+            "How runs are distributed over the parameters: all combinations (`grid`), independent random values \
+             (`random`), one run in each of equal parts of every range (`latin_hypercube`), or an even sequence \
+             (`sobol`). Required with parameters.",
             or(one_of(&["grid", "random", "latin_hypercube", "sobol"]), "random"),
         ),
         Key::new(
             "runs",
-            "How many runs there are; with a goal, at most. Not for a grid; needed otherwise, unless the goal is an \
+            "The number of runs; with a goal, the maximum. Not for a grid; otherwise required, unless the goal is an \
              estimate.",
             count(),
         ),
-        Key::new("repeats", "How often each combination of a grid is run.", or(count(), 1)),
+        Key::new("repeats", "How many times each combination of a grid is run.", or(count(), 1)),
         Key::new("seed", "The seed of all randomness in the campaign.", or(whole(0), 1)),
         Key::new(
             "seeds",
-            "The root seeds of the runs: run k has `seed` + k (`each`), or all have `seed` (`same`), so that only \
-             the parameters differ.",
+            "The root seeds of the runs: run k has `seed` + k (`each`), or all runs have `seed` (`same`), so that \
+             only the parameters differ.",
             or(one_of(&["each", "same"]), "each"),
         ),
         Key::new(
             "set",
-            "Settings of every run, as `--set` takes them.",
+            "Settings of every run, in the syntax of `--set`.",
             or(list("an array of strings `KEY=VALUE`", &text()), json!([])),
         ),
         Key::new(
@@ -75,7 +75,7 @@ fn positive() -> Value {
     json!({ "type": "number", "exclusiveMinimum": 0 })
 }
 
-/// The numbers between two, both excluded.
+/// The numbers between two others, exclusive.
 fn between(least: f64, most: f64) -> Value {
     json!({ "type": "number", "exclusiveMinimum": plain(least), "exclusiveMaximum": plain(most) })
 }
@@ -113,7 +113,7 @@ fn parameters() -> Vec<Key> {
         ),
         Key::new(
             "parameters[].key",
-            "The key, as `--set` takes it.",
+            "The key, in the syntax of `--set`.",
             with(text(), json!({ "title": "a dotted key such as `battery.initial_pct`" })),
         )
         .required(),
@@ -132,20 +132,20 @@ fn parameters() -> Vec<Key> {
         Key::new("parameters[].to", "The upper end of a range.", any_number()),
         Key::new(
             "parameters[].steps",
-            "This many values, evenly spread over the range. A grid requires it.",
+            "This many values, evenly spaced over the range. Required for a grid.",
             with(whole(2), json!({ "maximum": 1_000_000 })),
         ),
         Key::new(
             "parameters[].scale",
-            "What is spaced evenly: values, or their logarithms.",
+            "What is evenly spaced: the values or their logarithms.",
             or(one_of(&["linear", "log"]), "linear"),
         ),
-        Key::new("parameters[].whole", "Whether to take only the whole numbers of the range.", or(flag(), false)),
+        Key::new("parameters[].whole", "Whether to use only the whole numbers in the range.", or(flag(), false)),
         Key::new("parameters[].normal", "A normal distribution.", table(json!({}))),
         Key::new("parameters[].normal.mean", "Its mean.", any_number()).required(),
         Key::new("parameters[].normal.sd", "Its standard deviation.", positive()).required(),
-        Key::new("parameters[].normal.min", "Where the distribution is cut off below.", any_number()),
-        Key::new("parameters[].normal.max", "Where the distribution is cut off above.", any_number()),
+        Key::new("parameters[].normal.min", "The lower end at which the distribution is truncated.", any_number()),
+        Key::new("parameters[].normal.max", "The upper end at which the distribution is truncated.", any_number()),
         Key::new("parameters[].exponential", "An exponential distribution.", table(json!({}))),
         Key::new("parameters[].exponential.mean", "Its mean.", positive()).required(),
     ]
@@ -163,25 +163,29 @@ fn goal_and_model() -> Vec<Key> {
             "propertyNames": { "enum": ["test", "bound", "indifference", "error"] },
         },
     });
-    let of = "the name of a property, or `expectation`: that a run is not as the scenario expects";
+    let of = "the name of a property, or `expectation` for a run that is not as the scenario expects";
     vec![
         Key::new("goal", "The campaign stops as soon as this is known: an estimate, or a test.", table(goal)),
         Key::new("goal.estimate", &format!("The event whose probability is estimated: {of}."), text()),
-        Key::new("goal.half_width", "Half the width at which the interval is narrow enough.", number(0.0005, 0.25)),
+        Key::new("goal.half_width", "Half the width of an interval that is narrow enough.", number(0.0005, 0.25)),
         Key::new("goal.confidence", "The confidence of the interval.", between(0.5, 1.0)),
         Key::new("goal.test", &format!("The event whose probability is compared with `bound`: {of}."), text()),
-        Key::new("goal.bound", "The probability to compare with.", between(0.0, 1.0)),
-        Key::new("goal.indifference", "How far from `bound` either answer is acceptable.", between(0.0, 0.5)),
+        Key::new("goal.bound", "The probability to compare it with.", between(0.0, 1.0)),
+        Key::new(
+            "goal.indifference",
+            "The distance from `bound` within which either answer is acceptable.",
+            between(0.0, 0.5),
+        ),
         Key::new("goal.error", "The acceptable probability of a wrong answer.", between(0.0, 0.5)),
         Key::new(
             "model",
-            "A model to compare the results with: something happens as soon as a quantity exceeds a bound.",
+            "A model to compare with the results: something happens as soon as a quantity exceeds a bound.",
             table(json!({})),
         ),
         Key::new("model.of", &format!("What happens: {of}."), text()).required(),
-        Key::new("model.about", "The model in words.", or(text(), "")),
+        Key::new("model.about", "The model, in words.", or(text(), "")),
         Key::new("model.quantity", "A formula of parameter names, numbers, `+ - * /` and parentheses.", text())
             .required(),
-        Key::new("model.bound", "The event happens where the quantity is greater than this.", any_number()).required(),
+        Key::new("model.bound", "The event happens if the quantity is greater than this.", any_number()).required(),
     ]
 }

@@ -1,16 +1,15 @@
-//! Campaigns: from one run to a hundred thousand.
+//! Campaigns: from one run to a hundred thousand runs.
 //!
-//! One run shows that a fault can break a requirement; a campaign says how likely that is. A [`Plan`] is read from a
+//! One run shows that a fault can violate a requirement; a campaign says how likely that is. A [`Plan`] is read from a
 //! TOML file and defines each run as a function of its number: the values of the [parameters](Parameter) that the file
 //! varies, distributed by a [`Sampling`](sampling::Sampling), and a seed. [`statistics`] explains what the results mean
 //! and when there are enough runs.
 //!
 //! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
 //! order of the runs. [`Ran::finish`] makes the [dataset] and the [`Summary`] from it, and [`merge`] puts shards
-//! together. A run that is refused, cannot continue or panics is a record like any other: it does not count for any
-//! property, and it counts as not as expected. Runs are limited in simulated time and communications
-//! (`execution.max_time_s`, `step_budget` and `run_budget` of the scenario), never by the wall clock: results must not
-//! depend on the machine.
+//! together. A run that is rejected, cannot continue or panics has a record like any other: it does not count for any
+//! property, and it is not as expected. Runs are limited in simulated time and communications (`execution.max_time_s`,
+//! `step_budget` and `run_budget` of the scenario), never by the wall clock: results must not depend on the machine.
 
 pub mod compare;
 pub mod dataset;

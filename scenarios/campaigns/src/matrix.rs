@@ -22,12 +22,12 @@ struct Job {
     seed: u64,
 }
 
-/// The results of scenarios with faults, and of the same world without faults.
+/// The results of scenarios with faults, and of runs in the same world without faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct Matrix {
     /// The properties, in the order in which the scenarios name them.
     pub properties: Vec<String>,
-    /// The scenarios with faults, in their order.
+    /// The scenarios with faults, in the given order.
     pub rows: Vec<Row>,
     /// The runs without faults.
     pub fault_free: FaultFree,
@@ -46,13 +46,13 @@ pub struct Row {
     pub onset: Option<Onset>,
     /// The verdict of each property, in the order of the matrix; null where the scenario does not watch it.
     pub notices: Vec<Option<Notice>>,
-    /// Whether the run was what the scenario expects.
+    /// Whether the run was as the scenario expects.
     pub as_expected: bool,
     /// The differences, in words.
     pub differences: Vec<String>,
-    /// Contacts begun between the robot and anything else; null without a robot.
+    /// Contacts of the robot with anything else; null without a robot.
     pub collisions: Option<u64>,
-    /// Whether the robot came to rest where the scenario sends it.
+    /// Whether the robot came to rest at its destination.
     pub arrived: bool,
 }
 
@@ -65,12 +65,12 @@ pub struct Onset {
     pub time_s: f64,
 }
 
-/// The verdict of a property on a run.
+/// The verdict on a property in a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Notice {
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
-    /// How many ticks after the fault's onset it was violated; null if it was not, or was violated before the onset.
+    /// How many ticks after the fault's onset it was violated; null if it was not violated, or before the onset.
     pub ticks_after_onset: Option<u64>,
     /// Whether it was violated before any fault took effect.
     pub false_alarm: bool,
@@ -81,7 +81,7 @@ pub struct Notice {
 pub struct FaultFree {
     /// The scenario.
     pub scenario: String,
-    /// How many runs there were, with root seeds starting at 1.
+    /// The number of runs, with root seeds starting at 1.
     pub runs: u64,
     /// The runs in which a property was violated, or that were not as expected.
     pub alarms: Vec<Alarm>,
@@ -98,8 +98,8 @@ pub struct Alarm {
 
 impl Matrix {
     /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. Calls `progress`
-    /// with the number of finished runs, the number of all runs, and the report of a run that has just finished, if it
-    /// came to its end.
+    /// with the number of finished runs, the total, and the report of the run that has just finished, if it reached its
+    /// end.
     ///
     /// # Errors
     /// What is wrong with a scenario, or why a run cannot continue.
@@ -133,7 +133,7 @@ impl Matrix {
         self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == Outcome::Violated))
     }
 
-    /// False alarms in words: violations without a fault, and before one.
+    /// False alarms, in words: violations without a fault, or before the fault.
     #[must_use]
     pub fn false_alarms(&self) -> Vec<String> {
         let sound = self.fault_free.alarms.iter().map(|alarm| {
@@ -148,7 +148,7 @@ impl Matrix {
     }
 }
 
-/// The names of all properties, in the order of their first appearance.
+/// The names of all properties, in order of first appearance.
 fn properties(reports: &[Report]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for monitor in reports.iter().flat_map(|report| &report.monitors) {
@@ -185,7 +185,7 @@ impl Row {
     }
 }
 
-/// How many ticks were generated after one tick, up to and including another; none if the other came first.
+/// The number of ticks from one tick to another; none if the other came first.
 fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
     tick.checked_add(1)?.checked_sub(last_before.map_or(0, |last| last + 1))
 }

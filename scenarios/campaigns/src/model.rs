@@ -5,21 +5,21 @@ use diagnostics::document::Table;
 
 use super::{Formula, Parameter, ParameterDomain, ParameterValue};
 
-/// A model: the campaign's `[model]`.
+/// A campaign's `[model]`.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The event that it predicts: a property's violation by its name, or `expectation`.
     pub of: Spanned<String>,
-    /// The model in words.
+    /// The model, in words.
     pub about: String,
     /// A formula over the names of parameters.
     pub quantity: Spanned<Formula>,
-    /// The event happens where the quantity is greater than this.
+    /// The event happens if the quantity is greater than this.
     pub bound: f64,
 }
 
 impl Model {
-    /// Reads a model. `None` if something is wrong with it, which has been recorded.
+    /// Reads a model. If something is wrong with it, reports that and returns `None`.
     pub(super) fn read(table: Table<'_>) -> Option<Self> {
         let of = table.text("of").spanned().required();
         let about = table.text("about").or(String::new());

@@ -1,7 +1,7 @@
 //! A campaign's report as a page: `report.html`, one self-contained file.
 //!
-//! It is made of the journal alone, read in a few passes in memory that does not grow with the number of runs; the same
-//! campaign gives the same bytes, on any number of cores, resumed, sharded or neither.
+//! It is made only from the journal, which is read in a few passes, in memory that does not grow with the number of
+//! runs. The same campaign gives the same bytes on any number of cores, resumed or not, sharded or not.
 
 mod against;
 mod axis;
@@ -32,11 +32,11 @@ use survey::{Pair, ParameterSurvey};
 
 /// The page's file.
 pub(super) const FILE: &str = "report.html";
-/// The confidence of the intervals that charts show.
+/// The confidence of the intervals in charts.
 const CONFIDENCE: f64 = 0.95;
-/// No more heat maps than this.
+/// The maximum number of heat maps.
 const MOST_MAPS: usize = 12;
-/// Bars of a histogram.
+/// The number of bars in a histogram.
 const BARS: usize = 24;
 
 /// The page of a campaign.
@@ -70,7 +70,7 @@ struct Page<'p> {
     confidence: Confidence,
 }
 
-/// Charts side by side below a text that applies to all of them; nothing without charts.
+/// Charts side by side below a text that applies to all of them; empty without charts.
 fn charts_below(lead: &Markup, charts: &Markup) -> Markup {
     html! { @if !charts.0.is_empty() { (lead) div.pairs { (charts) } } }
 }
@@ -90,7 +90,7 @@ fn title(parameter: &ParameterLayout) -> &str {
     parameter.about.as_deref().unwrap_or(&parameter.key)
 }
 
-/// A parameter's name where there is little room.
+/// A parameter's short name.
 fn name(parameter: &ParameterLayout) -> &str {
     parameter.name.as_deref().unwrap_or(&parameter.key)
 }
@@ -109,7 +109,7 @@ impl Page<'_> {
         let Summary { campaign, scenario, runs, version, outcomes, .. } = self.summary;
         html! {
             header.head {
-                p.over { "A campaign of runs of a service robot under runtime monitors" }
+                p.over { "A campaign with a service robot under runtime monitors" }
                 h1 { (campaign) }
                 p.about { (text(&self.layout.about)) }
                 p.quiet {
@@ -149,7 +149,7 @@ impl Page<'_> {
         };
         let rows = html! {
             @for estimate in &self.summary.properties { (line(estimate, "violated")) }
-            (line(&self.summary.expectation, "not met: the run was not what the scenario expects, or it failed"))
+            (line(&self.summary.expectation, "not met: the run was not as the scenario expects, or it failed"))
         };
         let content = html! {
             div.panel {
@@ -182,8 +182,8 @@ impl Page<'_> {
         let charts = html! { @for (layout, parameter) in with_axis { (self.parameter(layout, parameter)) } };
         let lead = html! {
             p {
-                "Each point is the rate in one part of a parameter’s range, the line through it the 95\u{a0}% interval. All other \
-                 parameters vary at the same time."
+                "Each point is the rate in one part of a parameter’s range; the line through it is the 95\u{a0}% \
+                 interval. All other parameters vary at the same time."
             }
         };
         section("parameters", "What it depends on", charts_below(&lead, &charts))
@@ -242,7 +242,7 @@ impl Page<'_> {
         };
         let lead = html! {
             p {
-                "Each cell is coloured by its rate, in percent: green 0, red 100; grey cells have no run."
+                "The color of each cell shows its rate, in percent: green is 0, red 100. Grey cells have no run."
                 @if wanted > MOST_MAPS { " The first " (MOST_MAPS) " of " (wanted) " maps are drawn." }
             }
         };
@@ -262,7 +262,7 @@ impl Page<'_> {
                 Some(chart(&text(about), &figure(&label, draw), None))
             })
         });
-        let lead = html! { p { "The line is the median; the band holds the middle eight of ten runs." } };
+        let lead = html! { p { "The line is the median; the band contains the middle 80\u{a0}% of the runs." } };
         let charts = html! { @for chart in charts { (chart) } };
         section("measures", "What was measured", charts_below(&lead, &charts))
     }
@@ -276,7 +276,7 @@ impl Page<'_> {
             let label = format!("Time from the first fault to {}", target.event());
             let draw = |size| charts::histogram(&bars, "time from the first fault to the violation, s", size);
             let caption = format!(
-                "{} violations after a fault: half of them within {} s, nine of ten within {} s, all within {} s.",
+                "{} violations after a fault: half of them within {} s, 90\u{a0}% within {} s, all within {} s.",
                 latencies.total(),
                 quantile(0.5),
                 quantile(0.9),
@@ -285,7 +285,7 @@ impl Page<'_> {
             Some(chart(&target.event(), &figure(&label, draw), Some(&caption)))
         });
         let charts = html! { @for chart in charts { (chart) } };
-        section("latency", "How soon a fault is noticed", charts_below(&Markup::default(), &charts))
+        section("latency", "How soon a fault is detected", charts_below(&Markup::default(), &charts))
     }
 
     fn data(&self) -> Markup {

@@ -20,7 +20,7 @@ pub enum ParameterValue {
     Text(String),
 }
 
-/// As TOML, as accepted by `--set`.
+/// The value in TOML, as accepted by `--set`.
 impl fmt::Display for ParameterValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -80,7 +80,7 @@ pub enum ParameterDomain {
         to: f64,
         /// Whether the scale is logarithmic.
         logarithmic: bool,
-        /// Only this many, evenly spaced, including both ends; at least 2.
+        /// Only this many values, evenly spaced, including both ends; at least 2.
         steps: Option<u64>,
     },
     /// Normally distributed numbers.
@@ -137,7 +137,7 @@ impl ParameterDomain {
         }
     }
 
-    /// The value with that index, if the values can be counted and the index is valid.
+    /// The value with this index, if the values can be counted and the index is valid.
     #[must_use]
     pub fn nth(&self, place: u64) -> Option<ParameterValue> {
         let count = self.count().filter(|count| place < *count)?;
@@ -169,7 +169,7 @@ impl ParameterDomain {
         }
     }
 
-    /// Values at and near the ends, and one in the middle: what a scenario must accept before a campaign starts. For an
+    /// Values at or near the ends, and one in the middle: a scenario must accept them before a campaign starts. For an
     /// unlimited tail, the value that one in a thousand exceeds.
     #[must_use]
     pub fn extremes(&self) -> Vec<ParameterValue> {
@@ -181,7 +181,7 @@ impl ParameterDomain {
         }
     }
 
-    /// A number of a range, at a fraction of the distance from its lower to its upper end; none for other domains.
+    /// The number at a fraction of the distance from the lower to the upper end of a range; none for other domains.
     fn between(&self, share: f64) -> Option<ParameterValue> {
         let Self::Range { from, to, logarithmic, .. } = self else { return None };
         let number = if *logarithmic { from * libm::pow(to / from, share) } else { from * (1.0 - share) + to * share };
@@ -194,7 +194,7 @@ pub(super) fn normal_cdf(x: f64) -> f64 {
     libm::erfc(-x / std::f64::consts::SQRT_2) / 2.0
 }
 
-/// Its inverse, by bisection in the lower half, where no precision is lost.
+/// Its inverse, by bisection in the lower half, where there is no loss of precision.
 fn normal_quantile(u: f64) -> f64 {
     if u > 0.5 {
         return -normal_quantile(1.0 - u);
@@ -244,12 +244,12 @@ mod tests {
         assert!(near(&ParameterDomain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
         let cut = ParameterDomain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
         assert!(cut.extremes().iter().all(|value| (0.0..=0.5).contains(&number(value))));
-        // Half of the rest of the distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
+        // Half of the truncated distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
         assert!((normal_cdf(number(&cut.at(0.5))) - (0.5 + normal_cdf(0.5)) / 2.0).abs() < 1e-12);
     }
 
     #[test]
-    fn values_are_written_as_toml_reads_them() {
+    fn values_are_written_in_toml() {
         let all = [
             ParameterValue::Integer(-3),
             ParameterValue::Number(1e-7),

@@ -51,7 +51,7 @@ pub struct Plan {
     files: String,
     /// One dimension per parameter; none for a grid.
     dimensions: Vec<Dimension>,
-    /// The scenario without what varies; all runs share its files and map.
+    /// The scenario without the parameters' values; all runs share its files and map.
     base: Arc<Scenario>,
     /// The properties that the scenario watches.
     properties: Vec<String>,
@@ -69,7 +69,7 @@ pub struct PlannedRun {
 }
 
 impl Plan {
-    /// Loads a campaign and its scenario: a file, or one that comes with the program, by its name.
+    /// Loads a campaign and its scenario, from a file, or by name if the campaign comes with the program.
     ///
     /// # Errors
     /// Everything that is wrong with them; see [`parse`](Self::parse).
@@ -98,8 +98,8 @@ impl Plan {
     /// Reads a campaign's text. A scenario given as a path is looked up relative to `name`.
     ///
     /// The scenario is loaded with the values at the ends and in the middle of each parameter's domain, and with all
-    /// listed values, one parameter after the other: what it would refuse in the middle of a campaign, it refuses now.
-    /// Values that it accepts individually but not together may still be refused in a run.
+    /// listed values, one parameter after the other. So a value that it would reject in the middle of a campaign is
+    /// rejected now. Values that it accepts individually but not together may still be rejected in a run.
     ///
     /// # Errors
     /// [`Error::Scenario`] with everything that is wrong.
@@ -136,7 +136,7 @@ impl Plan {
         Ok(self)
     }
 
-    /// Refuses to shard a campaign with a goal.
+    /// Rejects sharding of a campaign with a goal.
     pub(super) fn check_shard(&self, shard: Shard) -> Result<(), Error> {
         if shard == Shard::ALL || self.file.goal.is_none() {
             return Ok(());
@@ -157,21 +157,21 @@ impl Plan {
         &self.properties
     }
 
-    /// The scenario without what varies.
+    /// The scenario without the parameters' values.
     #[must_use]
     pub fn base(&self) -> &Arc<Scenario> {
         &self.base
     }
 
-    /// What must be added to the campaign's name on the command line to repeat one of its runs: the number of runs, if
-    /// it differs from the file's.
+    /// The option to add after the campaign's name to repeat one of its runs: the number of runs, if it differs from
+    /// the file's.
     pub(super) fn asked(&self) -> Option<u64> {
         self.asked
     }
 
-    /// A fingerprint of the runs: the texts of the campaign and its scenario, the number of runs, and all files on disk
-    /// that belong to the scenario: its bases, map, places, tree, skills and properties. The files that come with the
-    /// program are identified by its version.
+    /// A fingerprint of the runs. It covers the texts of the campaign and its scenario, the number of runs, and all
+    /// files on disk that belong to the scenario: its bases, map, places, tree, skills and properties. Files that come
+    /// with the program are identified by its version.
     #[must_use]
     pub fn identity(&self) -> String {
         let mut hash = blake3::Hasher::new();
@@ -199,7 +199,7 @@ impl Plan {
         self.file.runs
     }
 
-    /// Run `k`: a function of plan and number, independent of all other runs.
+    /// Run `k`: a function of the plan and the number, independent of all other runs.
     ///
     /// # Panics
     /// If there is no such run.
@@ -234,7 +234,7 @@ impl Plan {
         values
     }
 
-    /// Checks whether the scenario accepts the parameters' values.
+    /// Checks that the scenario accepts the parameters' values.
     fn check(&self, set: &[String]) -> Result<(), Error> {
         let mut complaints = Complaints::default();
         for problem in self.refusals(&self.run(0), set) {
@@ -248,14 +248,14 @@ impl Plan {
         for measure in self.file.measures.iter().filter(|_| self.base.premises.is_none()) {
             let problem =
                 measure.span.problem(format!("there is no robot for which to measure `{}`", measure.value.name()));
-            let help = "the scenario has no map, and so no robot";
+            let help = "the scenario has no map, so it has no robot";
             complaints.push(problem.with_label("this measure").with_help(help));
         }
         Ok(complaints.check()?)
     }
 
-    /// The values that the scenario refuses, once per parameter. Parameters are varied around the first run; if the
-    /// scenario refuses that run already, each parameter is tried alone, so that every wrong one is found.
+    /// The values that the scenario rejects, once per parameter. Parameters are varied around the first run; if the
+    /// scenario rejects even that run, each parameter is tried alone, so that every wrong one is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
         let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &ParameterValue| {
@@ -295,7 +295,7 @@ impl PlannedRun {
     }
 }
 
-/// The error that no campaign with that name comes with the program, with the most similar name.
+/// The error that no campaign with this name comes with the program, with the most similar name.
 fn no_campaign(name: &str) -> Error {
     let meant = diagnostics::did_you_mean(name, shipped_campaigns().map(|(known, _)| known));
     let meant = meant.map_or_else(String::new, |meant| meant + " ");
@@ -313,7 +313,7 @@ fn campaign_names() -> String {
 /// have their verdicts.
 fn of_model(path: &Path) -> String {
     let file = path.file_name().unwrap_or_default().to_string_lossy();
-    // JSON writes texts as TOML does.
+    // JSON and TOML write strings in the same way.
     let file = serde_json::Value::from(file);
     format!("scenario = {file}\nruns = 1000\nseed = 0\nset = [\"stop.when_settled=true\"]\n")
 }
@@ -326,7 +326,7 @@ fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
     file.parameters.iter().enumerate().filter_map(dimension).collect()
 }
 
-/// The scenario that a campaign names: relative to its file, or one that comes with the program.
+/// The scenario that a campaign names: a file relative to the campaign's, or one that comes with the program.
 fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let beside = folder.join(&file.scenario.value);
@@ -341,7 +341,7 @@ fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
     })
 }
 
-/// The error that the scenario does not accept a value, at the parameter.
+/// The error that the scenario does not accept a value, located at the parameter.
 fn refusal(key: &Spanned<String>, value: &ParameterValue, error: &scenarios::Error) -> Problem {
     let problem =
         key.span.problem(format!("the scenario does not accept `{}={value}`: {}", key.value, error.reasons()));

@@ -20,17 +20,18 @@ pub struct RunRecord {
     /// The expectations of the scenario that the run did not meet, in words; empty if the run failed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmet: Vec<String>,
-    /// Why there are no facts, in words: what the scenario refused, why the run could not continue, or how it panicked.
+    /// Why there are no facts, in words: what the scenario rejected, why the run could not continue, or how it
+    /// panicked.
     pub failure: Option<String>,
     /// The measurements; none if the run failed.
     pub facts: Option<RunFacts>,
 }
 
-/// How a run went.
+/// The outcome of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunOutcome {
-    /// It was what the scenario expects.
+    /// It was as the scenario expects.
     AsExpected,
     /// It was not.
     NotAsExpected,
@@ -61,13 +62,13 @@ pub struct RunFacts {
     pub ticks: u64,
     /// When the robot first came to rest at one of the places where the scenario stops, in seconds.
     pub arrived_s: Option<f64>,
-    /// The lowest charge of the battery, in percent; none without a robot, like the following five.
+    /// The lowest charge of the battery, in percent; none without a robot, as for the following five.
     pub battery_minimum_pct: Option<f64>,
     /// Its charge at the end, in percent.
     pub battery_final_pct: Option<f64>,
     /// Distance driven, in metres.
     pub distance_m: Option<f64>,
-    /// Contacts begun between the robot and anything else.
+    /// Contacts of the robot with anything else.
     pub collisions: Option<u64>,
     /// Root mean square of the distance between the estimated and the true position, in metres.
     pub localization_rmse_m: Option<f64>,
@@ -75,7 +76,7 @@ pub struct RunFacts {
     pub localization_max_m: Option<f64>,
     /// How many faults took effect.
     pub faults: u64,
-    /// When the first did, in seconds.
+    /// When the first fault took effect, in seconds.
     pub fault_onset_s: Option<f64>,
     /// BLAKE3 hash of the run's trace.
     pub trace_hash: String,
@@ -151,14 +152,14 @@ impl RunRecord {
         Self { k, seed, values, outcome: RunOutcome::Failed, unmet: Vec::new(), failure: Some(why), facts: None }
     }
 
-    /// Whether the property with that index among the [plan's](super::Plan::properties) was violated. None for a run
-    /// that failed: it does not count for any property.
+    /// Whether the property with this index in [`Plan::properties`](super::Plan::properties) was violated. None for a
+    /// failed run, which does not count for any property.
     #[must_use]
     pub fn violated(&self, property: usize) -> Option<bool> {
         Some(self.facts.as_ref()?.monitors.get(property)?.verdict == Outcome::Violated)
     }
 
-    /// Whether the run was not what the scenario expects. A run that failed was not.
+    /// Whether the run was not as the scenario expects. A failed run was not.
     #[must_use]
     pub fn unexpected(&self) -> bool {
         self.outcome != RunOutcome::AsExpected

@@ -24,7 +24,7 @@ impl Matrix {
     }
 }
 
-/// One self-contained page: the table, what no property notices, and the runs without a fault.
+/// One self-contained page: the table, the faults that no property detects, and the runs without a fault.
 fn page(matrix: &Matrix) -> String {
     let noticed = matrix.rows.len() - matrix.unnoticed().count();
     let main = html! {
@@ -32,12 +32,12 @@ fn page(matrix: &Matrix) -> String {
             p.over { "A service robot under runtime monitors" }
             h1 { "Faults and properties" }
             p.about {
-                "Which property notices which fault, and after how many ticks. " (noticed) " of " (matrix.rows.len())
-                " faults are noticed by a property."
+                "Which property detects which fault, and after how many ticks.  " (noticed) " of " (matrix.rows.len())
+                "  faults are detected by a property."
             }
         }
         section #matrix { (rows(matrix)) }
-        (section("unnoticed", "What no property notices", unnoticed(matrix)))
+        (section("unnoticed", "Faults that no property detects", unnoticed(matrix)))
         (section("fault-free", "Without a fault", fault_free(matrix)))
     };
     document("Faults and properties", &main)
@@ -83,7 +83,7 @@ fn fault(row: &Row) -> &str {
     row.fault.as_deref().unwrap_or("no fault took effect")
 }
 
-/// What a property says. On a narrow page a row is a card, and every cell names its column.
+/// A property's verdict. On a narrow page, a row is a card, and every cell names its column.
 fn cell(property: &str, notice: Option<&Notice>) -> Markup {
     let Some(notice) = notice else { return html! { td {} } };
     let (words, title) = match (notice.verdict, notice.ticks_after_onset) {

@@ -1,4 +1,4 @@
-//! A campaign's results against its model.
+//! A campaign's results compared with its model.
 
 use drawing::scale::Scale;
 
@@ -9,31 +9,30 @@ use super::axis::{Extent, number};
 use super::histogram::Histogram;
 use super::target::Target;
 
-/// The number of values of the quantity among which the frontier is searched.
+/// The number of values of the quantity that are tried as the frontier.
 const FINE: usize = 960;
-/// The third parameter of a formula is divided into this many slices, each with a map of its own.
+/// The third parameter of a formula is divided into this many slices, each with its own map.
 const SLICES: usize = 4;
-/// The parts of an axis in which a curve is searched.
+/// The number of parts into which an axis is divided to find a curve.
 const LOOKS: usize = 400;
 
 /// The counts for the model.
 pub(super) struct ModelSurvey {
     pub(super) layout: ModelLayout,
-    /// The target's place among all.
+    /// The index of the target among all targets.
     pub(super) target: usize,
     pub(super) formula: Formula,
     /// The formula's parameters.
     pub(super) inputs: Vec<Input>,
     extent: Extent,
-    /// Of the quantity, in runs in which the target did not happen, and in which it did.
+    /// Histograms of the quantity: over runs in which the target did not happen, and over runs in which it did.
     pub(super) quantities: [Histogram; 2],
-    /// Runs by what the model says and by what was: not and not, not and yes, yes and not, yes and yes.
+    /// The number of runs, by what the model predicts (0: it does not happen, 1: it does) and by what happened.
     pub(super) said_and_was: [[u64; 2]; 2],
-    /// The least quantity with which it happened, and the greatest with which it did not.
+    /// The smallest quantity with which it happened, and the greatest with which it did not.
     pub(super) least_happened: Option<f64>,
     pub(super) greatest_not: Option<f64>,
-    /// The quantity above which it happens: the one that leaves the fewest runs on the wrong side; and how many these
-    /// are.
+    /// The frontier: the value of the quantity that leaves the fewest runs on the wrong side, and their number.
     pub(super) frontier: Option<(f64, u64)>,
     /// For each slice of the third parameter, each bin of the first and each of the second: how often it happened.
     pub(super) slices: Vec<Vec<Vec<Count>>>,
@@ -41,7 +40,7 @@ pub(super) struct ModelSurvey {
 
 /// A parameter in the formula.
 pub(super) struct Input {
-    /// Its place among the parameters.
+    /// Its index among the parameters.
     pub(super) place: usize,
     name: String,
     logarithmic: bool,
@@ -50,7 +49,7 @@ pub(super) struct Input {
 }
 
 impl ModelSurvey {
-    /// Nothing counted yet; none if the campaign has no model.
+    /// The counts at the start; none if the campaign has no model.
     pub(super) fn new(layout: &Layout, targets: &[Target]) -> Option<Self> {
         let model = layout.model.clone()?;
         let formula = Formula::parse(&model.quantity).ok()?;
@@ -76,7 +75,7 @@ impl ModelSurvey {
         })
     }
 
-    /// The first pass: how wide everything is.
+    /// The first pass: measures ranges.
     pub(super) fn look(&mut self, record: &RunRecord) {
         if let Some(quantity) = self.quantity(record) {
             self.extent.add(quantity);
@@ -86,7 +85,7 @@ impl ModelSurvey {
         }
     }
 
-    /// The same with its axes measured, those of the maps with this many bins.
+    /// The same, with axes for the measured ranges; those of the maps have this many bins.
     pub(super) fn measured(mut self, bins: usize) -> Self {
         for input in &mut self.inputs {
             let range = input.extent.range().unwrap_or(0.0..1.0);
@@ -131,14 +130,13 @@ impl ModelSurvey {
         }
     }
 
-    /// After the second pass: where the frontier is. A value of the quantity from which on most runs are on the right
-    /// side.
+    /// After the second pass: finds the frontier, the value of the quantity that leaves most runs on the right side.
     pub(super) fn settle(&mut self) {
         let [held, happened] = &self.quantities;
         if held.total() == 0 || happened.total() == 0 {
             return;
         }
-        // Below the first bin, it is said to happen always: all runs in which it did not are wrong.
+        // With the frontier below the first bin, the event always happens: all runs in which it did not are wrong.
         let mut wrong = held.total();
         let mut best = (wrong, 0);
         for bin in 0..FINE {
@@ -150,7 +148,8 @@ impl ModelSurvey {
         self.frontier = Some((held.scale.at(best.1 as f64 / FINE as f64), best.0));
     }
 
-    /// The middle of the third parameter's slice, and of what the maps do not show.
+    /// The values on the map of a slice: the middle of the slice for the third parameter, the middle of the range for
+    /// others.
     fn fixed(&self, slice: usize) -> Vec<f64> {
         let middle = |(index, input): (usize, &Input)| match index {
             2 => input.scale.at((slice as f64 + 0.5) / self.slices.len().max(1) as f64),
@@ -159,7 +158,7 @@ impl ModelSurvey {
         self.inputs.iter().enumerate().map(middle).collect()
     }
 
-    /// Where the quantity has that value on the map of a slice: shares of its two axes.
+    /// Where the quantity has the wanted value on the map of a slice, as fractions of its two axes.
     pub(super) fn curve(&self, slice: usize, wanted: f64) -> Vec<(f64, f64)> {
         let fixed = self.fixed(slice);
         let [x_scale, y_scale] = [self.inputs[0].scale, self.inputs[1].scale];

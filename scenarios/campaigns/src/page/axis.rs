@@ -1,4 +1,4 @@
-//! The axis of a parameter in a report's charts: numbers or single values, whichever its values ask for.
+//! The axis of a parameter in a report's charts: numbers or single values, depending on the parameter's values.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::super::journal::ParameterLayout;
 
 /// A parameter with more different values than this has no axis, unless they are numbers.
 const MOST_CLASSES: usize = 24;
-/// Up to this many different numbers are an axis of single values.
+/// Up to this many different numbers have an axis of single values.
 const FEW_NUMBERS: usize = 12;
 
 /// The axis of a parameter.
@@ -47,7 +47,7 @@ pub(super) fn number(value: &ParameterValue) -> Option<f64> {
     }
 }
 
-/// The least and the greatest of numbers.
+/// The smallest and the greatest of some numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Extent {
     ends: Option<(f64, f64)>,
@@ -66,7 +66,7 @@ impl Extent {
     }
 }
 
-/// Which values a parameter has taken, as far as an axis needs to know.
+/// The values that a parameter has taken, as far as an axis needs to know.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Taken {
     extent: Extent,
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn few_values_are_classes_many_numbers_a_scale_and_many_texts_nothing() {
+    fn few_values_are_classes_many_numbers_a_scale_and_many_texts_no_axis() {
         let numbers = |count: i64| axis((0..count).rev().map(ParameterValue::Integer));
         assert_eq!(
             numbers(3),

@@ -13,10 +13,10 @@ use super::axis::Axis;
 use super::histogram::Histogram;
 use super::plot::{Plot, Size};
 
-/// Cells narrower than this have no number in them, in pixels.
+/// Narrower cells have no number in them, in pixels.
 const ROOM_FOR_A_NUMBER: f64 = 19.0;
 
-/// Rates against an axis: a point for each bin, with its interval.
+/// Rates along an axis: one point per bin, with its interval.
 pub(super) fn rates(axis: &Axis, counts: &[Count], title: &str, confidence: Confidence, layout: Layout) -> Drawing {
     let mut plot = Plot::new(Size::Half, layout, 0.5);
     plot.rate_axis();
@@ -41,12 +41,12 @@ fn points(plot: &mut Plot, axis: &Axis, counts: &[Count], confidence: Confidence
     }
 }
 
-/// Rates by two axes: a cell for each pair of bins.
+/// Rates along two axes: one cell per pair of bins.
 pub(super) fn heat_map(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], layout: Layout) -> Drawing {
     heat(axes, titles, cells, true, layout).finish()
 }
 
-/// A heat map of one slice of the model's parameters, with the frontier and the model's.
+/// A heat map of one slice of the model's parameters, with the runs' frontier and the model's.
 pub(super) fn slice(model: &ModelSurvey, number: usize, titles: [&str; 2], layout: Layout) -> Drawing {
     let axes = [0, 1].map(|input| Axis::Scale(model.inputs[input].scale));
     let cells = &model.slices[number];
@@ -92,7 +92,7 @@ fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], numbers: bool
     plot
 }
 
-/// Lines between cells with a rate of at least one half and cells below it.
+/// Draws lines between cells with a rate of at least one half and cells below that.
 fn halves(plot: &mut Plot, cells: &[Vec<Count>]) {
     let mostly = |x: usize, y: usize| cells.get(x)?.get(y)?.rate().map(|rate| rate >= 0.5);
     let edge = |place: usize, bins: usize| place as f64 / bins as f64;
@@ -114,7 +114,7 @@ fn halves(plot: &mut Plot, cells: &[Vec<Count>]) {
     }
 }
 
-/// Rates against the model's quantity, with the model's bound and the frontier.
+/// Rates along the model's quantity, with the model's bound and the frontier.
 pub(super) fn quantity(model: &ModelSurvey, confidence: Confidence, layout: Layout) -> Drawing {
     const BINS: usize = 48;
     let [held, happened] = model.quantities.each_ref().map(|quantities| quantities.coarser(BINS));
@@ -139,7 +139,7 @@ pub(super) fn quantity(model: &ModelSurvey, confidence: Confidence, layout: Layo
     plot.finish()
 }
 
-/// How many runs lie in each bin.
+/// The number of runs in each bin.
 pub(super) fn histogram(histogram: &Histogram, title: &str, layout: Layout) -> Drawing {
     let most = histogram.counts.iter().copied().max().unwrap_or(0).max(1);
     let heights = Scale::new(0.0..most as f64, false, 1);
@@ -155,7 +155,7 @@ pub(super) fn histogram(histogram: &Histogram, title: &str, layout: Layout) -> D
     plot.finish()
 }
 
-/// A measurement against an axis: the median, and the range of the middle eight of ten runs.
+/// A measurement along an axis: the median, and the range of the middle 80 % of the runs.
 pub(super) fn measured(axis: &Axis, histograms: &[Histogram], title: &str, layout: Layout) -> Drawing {
     let mut plot = Plot::new(Size::Half, layout, 0.5);
     let Some(scale) = histograms.first().map(|histogram| histogram.scale) else { return plot.finish() };

@@ -7,7 +7,7 @@ use reports::html::{figure, section, text};
 use super::{Page, chart, charts, percent, title};
 
 impl Page<'_> {
-    /// Where the frontier is, and where the model has it.
+    /// Where the frontier is, according to the runs and to the model.
     pub(super) fn frontier(&self) -> Markup {
         let Some(model) = &self.survey.model else { return Markup::default() };
         let event = self.survey.targets[model.target].event();
@@ -23,7 +23,7 @@ impl Page<'_> {
                     (figure(&label, |size| charts::quantity(model, self.confidence, size)))
                     figcaption {
                         "The rate of " (event) " for each part of the quantity's range, with its 95\u{a0}% interval. \
-                         Dashed: the model’s bound. The line: the bound that fits the runs best."
+                         Dashed: the model’s bound. Solid: the bound that fits the runs best."
                     }
                 }
             }
@@ -49,19 +49,19 @@ impl Page<'_> {
                 (model.frontier, model.least_happened, model.greatest_not) {
                 p {
                     "The frontier of the simulated robot is at " strong { (short(frontier)) } ", the bound that leaves the \
-                     fewest runs on its wrong side: " (wrong) " (" (share(wrong)) "). The least quantity with “"
-                    (event) "” is " (short(least)) ", the greatest without is " (short(greatest)) "."
+                     fewest runs on its wrong side: " (wrong) " (" (share(wrong)) "). The smallest quantity with “"
+                    (event) "” is " (short(least)) "; the greatest without it is  " (short(greatest)) "."
                 }
             }
         }
     }
 
-    /// The maps of the model's first two parameters, for each slice of the third.
+    /// The maps of the model's first two parameters, one per slice of the third.
     fn slices(&self) -> Markup {
         let Some(model) = &self.survey.model else { return Markup::default() };
         let layout = |input: usize| &self.layout.parameters[model.inputs[input].place];
-        let caption = "Along the cells: where the rate of the runs passes one half. Dashed: the model, in the middle of the slice; \
-                       the line beside it: the same formula with the bound that fits the runs best.";
+        let caption = "Between cells: where the rate of the runs crosses one half. Dashed: the model, in the middle \
+                       of the slice. Solid: the same formula with the bound that fits the runs best.";
         let map = |slice: usize| {
             let titles = [title(layout(0)), title(layout(1))];
             let heading = match model.inputs.get(2) {

@@ -1,8 +1,8 @@
-//! How numbers are distributed, in bins.
+//! The distribution of numbers, in bins.
 
 use drawing::scale::Scale;
 
-/// How many of some numbers lie in each bin of an axis.
+/// The number of values in each bin of an axis.
 #[derive(Clone, Debug)]
 pub(super) struct Histogram {
     pub(super) scale: Scale,
@@ -22,7 +22,7 @@ impl Histogram {
         self.counts.iter().sum()
     }
 
-    /// The value below which that share of the numbers lies, to within a bin; none without numbers.
+    /// The value below which this fraction of the numbers lies, to within a bin; none without numbers.
     pub(super) fn quantile(&self, share: f64) -> Option<f64> {
         let wanted = share * self.total() as f64;
         let mut below = 0.0;
@@ -37,7 +37,7 @@ impl Histogram {
         None
     }
 
-    /// The same numbers in fewer bins, whose number divides that of the bins.
+    /// The same numbers in fewer bins; the number of bins must be a divisor of the present one.
     pub(super) fn coarser(&self, bins: usize) -> Self {
         let each = self.counts.len() / bins;
         let counts = self.counts.chunks(each).map(|counts| counts.iter().sum()).collect();

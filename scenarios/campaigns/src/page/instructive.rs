@@ -6,18 +6,18 @@ use super::super::statistics::Count;
 use super::super::{RunOutcome, RunRecord};
 use super::survey::{Instructive, Pattern, Survey};
 
-/// So many runs are named.
+/// How many runs are named.
 const NAMED: usize = 10;
-/// At least this many runs decide what is rare around a run.
+/// The minimum number of similar runs from which it is decided that a run is unusual.
 const AROUND: u64 = 8;
 
-/// How far a run is from being the one; none if it cannot be.
+/// The lower, the better the run fits the reason; none if it does not fit.
 type Score = dyn Fn(&Survey, &RunRecord) -> Option<f64>;
 
 /// A reason to look at a run.
 struct Reason {
     score: Box<Score>,
-    /// The reason in words, of the run with that score.
+    /// The reason in words, for the run with this score.
     words: Box<dyn Fn(f64) -> String>,
     best: Option<(f64, RunRecord)>,
 }
@@ -28,7 +28,7 @@ pub(super) struct Selection {
 }
 
 impl Selection {
-    /// Nothing selected yet: the reasons, the most important first.
+    /// Starts with the reasons, the most important first, and no runs.
     pub(super) fn new(survey: &Survey) -> Self {
         let mut selection = Self { reasons: Vec::new() };
         selection.add(
@@ -52,7 +52,8 @@ impl Selection {
         self.reasons.push(Reason { score: Box::new(score), words: Box::new(words), best: None });
     }
 
-    /// With a model: the runs next to the frontier on either side, and those farthest on the wrong side of it.
+    /// If there is a model: the runs nearest to the frontier, with the event and without it, and those farthest on the
+    /// wrong side.
     fn near_the_frontier(&mut self, survey: &Survey) {
         let Some((model, (frontier, _))) = survey.model.as_ref().and_then(|model| Some((model, model.frontier?)))
         else {
@@ -70,12 +71,12 @@ impl Selection {
             self.add(near, move |_| format!("{name}, nearest to the frontier"));
             let sign = if happened { 1.0 } else { -1.0 };
             let far = move |survey: &Survey, record: &RunRecord| Some(sign * quantity(survey, record)?);
-            let side = if happened { "the least" } else { "the greatest" };
+            let side = if happened { "the smallest" } else { "the greatest" };
             self.add(far, move |score| format!("{what} at {side} quantity, {}", short(sign * score)));
         }
     }
 
-    /// Runs that went as hardly any around them did.
+    /// Runs with a result that is unusual among similar runs.
     fn against_the_odds(&mut self, survey: &Survey) {
         let modelled = survey.model.as_ref().map(|model| model.target);
         for target in survey.drawn.iter().copied().filter(|target| Some(*target) != modelled) {
@@ -118,7 +119,7 @@ impl Selection {
         }
     }
 
-    /// The least charge of a run in which nothing was violated, if something was in others.
+    /// The lowest charge in a run without violations, if other runs had violations.
     fn closest_call(&mut self, survey: &Survey) {
         if survey.drawn.iter().all(|target| survey.targets[*target].is_expectation()) {
             return;
@@ -128,7 +129,7 @@ impl Selection {
             let violated = survey.targets.iter().any(|target| target.time_s(record).is_some());
             facts.battery_minimum_pct.filter(|_| !violated)
         };
-        self.add(charge, |score| format!("the least charge without a violation, {score:.3} %"));
+        self.add(charge, |score| format!("the lowest charge without a violation, {score:.3} %"));
     }
 
     fn extremes(&mut self) {
@@ -153,7 +154,7 @@ impl Selection {
         );
     }
 
-    /// The third pass: looks at a run. The first of equals stays.
+    /// The third pass: considers a run. Of equal runs, the first one counts.
     pub(super) fn consider(&mut self, survey: &Survey, record: &RunRecord) {
         for reason in &mut self.reasons {
             let Some(score) = (reason.score)(survey, record) else { continue };
@@ -179,8 +180,8 @@ impl Selection {
     }
 }
 
-/// The least share of runs that went like this one in any group around it: those in the same bins of two parameters, or
-/// of one if they are too few.
+/// The smallest fraction of runs with the same result as this one in any group of similar runs: those in the same bins
+/// of two parameters, or of one parameter if they are too few.
 fn probability(survey: &Survey, record: &RunRecord, target: usize, happened: bool) -> Option<f64> {
     let bins = survey.bins(record);
     let pairs = survey.pairs.iter().filter_map(|pair| {

@@ -1,4 +1,4 @@
-//! The passes over a journal that a survey takes.
+//! The passes over a journal that a survey needs.
 
 use super::super::RunRecord;
 use super::super::journal::{JournalReader, Layout};
@@ -6,7 +6,7 @@ use super::instructive::Selection;
 use super::survey::{FirstLook, Survey};
 use crate::Error;
 
-/// Surveys what `journal` opens, several times.
+/// Surveys the journal that `journal` opens; it is opened once per pass.
 pub(in super::super) fn survey(
     layout: &Layout,
     journal: impl Fn() -> Result<JournalReader, Error>,

@@ -9,23 +9,23 @@ use reports::html::{Drawing, Layout, NARROW};
 use super::super::ParameterValue;
 use super::axis::Axis;
 
-/// Width of a chart with another one beside it, and of one alone, in pixels.
+/// Width of a chart with another one beside it, and of a single chart, in pixels.
 const HALF: f64 = 500.0;
 const FULL: f64 = 1060.0;
-/// Room for the labels to the left of a plot and below it, above it and to the right of it, in pixels.
+/// Room for labels to the left of a plot, below it, above it and to its right, in pixels.
 const LEFT: f64 = 54.0;
 const BELOW: f64 = 46.0;
 const ABOVE: f64 = 12.0;
 const RIGHT: f64 = 16.0;
 
 const FONT: Font = Font::regular(12.0);
-/// Room between the middles of two labels below an axis, in pixels.
+/// Distance between the middles of two labels below an axis, in pixels.
 const BETWEEN: f64 = 54.0;
 
-/// How large a chart is.
+/// The size of a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Size {
-    /// With another one beside it, where the page is wide.
+    /// With another chart beside it if the page is wide.
     Half,
     /// As wide as the page.
     Full,
@@ -38,7 +38,7 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    /// An empty plot whose height is a share of its width.
+    /// An empty plot whose height is a fraction of its width.
     pub(super) fn new(size: Size, layout: Layout, height_share: f64) -> Self {
         let wide = if size == Size::Half { HALF } else { FULL };
         let width = layout.pick(wide, NARROW);
@@ -47,7 +47,7 @@ impl Plot {
         Self { canvas: Canvas::for_browsers(), area: Area::new(LEFT, ABOVE, plot_width, height) }
     }
 
-    /// The same with what the axis to the left is, written above it.
+    /// The same, with the title of the left axis above it.
     pub(super) fn with_title(mut self, title: &str) -> Self {
         let style = TextStyle::new(FONT, theme::INK);
         let title = FONT.fit(&format!("↑ {title}"), self.area.width + LEFT - 4.0);
@@ -62,18 +62,18 @@ impl Plot {
         Drawing { canvas: self.canvas, width, height }
     }
 
-    /// A place in the plot, by the shares of its two axes.
+    /// A place in the plot, as fractions of its two axes.
     pub(super) fn at(&self, x: f64, y: f64) -> Spot {
         (self.area.x + x * self.area.width, self.area.bottom() - y * self.area.height)
     }
 
-    /// A part of the plot, by the shares of its two axes.
+    /// A part of the plot, as fractions of its two axes.
     pub(super) fn part(&self, x: [f64; 2], y: [f64; 2]) -> Area {
         let ((left, bottom), (right, top)) = (self.at(x[0], y[0]), self.at(x[1], y[1]));
         Area::new(left, top, right - left, bottom - top)
     }
 
-    /// The axis below the plot, with its title.
+    /// Draws the axis below the plot, with its title.
     pub(super) fn x_axis(&mut self, axis: &Axis, title: &str) {
         let most = (self.area.width / BETWEEN) as usize;
         let base = self.area.bottom();
@@ -90,7 +90,7 @@ impl Plot {
         self.canvas.line(left, right, Paint::stroke(theme::LINE, 1.0));
     }
 
-    /// The axis to the left of the plot, with lines across it if they are wanted.
+    /// Draws the axis to the left of the plot, with lines across the plot if `lines` is set.
     pub(super) fn y_axis(&mut self, axis: &Axis, lines: bool, write: impl Fn(String) -> String) {
         let most = (self.area.height / 34.0) as usize;
         let style = TextStyle::new(FONT, theme::MUTED).anchored(Anchor::End);
@@ -105,13 +105,13 @@ impl Plot {
         self.canvas.line(top, bottom, Paint::stroke(theme::LINE, 1.0));
     }
 
-    /// An axis of rates from 0 to 100 %.
+    /// Draws an axis of rates from 0 to 100 %.
     pub(super) fn rate_axis(&mut self) {
         let rates = Axis::Scale(Scale::new(0.0..100.0, false, 1));
         self.y_axis(&rates, true, |label| format!("{label} %"));
     }
 
-    /// A line from bottom to top with a label, at a share of the axis below.
+    /// Draws a line from bottom to top with a label, at a fraction of the axis below.
     pub(super) fn upright(&mut self, share: f64, label: &str, paint: Paint, label_at: f64) {
         let (bottom, top) = (self.at(share, 0.0), self.at(share, 1.0));
         self.canvas.line(bottom, top, paint);

@@ -11,7 +11,7 @@ use super::survey::{FEW_RUNS, Instructive, Pattern, Survey};
 use super::target::Target;
 use super::{Page, name, percent};
 
-/// So many combinations of violations are listed.
+/// How many combinations of violations are listed.
 const LISTED: usize = 24;
 
 impl Page<'_> {
@@ -86,7 +86,7 @@ impl Page<'_> {
         words.join(" · ")
     }
 
-    /// The runs that did not finish, and the first ones that were not as expected.
+    /// The first runs that failed, and the first that were not as expected.
     pub(super) fn failures(&self) -> Markup {
         let list = |title: &str, runs: &[Named]| {
             html! {
@@ -112,7 +112,7 @@ impl Page<'_> {
         section("failures", "What went wrong", lists)
     }
 
-    /// Every run, if they are few.
+    /// Every run, if there are few.
     pub(super) fn all_runs(&self) -> Markup {
         let parameters = self.layout.parameters.iter().map(name);
         let properties = self.layout.properties.iter().map(String::as_str);

@@ -15,9 +15,9 @@ use super::target::Target;
 
 /// Up to this many numbers are shown individually, run by run.
 pub(super) const FEW_RUNS: u64 = 400;
-/// Pairs are made of at most this many parameters: the first ones.
+/// Pairs are made from at most this many parameters: the first ones.
 const PAIRED: usize = 6;
-/// Bins of a histogram that quantiles are taken from.
+/// The number of bins in histograms for quantiles.
 const FINE: usize = 480;
 /// The number of combinations of violations that are distinguished.
 const MOST_PATTERNS: usize = 200;
@@ -26,25 +26,25 @@ const MOST_PATTERNS: usize = 200;
 pub(in super::super) struct Survey {
     pub(super) runs: u64,
     pub(super) targets: Vec<Target>,
-    /// Which targets are drawn: those that happened in some runs and not in others, and not in just the runs of one
-    /// before.
+    /// The targets to draw: those that happened in some runs but not in all, and not in exactly the same runs as an
+    /// earlier one.
     pub(super) drawn: Vec<usize>,
     pub(super) parameters: Vec<ParameterSurvey>,
     pub(super) pairs: Vec<Pair>,
-    /// How often which targets happened together, and the first run in which they did.
+    /// Which targets happened together, how often, and in which run first.
     pub(super) patterns: Vec<Pattern>,
-    /// Of each property, the time from fault to violation.
+    /// For each property, the time from fault to violation.
     pub(super) latencies: Vec<Option<Histogram>>,
     pub(super) model: Option<ModelSurvey>,
     pub(super) instructive: Vec<Instructive>,
-    /// All runs, if they are few.
+    /// All runs, if there are few.
     pub(super) records: Vec<RunRecord>,
 }
 
 /// A run that is worth a look.
 pub(super) struct Instructive {
     pub(super) record: RunRecord,
-    /// Why, in words; several reasons if several hold.
+    /// The reasons, in words.
     pub(super) why: Vec<String>,
 }
 
@@ -54,15 +54,15 @@ pub(super) struct ParameterSurvey {
     pub(super) axis: Option<Axis>,
     /// For each bin, how often each target happened.
     pub(super) rates: Vec<Vec<Count>>,
-    /// For each measure, its distribution in each bin.
+    /// For each measurement, its distribution in each bin.
     pub(super) measures: Vec<(Measure, Vec<Histogram>)>,
 }
 
 /// The counts of two parameters together.
 pub(super) struct Pair {
-    /// The places of the parameters.
+    /// The indices of the parameters.
     pub(super) across: [usize; 2],
-    /// For each bin of the first, each bin of the second and each target: how often it happened.
+    /// How often each target happened, by the bin of the first parameter and the bin of the second.
     pub(super) cells: Vec<Vec<Vec<Count>>>,
 }
 
@@ -107,7 +107,7 @@ impl Survey {
         }
     }
 
-    /// Where the model has its frontier, and where the runs have it; none without a model.
+    /// The frontiers of the model and of the runs, in words; none without a model.
     pub(in super::super) fn frontier_in_words(&self) -> Option<String> {
         let model = self.model.as_ref()?;
         let (frontier, wrong) = model.frontier?;
@@ -143,12 +143,12 @@ fn count(counts: &mut [Count], happened: &[Option<bool>]) {
     }
 }
 
-/// The first pass: how wide everything is.
+/// The first pass: measures ranges.
 pub(super) struct FirstLook {
     targets: Vec<Target>,
     runs: u64,
     counts: Vec<Count>,
-    /// For each target, whether it has happened in the runs of an earlier one, and in no other.
+    /// For each target and each earlier one, whether both have happened in exactly the same runs.
     same_as: Vec<Vec<bool>>,
     taken: Vec<Taken>,
     measures: Vec<(Measure, Extent)>,
@@ -247,7 +247,7 @@ impl FirstLook {
     }
 }
 
-/// All pairs of parameters that have axes, with nothing counted yet.
+/// All pairs of parameters that have axes, with empty counts.
 fn pairs(parameters: &[ParameterSurvey], targets: usize) -> Vec<Pair> {
     let with_axis = parameters.iter().enumerate().filter(|(_, parameter)| parameter.rates.len() > 1);
     let paired: Vec<(usize, usize)> =

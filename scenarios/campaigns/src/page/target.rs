@@ -5,12 +5,12 @@ use monitors::Outcome;
 use super::super::journal::Layout;
 use super::super::{RunOutcome, RunRecord};
 
-/// A property's violation, or that a run is not what its scenario expects.
+/// The violation of a property, or a run that is not as its scenario expects.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Target {
     /// The property's name, or `expectation`.
     pub(super) name: String,
-    /// The property's place; none for the expectation.
+    /// The property's index; none for the expectation.
     place: Option<usize>,
 }
 
@@ -22,12 +22,12 @@ impl Target {
         layout.properties.iter().enumerate().map(property).chain([expectation]).collect()
     }
 
-    /// Whether it is the expectation, and no property.
+    /// Whether it is the expectation rather than a property.
     pub(super) fn is_expectation(&self) -> bool {
         self.place.is_none()
     }
 
-    /// Whether it happened; none if the run failed, and nobody knows.
+    /// Whether it happened; none if that is not known because the run failed.
     pub(super) fn happened(&self, record: &RunRecord) -> Option<bool> {
         match self.place {
             Some(place) => Some(record.facts.as_ref()?.monitors.get(place)?.verdict == Outcome::Violated),
@@ -45,7 +45,7 @@ impl Target {
         record.facts.as_ref()?.monitors.get(self.place?)?.time_s
     }
 
-    /// That it happens, as a noun.
+    /// The event, in words.
     pub(super) fn event(&self) -> String {
         match self.place {
             Some(_) => format!("{} violated", self.name),
@@ -53,7 +53,7 @@ impl Target {
         }
     }
 
-    /// That it does not happen.
+    /// The absence of the event, in words.
     pub(super) fn absence(&self) -> String {
         match self.place {
             Some(_) => format!("{} not violated", self.name),

@@ -1,4 +1,4 @@
-//! The allowed and forbidden contents of a campaign file; a run is a function of plan and number.
+//! Tests of what a campaign file may contain, and that a run is a function of the plan and the number.
 
 use std::collections::BTreeSet;
 
@@ -11,9 +11,9 @@ fn plan(text: &str) -> Plan {
     Plan::parse("campaign.toml", &format!("{ERRAND}{text}")).unwrap_or_else(|error| panic!("{error:?}"))
 }
 
-/// The problems of a file, one line each.
+/// The problems of a file, one per line.
 fn problems(text: &str) -> Vec<String> {
-    let Err(problems) = CampaignFile::parse("campaign.toml", text) else { panic!("it is taken: {text}") };
+    let Err(problems) = CampaignFile::parse("campaign.toml", text) else { panic!("it is accepted: {text}") };
     problems.plain().lines().map(str::to_owned).collect()
 }
 
@@ -84,7 +84,7 @@ fn a_goal_determines_the_number_of_runs() {
 }
 
 #[test]
-fn a_grid_of_a_million_million_runs_is_refused() {
+fn a_grid_of_a_trillion_runs_is_rejected() {
     let steps = "from = 0\nto = 1\nsteps = 1000000";
     let text = [ERRAND, "sampling = \"grid\"\n", &parameter("a", steps), &parameter("b", steps)].concat();
     let problems = problems(&text);
@@ -149,12 +149,12 @@ fn all_errors_in_a_file_are_reported_at_once() {
         "almost none of the distribution",
         "half width of an interval must lie between",
     ] {
-        assert!(all.contains(wanted), "{wanted} is not said:\n{all}");
+        assert!(all.contains(wanted), "{wanted} is missing:\n{all}");
     }
 }
 
 #[test]
-fn incompatible_settings_are_refused() {
+fn incompatible_settings_are_rejected() {
     let range = "from = 31\nto = 80";
     let goal = "[goal]\nestimate = \"phi1\"\nhalf_width = 0.05\nconfidence = 0.95\n";
     for (text, wanted) in [
@@ -177,14 +177,14 @@ fn incompatible_settings_are_refused() {
         ("runs = 3\n[goal]\nhalf_width = 0.1\n".to_owned(), "a goal either estimates or tests"),
     ] {
         let all = problems(&format!("{ERRAND}{text}")).join("\n");
-        assert!(all.contains(wanted), "{wanted} is not said:\n{all}");
+        assert!(all.contains(wanted), "{wanted} is missing:\n{all}");
     }
 }
 
-/// Values that the scenario would refuse in the middle of a campaign are refused before the first run, for all
+/// Values that the scenario would reject in the middle of a campaign are rejected before the first run, for all
 /// parameters.
 #[test]
-fn the_scenario_refuses_values_before_the_first_run() {
+fn the_scenario_rejects_values_before_the_first_run() {
     let text = "sampling = \"random\"\nruns = 3\n".to_owned()
         + &parameter("battery.initial_pct", "from = 31\nto = 120")
         + &parameter("batery.drain_pct_per_s", "values = [1]")
@@ -234,8 +234,8 @@ fn a_model_refers_to_parameters_by_their_names() {
 
 #[test]
 fn every_campaign_that_comes_with_the_program_can_be_planned() {
-    // A component of the guide is a program, which only a `main` that keeps programs can start: tests/check_command.rs
-    // checks that campaign.
+    // A component of the guide is a program, which only a `main` that manages programs can start. So
+    // tests/check_command.rs checks that campaign.
     for (name, _) in shipped_campaigns().filter(|(name, _)| *name != "guide_patience") {
         let plan = Plan::load(Path::new(name)).unwrap_or_else(|error| panic!("{name}: {}", error.reasons()));
         assert_eq!(plan.name(), name);
