@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 
 use crate::output::note;
 
-/// Opens a page in the browser. A missing browser is not an error; a note says so.
+/// Opens a page in the browser. A missing browser is not an error; a message reports it.
 pub(crate) fn open(page: &(impl AsRef<OsStr> + ?Sized)) {
     let page = page.as_ref();
     if let Err(error) = opener::open_browser(page) {

@@ -23,7 +23,7 @@ use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
 use crate::progress::CampaignBar;
 use crate::{interrupt, summary};
 
-/// Which campaign, and how many of its runs.
+/// The campaign, and how many of its runs to run.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct CampaignArgs {
@@ -35,13 +35,13 @@ pub(crate) struct CampaignArgs {
     /// How many runs, instead of the number in the file
     #[arg(long, value_name = "N")]
     runs: Option<u64>,
-    /// Runs only those k with k mod N = I [default: as the Slurm array or the indexed Kubernetes job says]
+    /// Runs only those k with k mod N = I [default: as given by the Slurm array or the indexed Kubernetes job]
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Repeats run K alone, with pictures and report; exit status 1 if it is not as expected
     #[arg(long, value_name = "K", conflicts_with = "shard")]
     only: Option<u64>,
-    /// Where results go; an interrupted campaign resumes there [default: out/NAME]
+    /// Where the results go; an interrupted campaign resumes there [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Starts over: first removes the results of an earlier campaign in that folder, and nothing else
@@ -58,7 +58,7 @@ pub(crate) struct CampaignArgs {
 enum CampaignCommand {
     /// Merges the shards of a campaign
     Merge {
-        /// The folders of the shards, or a folder that has them
+        /// The folders of the shards, or a folder that contains them
         #[arg(value_name = "DIR", required = true)]
         shards: Vec<PathBuf>,
         /// Where the results go: a new folder
@@ -67,11 +67,11 @@ enum CampaignCommand {
     },
     /// Says whether something happens more often in one campaign than in another
     Compare {
-        /// The results before: a folder that a campaign wrote, or merged
+        /// The earlier results: a folder that a campaign wrote, or merged
         before: PathBuf,
         /// The results after
         after: PathBuf,
-        /// Prints JSON instead of words
+        /// Prints JSON instead of text
         #[arg(long)]
         json: bool,
     },
@@ -83,7 +83,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     shard.ok_or_else(|| format!("a shard is I/N, with I from 0 to N-1 and N at most {}", Shard::MOST))
 }
 
-/// The shard that a scheduler gives to this process, told by its environment.
+/// The shard that a scheduler assigns to this process through its environment.
 ///
 /// # Errors
 /// If the environment names a shard that does not exist.
@@ -108,7 +108,7 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
     })
 }
 
-/// Runs a campaign or a shard of it, repeats a run, or puts shards together.
+/// Runs a campaign or a shard of it, repeats a run, or merges shards.
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out }) => {
@@ -172,7 +172,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     Ok(status)
 }
 
-/// Shows how the campaign is going on its page.
+/// Shows the progress of the campaign on its page.
 fn show(progress: &campaigns::Progress<'_>, board: &Board) {
     let run = progress.run.filter(|run| run.unexpected());
     let unexpected = run.map(|run| {
@@ -192,7 +192,7 @@ fn show(progress: &campaigns::Progress<'_>, board: &Board) {
     board.show(progress.done, progress.all, unexpected, tallies);
 }
 
-/// A campaign succeeds whatever the answer to its question is, unless no run came to its end.
+/// A campaign succeeds whatever the answer to its question is, unless no run finished.
 fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
@@ -212,7 +212,7 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     summary::tell(&report, folder, quiet)
 }
 
-/// What a campaign has found, for people.
+/// The results of a campaign, for people.
 fn in_words(summary: &Summary, folder: &Path) -> Text {
     let mut text = Text::default();
     // Writing to a string cannot fail.
@@ -225,7 +225,7 @@ fn in_words(summary: &Summary, folder: &Path) -> Text {
     text
 }
 
-/// Why runs were not as expected: of more reasons than these, the most frequent are named.
+/// Why runs were not as expected. If there are more reasons than this, only the most frequent ones are named.
 const MOST_REASONS: usize = 5;
 
 fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
@@ -244,12 +244,12 @@ fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     if outcomes.failed > 0 {
         text.write_str(", ")?;
         text.paint(BAD, &format!("{} failed", outcomes.failed), 0);
-        write!(text, " (which count for no property)")?;
+        write!(text, " (which do not count for any property)")?;
     }
     writeln!(text)
 }
 
-/// Line by line, what each is about and what there is to say.
+/// One line per subject, with what there is to say about it.
 fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scheduler_says_which_shard_it_is() {
+    fn a_scheduler_tells_which_shard_to_run() {
         let slurm = [("SLURM_ARRAY_TASK_ID", "5"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "8")];
         assert_eq!(job(&slurm).unwrap(), Some(Shard { index: 4, of: 8 }));
         let kubernetes = [("JOB_COMPLETION_INDEX", "0"), ("JOB_COMPLETIONS", "3")];

@@ -62,7 +62,7 @@ impl Checked {
     }
 }
 
-/// Checks every file as what it is.
+/// Checks every file according to its kind.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
     each(&args.files, args.json, |file| examine(file, &args.scenario))
 }
@@ -126,7 +126,7 @@ fn problems(error: &Error) -> Vec<Finding> {
     }
 }
 
-/// Checks a file as what it is.
+/// Checks a file according to its kind.
 fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
     let path = Path::new(file);
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
@@ -163,7 +163,7 @@ pub(crate) enum Toml {
 }
 
 impl Toml {
-    /// A file's probable kind, judged by its keys; one that cannot be read is refused as a scenario.
+    /// A file's probable kind, judging by its keys; one that cannot be read is rejected as a scenario.
     pub(crate) fn of_file(path: &Path) -> Self {
         named_files::text(path).map_or(Self::Scenario, |text| Self::of(&text))
     }
@@ -263,7 +263,7 @@ fn of_scenario(name: &str) -> Result<Checked, Error> {
     Ok(checked)
 }
 
-/// Sets a scenario up as for a run: the world, the processes and channels, the monitors, the faults with their
+/// Sets a scenario up as for a run: the world, the processes and channels, the monitors, and the faults with their
 /// triggers.
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let live = Live::new(Arc::clone(scenario), scenario.file.seed, true)?;

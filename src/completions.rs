@@ -43,7 +43,7 @@ fn named(command: &Command) -> impl Iterator<Item = (&Command, &Arg, String)> {
     })
 }
 
-/// In zsh, where a name can be completed, a file can be, too.
+/// In zsh, wherever a name can be completed, a file can be completed, too.
 fn with_files(script: &mut String, command: &Command) {
     for (_, _, names) in named(command) {
         let both = format!(":{{_alternative \"names:name:({names})\" \"files:file:_files\"}}'");
@@ -51,7 +51,7 @@ fn with_files(script: &mut String, command: &Command) {
     }
 }
 
-/// In fish, names complete arguments without an option, too.
+/// In fish, names also complete arguments without an option.
 fn with_names(script: &mut String, command: &Command) {
     for (command, _, names) in named(command).filter(|(_, arg, _)| arg.is_positional()) {
         let name = command.get_name();

@@ -12,10 +12,10 @@ pub(crate) fn meaning(key: &Key) -> String {
     format!("{} [{}{default}]", key.about, key.accepts())
 }
 
-/// A name longer than this is on a line of its own.
+/// A name longer than this has its own line.
 const LONGEST: usize = 28;
 
-/// Where the meanings of names begin, in columns.
+/// The column at which the meanings of names begin.
 pub(crate) fn column<'n>(names: impl IntoIterator<Item = &'n str>) -> usize {
     let widths = names.into_iter().map(|name| name.chars().count()).filter(|width| *width <= LONGEST);
     widths.max().unwrap_or(0) + 4

@@ -65,7 +65,7 @@ pub(crate) fn overview() -> String {
     text
 }
 
-/// All about a kind.
+/// Everything about one kind.
 fn details(kind: &FaultKind) -> String {
     let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
     let timing = keys().into_iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");

@@ -1,4 +1,4 @@
-//! `steward help`: of a command, or of a topic.
+//! `steward help`: for a command, or on a topic.
 
 use campaigns::Error;
 use clap::{Args, Command, ValueEnum};
@@ -32,7 +32,7 @@ pub(crate) enum SchemaFile {
     Mapping,
 }
 
-/// Prints the help of a command of `cli`, or of a topic.
+/// Prints the help for a command of `cli`, or on a topic.
 pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
     let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
     match topic.as_slice() {
@@ -58,7 +58,7 @@ pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
     if topic == ["campaign"] { explain(format!("\n{CAMPAIGN}{}", listed(&campaigns::keys::keys()))) } else { Ok(()) }
 }
 
-/// Prints the JSON schema of a kind of files.
+/// Prints the JSON schema of one kind of file.
 pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
     let schema = match file {
         SchemaFile::Scenario => scenario::schema(),
@@ -126,7 +126,7 @@ fn scope() -> String {
     });
     format!(
         "Properties are written in the SCOPE language, in files `NAME.scope`:\n\n{GRAMMAR}\n{}\n`steward monitor check \
-         FILE` says what is wrong with such a file, `steward monitor explain FILE` explains it in English.\n",
+         FILE` says what is wrong with such a file, and `steward monitor explain FILE` explains it in English.\n",
         operators.collect::<String>()
     )
 }

@@ -7,7 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
 use scenarios::scenario::find;
 
-/// The error, with a tip where the unknown command is a scenario, a campaign or a file, or nearly one.
+/// The error, with a tip if the unknown command is a scenario, a campaign or a file, or is similar to one.
 pub(crate) fn with_hints(mut error: Error) -> Error {
     if let (ErrorKind::InvalidSubcommand, Some(ContextValue::String(name))) =
         (error.kind(), error.get(ContextKind::InvalidSubcommand))

@@ -1,4 +1,4 @@
-//! `steward init`: an application to start from, for editing.
+//! `steward init`: creates an application to start from and edit.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,10 +19,10 @@ use crate::output::say;
 pub(crate) struct InitArgs {
     /// The folder to write to; it must be new or empty
     dir: PathBuf,
-    /// The application to start from; `recharge` if nothing is said
+    /// The application to start from; `recharge` by default
     #[arg(long, value_name = "NAME", default_value = "recharge", hide_default_value = true)]
     template: Template,
-    /// Copies this scenario instead, with all that it names: a name (see `steward list`) or a file
+    /// Copies this scenario instead, with all files that it names: a name (see `steward list`) or a file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "template", value_parser = ScenarioName,
           hide_possible_values = true)]
     scenario: Option<String>,
@@ -31,13 +31,13 @@ pub(crate) struct InitArgs {
 /// An application to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Template {
-    /// The paper's robot: it recharges on its way through a house
+    /// The paper's robot, which recharges on its way through a house
     Recharge,
-    /// A robot that guides visitors through a museum; one of its components is a program in Python
+    /// A robot that guides visitors through a museum; one of its components is a Python program
     Guide,
-    /// The least that runs: one leaf, its machine and a property, without a map
+    /// The minimum that runs: one leaf, its machine and a property, without a map
     Empty,
-    /// A minute of a recorded robot that Nav2 drives, with a mapping and properties, to check with `steward verify`
+    /// A minute of a recorded robot driven by Nav2, with a mapping and properties, to check with `steward verify`
     Recording,
 }
 
@@ -61,7 +61,7 @@ const RECORDING: [(&str, &[u8]); 5] = [
     ),
 ];
 
-/// The kind of a file in an application, by the end of its name.
+/// The kind of a file in an application, by the ending of its name.
 const KINDS: &[(&str, &str)] = &[
     (".schema.json", "the keys of a scenario: editors that know `#:schema` complete and check keys with it"),
     (".yaml", "the map: its picture, resolution and origin"),
@@ -79,7 +79,7 @@ const SCHEMA: &str = "scenario.schema.json";
 /// The file that describes the folder.
 const README: &str = "README.md";
 
-/// Writes an application to its folder, where the paths in its files hold.
+/// Writes an application to its folder, relative to which the paths in its files hold.
 pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<(), Error> {
     let mut application = match (scenario, template) {
         (None, Template::Recording) => {
@@ -100,7 +100,7 @@ pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<()
     say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
 }
 
-/// Writes files into a new folder; the first to look at comes last.
+/// Writes files into a new folder; the one to look at first comes last.
 fn copy(dir: &Path, files: BTreeMap<PathBuf, Vec<u8>>, start: &str) -> Result<(), Error> {
     let copies = Staging::begin(dir)?;
     if !copies.is_alone()? {
@@ -113,7 +113,7 @@ fn copy(dir: &Path, files: BTreeMap<PathBuf, Vec<u8>>, start: &str) -> Result<()
     Ok(copies.publish(&[start])?)
 }
 
-/// Files that together can be run.
+/// Files that can be run together.
 struct Application {
     /// The name of the scenario.
     start: String,
@@ -127,7 +127,7 @@ impl Application {
         Self { start: EMPTY[0].0.to_owned(), has_robot: false, files: files.collect() }
     }
 
-    /// A scenario with all that it names.
+    /// A scenario with all files that it names.
     fn of(mut found: Found) -> Result<Self, Error> {
         found.files = found.files.remembering();
         let has_robot = Scenario::load(&found, &[])?.premises.is_some();
@@ -150,12 +150,13 @@ impl Application {
         Ok(Self { start, has_robot, files })
     }
 
-    /// A shipped scenario, those in the folder of its name, which are based on it, and its campaigns, side by side.
+    /// A shipped scenario, the scenarios in the folder of its name, which are based on it, and its campaigns, side by
+    /// side.
     fn with_variants(name: &str) -> Result<Self, Error> {
         let mut all = Self::of(find::find(name)?)?;
         for path in shipped_paths().filter(|path| path.starts_with(&format!("scenarios/{name}/"))) {
             let Self { start, mut files, .. } = Self::of(find::find(path)?)?;
-            // Its base is there already, beside it.
+            // Its base is already there, beside it.
             files.retain(|path, _| !path.starts_with("scenarios"));
             let text = files.entry(start.into()).or_default();
             *text = beside(&String::from_utf8_lossy(text), "base", name).into();
@@ -170,7 +171,7 @@ impl Application {
         Ok(all)
     }
 
-    /// Adds the schema of scenarios and a README, unless there is one.
+    /// Adds the schema of scenarios, and a README unless there is one.
     fn describe(&mut self) {
         self.files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", keys::schema()).into());
         let start = self.files.entry(PathBuf::from(&self.start)).or_default();
@@ -219,7 +220,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
 }
 
-/// The text, in which the key names a file beside it where it names this scenario or one of its variants.
+/// The text, in which the key names a file beside it if it named this scenario or one of its variants.
 fn beside(text: &str, key: &str, scenario: &str) -> String {
     let own = |line: &str| {
         let named = line.strip_prefix(&format!("{key} = \""))?.strip_suffix("\"\n")?;
@@ -230,7 +231,7 @@ fn beside(text: &str, key: &str, scenario: &str) -> String {
     text.split_inclusive('\n').map(|line| own(line).unwrap_or_else(|| line.to_owned())).collect()
 }
 
-/// What a file is.
+/// The meaning of a file.
 fn kind(path: &Path, contents: &[u8]) -> String {
     let name = path.to_string_lossy();
     if let Some((_, kind)) = KINDS.iter().find(|(ending, _)| name.ends_with(ending)) {
@@ -243,6 +244,6 @@ fn kind(path: &Path, contents: &[u8]) -> String {
         Toml::Campaign => format!("a campaign: {about}"),
         Toml::Scenario => format!("a scenario: {about}"),
         Toml::Interface => "the interface of a component: its services, topics and actions".to_owned(),
-        Toml::Places => "the places on the map, in metres and degrees".to_owned(),
+        Toml::Places => "the places on the map, in meters and degrees".to_owned(),
     }
 }

@@ -1,18 +1,18 @@
-//! Ctrl-C: the first asks for an orderly end, the second ends the program at once.
+//! Ctrl-C: the first one requests an orderly end, the second one ends the program at once.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::output::note;
 
-/// The exit status of a command that was interrupted, as shells define it.
+/// The exit status of a command that was interrupted, as in a shell.
 pub(crate) const STATUS: u8 = 130;
 
-/// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT,
+/// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes the machine away (SIGINT,
 /// SIGTERM or SIGHUP).
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Listens from now on. A second request ends the program at once.
+/// Starts to listen. A second request ends the program at once.
 pub(crate) fn listen() -> &'static AtomicBool {
     let heard = ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {

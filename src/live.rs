@@ -1,4 +1,4 @@
-//! `steward live`: a run in the browser, with which a person may interfere, or what was recorded of one or two.
+//! `steward live`: a run in the browser, in which a person may intervene, or one or two recordings.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,7 +15,7 @@ use crate::browser;
 use crate::names::ScenarioName;
 use crate::output::{note, say};
 
-/// Which run or runs, and where their page is served.
+/// The run or runs to show, and where their page is served.
 #[derive(Debug, Args)]
 pub(crate) struct LiveArgs {
     /// A scenario: a name (see `steward list`) or a file. Or a recording, finished or growing; two are shown side by
@@ -44,7 +44,7 @@ pub(crate) struct PageArgs {
     no_open: bool,
 }
 
-/// Whether a page shows how many runs are done, and where.
+/// Whether a page shows how many runs are finished, and on which port.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BoardArgs {
     /// Shows the progress on a page in the browser
@@ -59,7 +59,7 @@ pub(crate) struct BoardArgs {
 }
 
 impl BoardArgs {
-    /// The page, if there is to be one.
+    /// The page, if one was requested.
     pub(crate) fn open(&self, title: &str) -> Result<Option<Board>, Error> {
         if !self.live {
             return Ok(None);
@@ -104,7 +104,7 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether a file is a recording, or will be one, or has the name of one.
+/// Whether a file is a recording, will become one, or has the name of one.
 fn is_recording(path: &Path) -> bool {
     let is_named = path.extension().is_some_and(|ending| ending == "rec" || ending == "mcap");
     is_named || !path.exists() && Unfinished::of(path).is_some() || {

@@ -1,4 +1,4 @@
-//! `steward localize --map MAP.yaml --log LOG`: localization on a recorded robot.
+//! `steward localize --map MAP.yaml --log LOG`: localizes a recorded robot.
 
 mod log;
 
@@ -27,7 +27,7 @@ pub(crate) use log::{Log, TopicArgs, open_log};
 /// The name of the results' file.
 const TRAJECTORIES: &str = "trajectories.csv";
 
-/// A log and the map of where it was recorded.
+/// A log, and the map of the place where it was recorded.
 #[derive(Debug, Args)]
 pub(crate) struct LocalizeArgs {
     /// The map: a file in ROS `map_server` format, or the name of a shipped one [default: the one in the bag]
@@ -41,17 +41,17 @@ pub(crate) struct LocalizeArgs {
     /// Starts without a pose instead of from the first corrected one
     #[arg(long)]
     global: bool,
-    /// Starts at N places spread over the log, and says how far the robot drove until it was found
+    /// Starts at N places spread over the log, and says how far the robot drove before it was found
     #[arg(long, value_name = "N", requires = "global", conflicts_with = "out",
           value_parser = clap::value_parser!(u16).range(1..))]
     starts: Option<u16>,
     /// How much too far odometry drives and turns: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_drift: f64,
-    /// Its random error on top, as a standard deviation: 0.05 or 5%
+    /// Additional random error of odometry, as a standard deviation: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_noise: f64,
-    /// The root seed of particles and noise
+    /// The root seed for particles and noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Prints the result as JSON
@@ -75,10 +75,10 @@ fn share(text: &str) -> Result<f64, String> {
         None => (text, 1.0),
     };
     let value = number.parse::<f64>().map_err(|_| "not a number, such as 0.05 or 5%".to_owned())? * unit;
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not from 0 to 1 (0% to 100%)".to_owned()) }
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not between 0 and 1 (0% and 100%)".to_owned()) }
 }
 
-/// Replays the log and prints how far off the estimates were.
+/// Replays the log and prints the errors of the estimates.
 pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     let Log { recording, map } = open_log(&args.log, &args.topics)?;
     let map = match (&args.map, map) {
@@ -173,7 +173,7 @@ fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Cours
     Ok(staging.publish(&[TRAJECTORIES])?)
 }
 
-/// The subject of the picture, in one line.
+/// The subject of the picture, on one line.
 fn caption(args: &LocalizeArgs, score: &Score) -> String {
     let odometry = match (args.odometry_drift, args.odometry_noise) {
         (0.0, 0.0) => "odometry as recorded".to_owned(),

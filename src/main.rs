@@ -1,6 +1,6 @@
 //! The command line `steward`.
 //!
-//! Results go to stdout, progress and diagnostics to stderr. The exit status is what [`EPILOGUE`] says.
+//! Results go to stdout, progress and diagnostics to stderr. [`EPILOGUE`] documents the exit status.
 
 mod browser;
 mod campaign;
@@ -45,7 +45,7 @@ use crate::names::ScenarioName;
 use crate::output::{complain, print};
 use crate::run::RunOptions;
 
-/// The notices that the licences of its parts require.
+/// The notices that the licenses of its parts require.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
 /// The text at the end of the help.
@@ -58,7 +58,7 @@ Examples:
 Exit status:
     0  the run was as the scenario's [expect] says
     1  it was not, or no run of a campaign finished
-    2  the input is wrong, or the processes that it describes cannot go on
+    2  the input is wrong, or the processes that it describes cannot continue
     3  the program could not do its work, for example on a full disk
   130  a run or a campaign was interrupted";
 
@@ -86,9 +86,9 @@ struct Cli {
 enum Command {
     /// Runs scenarios; one with a summary, several in a table
     Run(run::RunArgs),
-    /// Checks files without a run: reads all that they name, connects, plans, and says what is wrong
+    /// Checks files without a run: reads all that they name, connects, plans, and reports what is wrong
     Check(check::CheckArgs),
-    /// Opens a page in the browser on which a run can be watched and interfered with
+    /// Opens a page in the browser on which a person can watch a run and intervene
     Live(live::LiveArgs),
     /// Lists the scenarios and campaigns that come with the program
     List,
@@ -134,31 +134,31 @@ enum Command {
     Completions(completions::CompletionsArgs),
     /// Writes a man page for each command
     Man(man::ManArgs),
-    /// Prints the notices that the licences of its parts require
+    /// Prints the notices that the licenses of its parts require
     Licenses,
 }
 
 fn main() -> ExitCode {
-    // The program starts itself again to keep the programs that components run.
+    // The program starts itself again as the keeper of the programs that components run.
     #[cfg(unix)]
     if let Some(status) = programs::keep() {
         return status;
     }
-    // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the
-    // program without a word. A handler, whatever it does, prevents that.
+    // Beyond the limit of a file's size (`ulimit -f`), writing then fails as on a full disk; otherwise, the signal
+    // would silently end the program. Any handler prevents that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let matches = command().try_get_matches().unwrap_or_else(|error| hints::with_hints(error).exit());
     carry_out(&Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit()))
 }
 
-/// The command line. Options of a run are shown by `steward run --help` alone.
+/// The command line. Only `steward run --help` shows the options of a run.
 fn command() -> clap::Command {
     let is_shown = |arg: &Arg| ["scenario", "help", "version"].contains(&arg.get_id().as_str());
     Cli::command().mut_args(|arg| if is_shown(&arg) { arg } else { arg.hide(true) })
 }
 
-/// Carries out a command line; what goes wrong is said on stderr.
+/// Carries out a command line, and reports errors on stderr.
 fn carry_out(cli: &Cli) -> ExitCode {
     let done = match &cli.command {
         None => run::scenario(cli.scenario.as_deref().unwrap_or_default(), &cli.options),

@@ -11,7 +11,7 @@ use crate::output::say;
 /// Where they go.
 #[derive(Debug, Args)]
 pub(crate) struct ManArgs {
-    /// The folder for the pages: steward.1, steward-run.1, …; `man -M DIR` wants them in DIR/man1
+    /// The folder for the pages: steward.1, steward-run.1, …; `man -M DIR` expects them in DIR/man1
     dir: PathBuf,
 }
 
@@ -27,7 +27,7 @@ pub(crate) fn man(args: &ManArgs, command: Command) -> Result<(), Error> {
     ))
 }
 
-/// Writes the pages of a command and of those below it; how many.
+/// Writes the pages of a command and of its subcommands, and returns how many.
 fn pages(dir: &Path, command: &Command) -> Result<usize, Error> {
     let name = command.get_display_name().unwrap_or(command.get_name()).to_owned();
     let path = dir.join(format!("{name}.1"));

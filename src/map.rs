@@ -1,4 +1,4 @@
-//! `steward map --log LOG --out MAP.yaml`: a map of a recorded robot's scans.
+//! `steward map --log LOG --out MAP.yaml`: makes a map from a recorded robot's scans.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ use trials::replay::mapping::{MappingParameters, map_of};
 use crate::localize::{Log, TopicArgs, open_log};
 use crate::output::say;
 
-/// A log, and how a map is made of it.
+/// A log, and how to make a map from it.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
     /// The log, in CARMEN's format (.log or .log.gz), or a bag of ROS 2
@@ -26,10 +26,10 @@ pub(crate) struct MapArgs {
     /// Overwrites an existing map
     #[arg(long)]
     force: bool,
-    /// Side of a cell, in metres
+    /// Side of a cell, in meters
     #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = metres)]
     resolution: f64,
-    /// Uses beams up to this range, in metres
+    /// Uses beams up to this range, in meters
     #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = metres)]
     max_range: f64,
 }
@@ -54,7 +54,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
         ..MappingParameters::default()
     };
     let grid = map_of(&recording, &parameters).map_err(|error| {
-        let help = "a map is made from the scans of FLASER lines, at the poses that these lines give first";
+        let help = "a map is made from the scans of FLASER lines, at the first pose in each of these lines";
         Error::refused(format!("{}: {error}", args.log.display()), help)
     })?;
     maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(scenarios::Error::from)?;
@@ -71,7 +71,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where the YAML file goes: into a folder by the log's name, and without another ending.
+/// The path of the YAML file: named after the log if it goes to a folder, and always with the ending `.yaml`.
 fn yaml_path(args: &MapArgs) -> PathBuf {
     let name = args.log.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".gz").unwrap_or(&name);

@@ -26,7 +26,7 @@ pub(crate) struct MatrixArgs {
     /// The same world without any fault
     #[arg(long, value_name = "SCENARIO", default_value = "errand")]
     fault_free: String,
-    /// How often to run it, with root seeds from 1
+    /// How often to run each of them, with root seeds from 1
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(..=100_000))]
     runs: u64,
     /// Where the page and the data go
@@ -42,7 +42,7 @@ pub(crate) struct MatrixArgs {
     board: BoardArgs,
 }
 
-/// Runs everything and prints the matrix. Exit status 1 if there was a false alarm or a run was not as expected.
+/// Runs everything and prints the matrix. Exit status 1 if there was a false alarm, or if a run was not as expected.
 pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let names = match args.scenarios.as_slice() {
         [] => KINDS.iter().map(|kind| format!("faults/{}", kind.name)).collect(),

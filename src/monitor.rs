@@ -1,4 +1,4 @@
-//! `steward monitor check|explain|export FILE`: property files and the monitors that they become.
+//! `steward monitor check|explain|export FILE`: property files, and the monitors built from them.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,9 +21,9 @@ use crate::output::{print, say, warn};
 /// Property files: checks them, explains them, exports their monitors.
 #[derive(Debug, Subcommand)]
 pub(crate) enum MonitorCommand {
-    /// Says everything that is wrong with property files, and how each property is monitored
+    /// Reports everything that is wrong with property files, and how each property is monitored
     Check(Source),
-    /// Says in plain English what each property asks for
+    /// Explains in plain English what each property requires
     Explain(Source),
     /// Writes the monitors as program graphs
     Export {
@@ -32,7 +32,7 @@ pub(crate) enum MonitorCommand {
         /// How to write them
         #[arg(long, value_enum, default_value_t = ExportFormat::Text)]
         format: ExportFormat,
-        /// Only the property of that name
+        /// Only the property with this name
         #[arg(long, value_name = "NAME")]
         property: Option<String>,
         /// Where to write to, one file per property; to stdout if not given
@@ -41,7 +41,7 @@ pub(crate) enum MonitorCommand {
     },
 }
 
-/// Property files and the system that they are about.
+/// Property files, and the system to which they refer.
 #[derive(Debug, Args)]
 pub(crate) struct Source {
     /// Property files, or names of shipped ones
@@ -80,7 +80,7 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
                 let message = format!("there is no property `{}`", property.as_deref().unwrap_or_default());
                 return Err(Error::refused(message, format!("there are {}", names.join(", "))));
             }
-            // One that has no such picture does not keep the others from theirs.
+            // A property without such a picture does not prevent the others from being written.
             let mut complaints = Complaints::default();
             for property in chosen {
                 match export(property, *format, out.as_deref()) {
@@ -119,7 +119,7 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// The system of the scenario of that name or path.
+    /// The system of the scenario with this name or path.
     pub(crate) fn of(scenario: &str) -> Result<Self, Error> {
         let scenario = Scenario::load(&find::find(scenario)?, &[])?;
         Ok(Self { topology: wiring::topology(&scenario)?, tick: scenario.file.execution.tick })

@@ -1,4 +1,4 @@
-//! Files that the command line names: on disk, or among those that come with the program.
+//! Files named on the command line: on disk, or among those that come with the program.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use scenarios::Error;
 use scenarios::files::{Files, Kind};
 use skills::{Chart, Strictness};
 
-/// Where all of them are looked up: in the current folder, then among the shipped files.
+/// Where they are all looked up: in the current folder, then among the shipped files.
 fn files() -> Files {
     Files::beside("")
 }
@@ -21,7 +21,7 @@ pub(crate) fn text(path: &Path) -> Option<String> {
     files().read_text(path).ok()
 }
 
-/// The path that an argument means, and the text of the file.
+/// The path to which an argument refers, and the text of the file.
 pub(crate) fn read(kind: Kind, argument: &Path) -> Result<(PathBuf, String), Error> {
     let path = kind.path(argument);
     let text = files().read_text(&path).map_err(|error| {

@@ -6,7 +6,7 @@ use clap::{Arg, Command};
 use scenarios::faults::KINDS;
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
 
-/// A parser that takes any text, and knows some.
+/// A parser that accepts any text, and knows some.
 macro_rules! names {
     ($(#[$about:meta])* $parser:ident, $names:expr) => {
         $(#[$about])*
@@ -28,12 +28,12 @@ macro_rules! names {
 }
 
 names!(
-    /// A scenario: a name, or anything.
+    /// A scenario: a name, or any text.
     ScenarioName,
     shipped_scenarios()
 );
 names!(
-    /// A campaign: a name, or anything.
+    /// A campaign: a name, or any text.
     CampaignName,
     shipped_campaigns().map(|(name, _)| name)
 );

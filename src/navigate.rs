@@ -1,4 +1,4 @@
-//! `steward navigate`: how well the robot gets from anywhere to anywhere.
+//! `steward navigate`: how well the robot drives from anywhere to anywhere.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use crate::progress::Bar;
 /// The name of the results' file.
 const DATA: &str = "navigate.json";
 
-/// Which trips to drive.
+/// The trips to drive.
 #[derive(Debug, Args)]
 pub(crate) struct NavigateArgs {
     /// Maps to drive on: YAML files, or names of shipped ones
@@ -28,16 +28,16 @@ pub(crate) struct NavigateArgs {
     /// How many trips there are on each map, between random places
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     goals: u64,
-    /// How many people there are: two thirds walk across the robot's way and back, the others stand still
+    /// How many people there are: two thirds walk back and forth across the robot's way, the others stand still
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     people: u16,
-    /// How many boxes, absent from the map, stand beside the robot's way and leave it room
+    /// How many boxes that are not on the map stand beside the robot's way, leaving it room
     #[arg(long, value_name = "B", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     boxes: u16,
-    /// The root seed of the first trip on each map; each further trip has the next
+    /// The root seed of the first trip on each map; each further trip uses the next one
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Exits with 1 if fewer trips arrive, in percent, or if the robot touches a wall or anything that stands
+    /// Exits with 1 if fewer trips arrive, in percent, or if the robot touches a wall or anything that stands still
     #[arg(long, value_name = "PCT", value_parser = percent)]
     at_least: Option<f64>,
     /// Which trips to draw
@@ -54,10 +54,10 @@ pub(crate) struct NavigateArgs {
     quiet: bool,
 }
 
-/// Which trips are drawn.
+/// The trips that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Pictures {
-    /// Trips that did not arrive, or touched a wall or anything that stood
+    /// Trips that did not arrive, or touched a wall or anything that stood still
     Failed,
     /// All trips
     All,
@@ -103,7 +103,7 @@ fn percent(text: &str) -> Result<f64, String> {
     if (0.0..=100.0).contains(&value) { Ok(value) } else { Err("not from 0 to 100".to_owned()) }
 }
 
-/// The root seeds of that many trips.
+/// The root seeds of this many trips.
 fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
     let last = first.checked_add(count - 1).ok_or_else(|| {
         let message = format!("there are no {count} seeds from {first} on: the last is {}", u64::MAX);
@@ -112,7 +112,7 @@ fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
     Ok(first..=last)
 }
 
-/// The names of maps: as their files, numbered where several have the same name.
+/// The names of maps: those of their files, numbered if several have the same name.
 fn names(maps: &[PathBuf]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for path in maps {
@@ -135,7 +135,7 @@ fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
     })
 }
 
-/// Writes the results, and the pictures of the trips that left a scene; returns how many.
+/// Writes the results, and the pictures of the trips that have a scene. Returns the number of pictures.
 fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize, Error> {
     let staging = Staging::begin(&args.out)?;
     staging.write(DATA, json)?;

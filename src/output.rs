@@ -1,7 +1,7 @@
 //! Output to stdout and stderr.
 //!
-//! Colours are for terminals: `anstream` leaves them out elsewhere, and where NO_COLOR or CLICOLOR say so. Names and
-//! texts of files may hold anything; what would steer a terminal is made [visible] before it gets here.
+//! Colors are for terminals: `anstream` leaves them out elsewhere, and if NO_COLOR or CLICOLOR says so. Names and texts
+//! of files may contain anything; characters that would control a terminal are made [visible] before they get here.
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -27,12 +27,12 @@ pub(crate) const HEAD: Style = Style::new().bold();
 /// The longest line of an explanation or of a diagnostic's help, however wide the terminal is.
 const LONGEST_HELP: usize = 100;
 
-/// A text for people. Text written to it is made [visible]; only [`paint`](Self::paint) adds colours.
+/// A text for people. Text written to it is made [visible]; only [`paint`](Self::paint) adds colors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Text(String);
 
 impl Text {
-    /// Adds a word in a colour, filled up with blanks to `width`.
+    /// Adds a word in a color, padded with blanks to `width`.
     pub(crate) fn paint(&mut self, style: Style, word: &str, width: usize) {
         let blanks = " ".repeat(width.saturating_sub(word.chars().count()));
         self.0 += &format!("{style}{}{style:#}{blanks}", visible(word));
@@ -68,7 +68,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(serde_json::to_string_pretty(value).expect("printed values are always JSON") + "\n"))
 }
 
-/// Writes results for people to stdout: in lines that fit the terminal, or whole where there is none.
+/// Writes results for people to stdout: wrapped to the terminal's width, or unwrapped without a terminal.
 ///
 /// # Errors
 /// As [`print`].
@@ -76,7 +76,7 @@ pub(crate) fn say(text: impl Into<Text>) -> Result<(), Error> {
     write_in_lines(text.into(), width_of(&io::stdout()))
 }
 
-/// Writes an explanation to stdout: in lines that fit the terminal, or 80 columns where there is none.
+/// Writes an explanation to stdout: wrapped to the terminal's width, or to 80 columns without a terminal.
 ///
 /// # Errors
 /// As [`print`].
@@ -98,7 +98,7 @@ fn write_to(stdout: &mut impl Write, text: &str) -> Result<(), Error> {
     }
 }
 
-/// How wide the terminal is, or else what COLUMNS says; none where nobody knows.
+/// The terminal's width, or otherwise the value of COLUMNS; `None` if neither is known.
 fn width_of(stream: &impl IsTerminal) -> Option<usize> {
     let columns = || std::env::var("COLUMNS").ok()?.parse().ok();
     let terminal = if stream.is_terminal() { terminal_size() } else { None };
@@ -106,7 +106,7 @@ fn width_of(stream: &impl IsTerminal) -> Option<usize> {
     width.map(|width| width.max(40))
 }
 
-/// A line of a table or a text, broken between words. Continuation lines begin where the line's last column does.
+/// A line of a table or a text, wrapped between words. Continuation lines begin where the line's last column does.
 fn fit(line: &str, width: usize) -> String {
     let (text, end) = line.strip_suffix('\n').map_or((line, ""), |text| (text, "\n"));
     if textwrap::core::display_width(text) <= width {
@@ -119,7 +119,7 @@ fn fit(line: &str, width: usize) -> String {
     textwrap::fill(text, options) + end
 }
 
-/// Where the last column of a line begins: after the last two or more blanks among its first 50 characters.
+/// Where the last column of a line begins: after the last sequence of two or more blanks in its first 50 characters.
 fn last_column(line: &str) -> usize {
     let mut column = line.chars().take_while(|c| *c == ' ').count();
     let mut blanks = 0;
@@ -132,7 +132,7 @@ fn last_column(line: &str) -> usize {
     column
 }
 
-/// Writes an error to stderr, every diagnostic with the text that it is about.
+/// Writes an error to stderr, each diagnostic with the text to which it refers.
 pub(crate) fn complain(error: &Error) {
     match error.diagnostics() {
         none if none.is_empty() => complain_of(format!("error: {error}\n")),
@@ -140,7 +140,7 @@ pub(crate) fn complain(error: &Error) {
     }
 }
 
-/// Writes to stderr what looks wrong, though it is accepted.
+/// Writes warnings to stderr.
 pub(crate) fn warn(diagnostic: &dyn Diagnostic) {
     show([diagnostic]);
 }
@@ -179,11 +179,11 @@ mod tests {
         let mut painted = Text::from("  ");
         painted.paint(BAD, "violated", 10);
         assert_eq!(painted.0.len(), 12 + BAD.render().to_string().len() + BAD.render_reset().to_string().len());
-        assert_eq!(fit(&painted.0, 12), painted.0, "colours take no space");
+        assert_eq!(fit(&painted.0, 12), painted.0, "colors take no space");
     }
 
     #[test]
-    fn only_paint_colours_text() {
+    fn only_paint_colors_text() {
         assert_eq!(Text::from("\u{1b}[31mred").0, "?[31mred");
     }
 }

@@ -1,4 +1,4 @@
-//! The line that shows, on a terminal, how a run is going.
+//! The line that shows the progress of a run on a terminal.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -8,7 +8,7 @@ use campaigns::statistics::{Confidence, Count};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use recording::RunView;
 
-/// The progress line: time, battery, what the tree is doing, monitors. Only on a terminal, and only on stderr.
+/// The progress line: time, battery, what the tree is doing, and monitors. Only on a terminal, and only on stderr.
 #[derive(Debug)]
 pub(crate) struct Progress {
     bar: Option<ProgressBar>,
@@ -20,14 +20,14 @@ impl Progress {
             return Self { bar: None };
         }
         let bar = ProgressBar::with_draw_target(Some(max_time.as_secs()), ProgressDrawTarget::stderr_with_hz(10));
-        // A template that is fixed here can be parsed; if not, the default style serves.
+        // A fixed template can be parsed; if not, the default style is used.
         if let Ok(style) = ProgressStyle::with_template("{spinner} {pos:>4} s  {wide_msg}") {
             bar.set_style(style);
         }
         Self { bar: Some(bar) }
     }
 
-    /// Shows how the run stands, once a simulated second.
+    /// Shows the state of the run, once per simulated second.
     pub(crate) fn show(&self, view: &RunView) {
         let Some(bar) = &self.bar else { return };
         if view.time().as_secs() == bar.position() && !view.time().is_zero() {
@@ -47,7 +47,7 @@ impl Progress {
     }
 }
 
-/// How many of many runs are done. Only on a terminal, and only on stderr.
+/// How many of many runs are finished. Only on a terminal, and only on stderr.
 #[derive(Debug)]
 pub(crate) struct Bar(Option<ProgressBar>);
 
@@ -59,14 +59,14 @@ impl Bar {
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
         let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} left");
-        // A template that is fixed here can be parsed; if not, the default style serves.
+        // A fixed template can be parsed; if not, the default style is used.
         if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style);
         }
         Self(Some(bar))
     }
 
-    /// Shows how many of how many are done.
+    /// Shows how many are finished, of how many.
     pub(crate) fn show(&self, done: usize, all: usize) {
         if let Some(bar) = &self.0 {
             bar.set_length(all as u64);
@@ -74,7 +74,7 @@ impl Bar {
         }
     }
 
-    /// Does what writes lines; they stand above the bar.
+    /// Runs `write`, whose lines appear above the bar.
     pub(crate) fn above<T>(&self, write: impl FnOnce() -> T) -> T {
         match &self.0 {
             Some(bar) => bar.suspend(write),
@@ -82,7 +82,7 @@ impl Bar {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.0 {
             bar.finish_and_clear();
@@ -90,7 +90,7 @@ impl Bar {
     }
 }
 
-/// How a search is going. Only on a terminal, and only on stderr.
+/// The progress of a search. Only on a terminal, and only on stderr.
 #[derive(Debug)]
 pub(crate) struct ProofBar(Option<ProgressBar>);
 
@@ -120,7 +120,7 @@ impl ProofBar {
         }
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.0 {
             bar.finish_and_clear();
@@ -128,15 +128,15 @@ impl ProofBar {
     }
 }
 
-/// How long what the bar of a campaign says of probabilities stays as it is.
+/// How long the bar of a campaign shows the same estimates of probabilities.
 const ESTIMATES_STAY: Duration = Duration::from_millis(500);
 
-/// How a campaign is going: how many runs a second, how long it will take, and what is known by now. Only on a
-/// terminal, and only on stderr.
+/// The progress of a campaign: runs per second, the remaining time, and the estimates so far. Only on a terminal, and
+/// only on stderr.
 #[derive(Debug)]
 pub(crate) struct CampaignBar {
     bar: Option<ProgressBar>,
-    /// When the estimates were last worked out.
+    /// When the estimates were last computed.
     estimated: Option<Instant>,
 }
 
@@ -146,7 +146,7 @@ impl CampaignBar {
             return Self { bar: None, estimated: None };
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-        // A template that is fixed here can be parsed; if not, the default style serves.
+        // A fixed template can be parsed; if not, the default style is used.
         let template = "{bar:24} {pos} of {len} runs, {rate} per second, {eta} left\n{wide_msg}";
         let rate = |state: &ProgressState, text: &mut dyn Write| {
             let _ = write!(text, "{:.1}", state.per_sec());
@@ -159,12 +159,12 @@ impl CampaignBar {
 
     pub(crate) fn show(&mut self, progress: &campaigns::Progress<'_>) {
         let Some(bar) = &self.bar else { return };
-        #[expect(clippy::disallowed_methods, reason = "a bar moves with the clock on the wall")]
+        #[expect(clippy::disallowed_methods, reason = "a progress bar shows real time")]
         let now = Instant::now();
         bar.set_length(progress.all);
         bar.set_position(progress.done);
         let Some(estimated) = self.estimated else {
-            // Runs of earlier sittings say nothing of how fast this one is.
+            // Runs of earlier sessions say nothing about the speed of this one.
             bar.reset_elapsed();
             bar.reset_eta();
             bar.set_message(estimates(progress));
@@ -177,7 +177,7 @@ impl CampaignBar {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -185,7 +185,7 @@ impl CampaignBar {
     }
 }
 
-/// How often each property was violated and a run was not as expected so far, with exact intervals of 95 %.
+/// How often each property was violated and a run was not as expected so far, with exact 95 % intervals.
 fn estimates(progress: &campaigns::Progress<'_>) -> String {
     let mut text = String::new();
     let Ok(confidence) = Confidence::new(0.95) else { return text };
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn estimates_are_told_of_what_has_been_counted() {
+    fn estimates_include_what_has_been_counted() {
         let asked = ["phi1".to_owned(), "phi2".to_owned(), "expectation".to_owned()];
         let counts = [Count::new(5, 10), Count::default(), Count::new(10, 20)];
         let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts, run: None };

@@ -1,9 +1,10 @@
-//! Diagnostics as text, each with the line that it is about.
+//! Diagnostics as text, each with the line to which it refers.
 //!
-//! A file that a program wrote may be one very long line: only the stretch around the place is shown. Only the first of
-//! very many problems are shown, and only the beginning of a very long text.
+//! A file that a program wrote may be one very long line: only the part around the location is shown. If there are very
+//! many problems, only the first ones are shown; of a very long text, only the beginning.
 //!
-//! Names and texts of files may hold anything. Characters that would control a terminal are shown as harmless ones.
+//! Names and texts of files may contain anything. Characters that would control a terminal are replaced by harmless
+//! ones.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -17,15 +18,15 @@ use serde::Serialize;
 
 /// Longer lines are cut, in bytes.
 const LONG_LINE: usize = 2000;
-/// How much is shown before and after the place, in bytes.
+/// How much is shown before and after the location, in bytes.
 const AROUND: usize = 60;
 
-/// How many problems are shown at most.
+/// The maximum number of problems shown.
 const MOST_PROBLEMS: usize = 100;
 /// Longer messages, labels and hints are cut, in bytes.
 const LONG_TEXT: usize = 2000;
 
-/// The diagnostics with everything that belongs to them, as a terminal shows it: each problem of a file separately.
+/// The diagnostics with everything that belongs to them, as a terminal shows them: each problem of a file separately.
 pub(crate) fn rendered<'d>(
     handler: &GraphicalReportHandler,
     diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>,
@@ -52,7 +53,7 @@ pub(crate) fn rendered<'d>(
     text
 }
 
-/// Everything that a diagnostic says, each with the text that it is about: what belongs to it, or else itself.
+/// All parts of a diagnostic, each with the text to which it refers: its own, or otherwise the diagnostic's.
 fn problems<'d>(
     diagnostic: &'d dyn Diagnostic,
     outer: Option<&'d dyn SourceCode>,
@@ -63,7 +64,7 @@ fn problems<'d>(
     if related.is_empty() { vec![(diagnostic, text)] } else { related }
 }
 
-/// One thing that a diagnostic says, with its place.
+/// One part of a diagnostic, with its location.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Finding {
     message: String,
@@ -74,13 +75,13 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// A message without a place.
+    /// A message without a location.
     pub(crate) fn of_message(message: String) -> Self {
         Self { message, ..Self::default() }
     }
 }
 
-/// Everything that a diagnostic says, with the places.
+/// All parts of a diagnostic, with their locations.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<Finding> {
     problems(diagnostic, None).into_iter().map(|(problem, text)| found(problem, text)).collect()
 }
@@ -116,9 +117,9 @@ fn shown(text: &dyn fmt::Display) -> String {
     text
 }
 
-/// The text without characters that would steer a terminal: control characters other than line ends and tabs, and those
-/// that turn the direction of writing around. Each is replaced by one with the same number of bytes, so that spans stay
-/// valid.
+/// The text without characters that would control a terminal: control characters other than line ends and tabs, and
+/// those that reverse the direction of writing. Each is replaced by one with the same number of bytes, so that spans
+/// stay valid.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     let steers = |c: char| {
         c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
@@ -147,7 +148,7 @@ struct Cut<'d> {
 }
 
 impl<'d> Cut<'d> {
-    /// The diagnostic alone, with the text that it is about.
+    /// The diagnostic alone, with the text to which it refers.
     fn of(diagnostic: &'d dyn Diagnostic, text: Option<&'d dyn SourceCode>) -> Self {
         Self { diagnostic, text: text.map(CutText::of) }
     }
@@ -193,8 +194,8 @@ impl Diagnostic for Cut<'_> {
 /// A text whose long lines are cut.
 struct CutText<'d> {
     source: &'d dyn SourceCode,
-    /// The file's name and all of its text made visible and ending with a line, where they did not; computed on first
-    /// use.
+    /// The file's name and its whole text, made visible and with a final line end, unless they already were so;
+    /// computed on first use.
     shown: OnceLock<Option<NamedSource<String>>>,
 }
 
@@ -225,7 +226,7 @@ impl<'d> CutText<'d> {
         let name = visible(whole.name().unwrap_or_default());
         let mut text = visible(std::str::from_utf8(whole.data()).ok()?);
         if !text.ends_with('\n') {
-            // Behind the last character of a text, miette marks nothing.
+            // After the last character of a text, miette marks nothing.
             text.to_mut().push('\n');
         }
         let changed = matches!((&name, &text), (Cow::Owned(_), _) | (_, Cow::Owned(_)));
@@ -244,12 +245,12 @@ impl<'d> CutText<'d> {
         }
     }
 
-    /// A stretch alone, which says where it begins: its column counts characters, as everywhere, and not bytes.
+    /// A part alone, with its starting position: its column counts characters, as everywhere, not bytes.
     fn place<'a>(&'a self, span: &SourceSpan) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let alone = self.read(span, 0, 0)?;
         let before = SourceSpan::from((span.offset().saturating_sub(alone.column()), alone.column()));
         let column = match alone.column() {
-            // Nothing is before it, and of an empty stretch at the beginning of a text miette gives the first byte.
+            // Nothing comes before it, and for an empty part at the beginning of a text, miette returns the first byte.
             0 => 0,
             bytes => {
                 std::str::from_utf8(self.read(&before, 0, 0)?.data()).map_or(bytes, |before| before.chars().count())
@@ -301,7 +302,7 @@ impl SourceCode for CutText<'_> {
     }
 }
 
-/// The visible part of a text: it begins in that line and column, counted from 0.
+/// The visible part of a text, which begins at that line and column, counted from 0.
 fn contents<'a>(
     name: Option<String>,
     data: &'a [u8],
@@ -324,7 +325,7 @@ mod tests {
         GraphicalReportHandler::new_themed(miette::GraphicalTheme::none())
     }
 
-    /// How a problem with the last word of this text looks.
+    /// The rendering of a problem with the last word of this text.
     fn problem_at_end(text: &str, word: &str) -> String {
         let source = Source::new("file.xml", text);
         let problem = source.span(text.len() - word.len()..text.len()).problem("wrong").with_label("here");
@@ -332,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_of_very_many_problems_are_shown() {
+    fn only_the_first_of_very_many_problems_are_shown() {
         let source = Source::new("file.toml", "x");
         let problems = |count: usize| {
             let problems = (0..count).map(|number| source.span(0..1).problem(format!("wrong {number}.")));
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn the_beginning_of_a_very_long_text_is_shown() {
+    fn only_the_beginning_of_a_very_long_text_is_shown() {
         let source = Source::new("file.toml", "x");
         let long = "é".repeat(10_000);
         let problem = source.span(0..1).problem(&long).with_label(&long).with_help(&long);
@@ -367,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_line_is_shown_whole() {
+    fn a_short_line_is_shown_in_full() {
         let said = problem_at_end("a\nfirst second\tthird", "third");
         assert!(said.contains("file.xml:2:14") && said.contains("first second"), "{said}");
     }

@@ -9,10 +9,10 @@ use reports::{Outputs, html, report_recording};
 
 use crate::{browser, summary};
 
-/// Which run to report on, and how.
+/// The run to report on, and how.
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
-    /// The recording: what a run with `--record FILE.rec` or `--record FILE.mcap` has written
+    /// The recording: a file that a run with `--record FILE.rec` or `--record FILE.mcap` wrote
     #[arg(value_name = "RECORDING")]
     recording: PathBuf,
     /// Where the report and the pictures go [default: out/NAME, with the recording's name]
@@ -21,7 +21,7 @@ pub(crate) struct ReportArgs {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run again: `FILE.jsonl`, `FILE.mcap` and others as with `steward run`
+    /// Records the run again: `FILE.jsonl`, `FILE.mcap` and others, as with `steward run`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Opens the report in the browser
@@ -35,7 +35,7 @@ pub(crate) struct ReportArgs {
     quiet: bool,
 }
 
-/// Makes the report of a recorded run with its page and pictures. The exit status is that of the run.
+/// Makes the report of a recorded run, with its page and pictures. The exit status is that of the run.
 pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
     let stem = || Path::new("out").join(args.recording.file_stem().unwrap_or_default());
     let out = args.out.clone().unwrap_or_else(stem);

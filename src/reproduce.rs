@@ -1,4 +1,4 @@
-//! `steward reproduce`: the paper's experiments, run again.
+//! `steward reproduce`: repeats the paper's experiments.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +23,7 @@ pub(crate) struct ReproduceArgs {
     /// Other places: a file with `start`, `RechargingStation` and `Destination`
     #[arg(long, value_name = "FILE")]
     places: Option<PathBuf>,
-    /// Another start: x and y in metres, heading in degrees
+    /// Another start: x and y in meters, heading in degrees
     #[arg(long, value_name = "X,Y,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
     /// The tree as one process, or as one process per node, as in the paper
@@ -40,7 +40,7 @@ pub(crate) struct ReproduceArgs {
     quiet: bool,
 }
 
-/// Runs everything and prints the table. Exit status 1 if a claim was not true of every run.
+/// Runs everything and prints the table. Exit status 1 if a claim did not hold in every run.
 pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
     let bar = Bar::new(args.quiet || args.json, "runs");
     let tree = args.tree.as_ref().map(|form| if form == "nodes" { TreeForm::Nodes } else { TreeForm::Whole });

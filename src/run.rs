@@ -24,7 +24,7 @@ use crate::progress::{Bar, Progress};
 use crate::run::table::Table;
 use crate::{browser, interrupt, summary};
 
-/// Which scenarios to run.
+/// The scenarios to run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArgs {
     /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or RoAML
@@ -35,7 +35,7 @@ pub(crate) struct RunArgs {
     /// Runs all scenarios that come with the program
     #[arg(long, conflicts_with = "scenarios")]
     all: bool,
-    /// Runs only scenarios whose names contain TEXT; of several, any
+    /// Runs only scenarios whose names contain TEXT; if given more than once, any of the texts
     #[arg(long, value_name = "TEXT")]
     filter: Vec<String>,
     #[command(flatten)]
@@ -45,10 +45,10 @@ pub(crate) struct RunArgs {
 /// How to run them, and what to write.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunOptions {
-    /// The root seed; the scenario's own if not given
+    /// The root seed; by default the scenario's own
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Where report and pictures go; of several scenarios, each gets a folder there [default: out/NAME, with --seed
+    /// Where report and pictures go; with several scenarios, each gets a folder there [default: out/NAME, with --seed
     /// out/NAME-seed-N]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -58,8 +58,8 @@ pub(crate) struct RunOptions {
     /// Writes an animation of the run
     #[arg(long, value_name = "FILE")]
     gif: Option<PathBuf>,
-    /// Records the run: `FILE.jsonl` is the event log, any other file all that `steward report` needs; `FILE.mcap`
-    /// opens in Foxglove, Rerun and ROS tools, too
+    /// Records the run: `FILE.jsonl` is the event log; any other file has everything that `steward report` needs, and
+    /// `FILE.mcap` also opens in Foxglove, Rerun and ROS tools
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run
@@ -71,10 +71,10 @@ pub(crate) struct RunOptions {
     /// Takes no pictures
     #[arg(long)]
     no_snapshots: bool,
-    /// Runs without monitors and expects nothing of the properties; the run is the same, but no violation ends it
+    /// Runs without monitors and ignores expectations about properties; the run is the same, but no violation ends it
     #[arg(long)]
     no_monitors: bool,
-    /// Prints the report as JSON instead of a summary; of several runs, an array
+    /// Prints the report as JSON instead of a summary; for several runs, an array
     #[arg(long)]
     json: bool,
     /// Shows no progress and no summary
@@ -90,12 +90,12 @@ struct Job {
     folder: PathBuf,
 }
 
-/// Runs the scenario of that name or path.
+/// Runs the scenario with this name or path.
 pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
     one(&Job::load(&find::find(name)?, options, false)?, options)
 }
 
-/// Runs the scenarios that are asked for.
+/// Runs the requested scenarios.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
     let found = select::select(&args.scenarios, &args.filter)?;
@@ -111,7 +111,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
 }
 
 impl RunOptions {
-    /// Refuses options that are for one run.
+    /// Refuses options that are only for a single run.
     fn refuse_for_several(&self, count: usize) -> Result<(), Error> {
         let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
         match of_one.iter().find(|(_, given)| *given) {
@@ -123,7 +123,7 @@ impl RunOptions {
         }
     }
 
-    /// Whether there is neither progress nor summary.
+    /// Whether to show neither progress nor summary.
     fn is_silent(&self) -> bool {
         self.quiet || self.json
     }
@@ -145,7 +145,7 @@ impl Job {
         Ok(Self { scenario, seed, folder })
     }
 
-    /// Runs the scenario and writes its outputs except JUnit. `ready` gets the warnings.
+    /// Runs the scenario and writes its outputs except JUnit. `ready` receives the warnings.
     fn conduct(
         &self,
         options: &RunOptions,
@@ -167,7 +167,7 @@ impl Job {
     }
 }
 
-/// Refuses scenarios that would write to one folder.
+/// Refuses scenarios that would write to the same folder.
 fn check_folders(jobs: &[Job]) -> Result<(), Error> {
     for (place, job) in jobs.iter().enumerate() {
         if let Some(other) = jobs[..place].iter().find(|other| other.folder == job.folder) {
@@ -232,7 +232,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     table.end(jobs.len(), &page)
 }
 
-/// Writes the results as JUnit XML, if that is asked for.
+/// Writes the results as JUnit XML, if requested.
 fn write_junit(options: &RunOptions, runs: &[(&Job, &Report)]) -> Result<(), Error> {
     let Some(path) = &options.junit else { return Ok(()) };
     if runs.iter().any(|(_, report)| report.outcome == OutcomeReport::Interrupted) {

@@ -14,10 +14,10 @@ use skills::{Cues, SkillError, Status, Strictness, rehearse};
 use crate::output::print;
 use crate::{check, named_files};
 
-/// What can be done with a machine.
+/// What to do with a machine.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SkillCommand {
-    /// Says everything that is wrong, or looks wrong, with machines, as strictly as a scenario does; `run` is more
+    /// Reports everything that is wrong, or looks wrong, with machines, as strictly as for a scenario; `run` is more
     /// lenient
     Check {
         /// Machines: SCXML files, or names of shipped ones
@@ -32,7 +32,7 @@ pub(crate) enum SkillCommand {
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
-    /// Lists the mistakes of one step that a machine may have, as the fault `skill_mutant` names them
+    /// Lists the single-step mistakes that a machine may have, as the fault `skill_mutant` names them
     Mutants {
         /// Machines: SCXML files, or names of shipped ones [default: those of the shipped tree]
         files: Vec<PathBuf>,
@@ -53,7 +53,7 @@ pub(crate) enum SkillCommand {
     },
 }
 
-/// How a machine is shown.
+/// How to show a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     Text,

@@ -14,8 +14,8 @@ use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeE
 use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
 
-/// Summarizes a run, and returns the matching exit status. A quiet program reports only a run that was not as expected
-/// or was interrupted, on stderr.
+/// Summarizes a run, and returns the matching exit status. In quiet mode, only a run that was not as expected or was
+/// interrupted is reported, on stderr.
 pub(crate) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     let mut text = Text::default();
     // Writing to a string cannot fail.
@@ -103,7 +103,7 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
     fact("wrote", format_args!("{}{pictures}", folder.join(html::FILE).display()))
 }
 
-/// The colour of a verdict.
+/// The color of a verdict.
 fn style(verdict: Outcome) -> Style {
     match verdict {
         Outcome::Satisfied => GOOD,
@@ -132,7 +132,7 @@ fn reached(report: &Report) -> String {
     if places.is_empty() { "no place".to_owned() } else { places.join(", ") }
 }
 
-/// When and with which message a property was violated, if it was.
+/// When a property was violated, and by which message, if it was.
 fn evidence(monitor: &MonitorReport) -> String {
     let (Some(tick), Some(time_s), Some(witness)) = (monitor.tick, monitor.time_s, &monitor.witness) else {
         return String::new();

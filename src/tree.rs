@@ -17,7 +17,7 @@ use crate::{check, named_files};
 /// The commands for a tree.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TreeCommand {
-    /// Says everything that is wrong, or looks wrong, with trees
+    /// Reports everything that is wrong, or looks wrong, with trees
     Check {
         /// Trees: files in BehaviorTree.CPP's XML, or names of shipped ones
         #[arg(value_name = "FILE", required = true)]
@@ -31,7 +31,7 @@ pub(crate) enum TreeCommand {
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
-    /// Ticks a tree whose leaves answer by a script, and prints every node's status at every tick
+    /// Ticks a tree whose leaves answer according to a script, and prints every node's status at every tick
     ///
     /// One line per node, one column per tick: S is success, F failure, R running, K skipped and H halted; · is a node
     /// that the tick did not reach.
@@ -50,7 +50,7 @@ pub(crate) enum TreeCommand {
     },
 }
 
-/// How a tree is shown.
+/// How to show a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     Text,
@@ -78,12 +78,12 @@ fn show(tree: &Tree, format: Format) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The nodes of a tree as records tell of them.
+/// The nodes of a tree, as in records.
 fn nodes(tree: &Tree) -> Vec<recording::Node> {
     tree.nodes().iter().map(recording::Node::from).collect()
 }
 
-/// Exit status 1 if something went wrong in a node: a script that could not be evaluated, a port without a value.
+/// Exit status 1 if there was an error in a node: a script that could not be evaluated, or a port without a value.
 fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
     let tree = Arc::new(named_files::tree(file)?);
     let script = TreeScript::open(leaves, &tree)?;
@@ -117,7 +117,7 @@ fn legend(moments: &[RehearsedTick]) -> String {
     signs.into_iter().filter(|(outcome, _)| has(*outcome)).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
 }
 
-/// Ticks the tree as the script says; `see` gets every tick and every halt.
+/// Ticks the tree according to the script; `see` receives every tick and every halt.
 fn rehearse(
     tree: &Arc<Tree>,
     script: &TreeScript,

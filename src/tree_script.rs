@@ -30,10 +30,10 @@ use campaigns::Error;
 use diagnostics::Problem;
 use diagnostics::document::{Document, Item, Table};
 
-/// A tree is ticked at most this often: the result of every tick is kept in memory.
+/// The maximum number of ticks: the result of every tick is kept in memory.
 pub(crate) const MOST_TICKS: u64 = 1_000_000;
 
-/// A rehearsal as its file describes it.
+/// A rehearsal, as its file describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeScript {
     /// For each leaf of the tree.
@@ -47,7 +47,7 @@ pub(crate) struct TreeScript {
 }
 
 impl TreeScript {
-    /// Reads the file, which has to have a part for every leaf.
+    /// Reads the file, which must have a part for every leaf.
     pub(crate) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
         let name = file.display().to_string();
         let text = diagnostics::text_from_disk(file).map_err(|error| {
@@ -78,7 +78,7 @@ impl TreeScript {
     }
 }
 
-/// The parts of all leaves: by their names, or else by their IDs, or else the one for all others.
+/// The parts of all leaves: by their names, or otherwise by their IDs, or otherwise the one for all others.
 fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&Part>) -> Option<Vec<Part>> {
     let mut parts = Vec::new();
     let mut missing = BTreeSet::new();
@@ -113,7 +113,7 @@ fn part(leaves: &Table<'_>, key: &str) -> Option<Part> {
     read.map_err(|problem| leaves.report(problem)).ok()
 }
 
-/// One cue or more; a text may name several.
+/// One or more cues; a text may name several.
 fn cues(item: &Item<'_>) -> Result<Vec<Cue>, Problem> {
     let cues = match (item.as_array(), item.as_text()) {
         (Some(items), _) => items.iter().map(cues).collect::<Result<Vec<_>, _>>()?.concat(),
@@ -155,7 +155,7 @@ fn values(table: &Table<'_>) -> Option<Vec<(String, Value)>> {
             }
         }
     });
-    // All of them are looked at, for the problems of each.
+    // All of them are read, to report the problems of each.
     let values: Vec<_> = values.collect();
     values.into_iter().collect()
 }

@@ -24,7 +24,7 @@ use judge::{Verified, judge, load};
 
 pub(crate) use args::VerifyArgs;
 
-/// Checks each log. Status 2 if one cannot be checked, else 1 if a property is violated.
+/// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let (mut violated, mut refused, mut reports) = (false, false, Vec::new());
     let several = args.logs.len() > 1;
@@ -49,7 +49,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         }
         match told {
             Told::Verdicts(verified) => say(in_words(&verified))?,
-            // It is meant to be pasted, so its lines are not broken.
+            // It is meant to be pasted, so its lines are not wrapped.
             Told::Contents(contents) => print(&bag::in_words(&contents))?,
         }
     }
@@ -82,13 +82,13 @@ impl Told {
 }
 
 fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
-    // A recording of a run is a bag, too. It needs no mapping, and takes one.
+    // A recording of a run is also a bag. It needs no mapping, but accepts one.
     let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
     let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
     let verified = if is_bag { bag::verify(args, path) } else { verify_event_log(args, path) }?;
     verified.notes.iter().for_each(|text| note(text));
     if verified.end.messages + verified.end.ticks == 0 {
-        note("the log has no event: every verdict is that of a run in which nothing happened");
+        note("the log has no events: every verdict is that of a run in which nothing happened");
     }
     if verified.properties.is_empty() {
         note("there is no property to check the log against");
@@ -168,7 +168,7 @@ impl Description {
         Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
     }
 
-    /// Refuses a log whose format cannot be known yet.
+    /// Rejects a log of a newer format, which is unknown.
     fn check_version(&self) -> Result<(), Error> {
         const THIS: &str = env!("CARGO_PKG_VERSION");
         let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
@@ -178,7 +178,7 @@ impl Description {
         Err(Error::refused(message, "use that version, or a newer one"))
     }
 
-    /// The scenario that the log is of, unless another one is asked for.
+    /// The scenario to which the log belongs, unless another one is given.
     fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
         match (asked_for, self.scenario.as_deref()) {
             (Some(name), _) => Ok(name),

@@ -11,16 +11,16 @@ use trials::replay::bag::{RecordedBag, Topics, read};
 
 use crate::output::note;
 
-/// Which topics of a bag are meant.
+/// The topics of a bag to use.
 #[derive(Debug, Args)]
 pub(crate) struct TopicArgs {
-    /// In a bag: the scans, if there are several topics of sensor_msgs/msg/LaserScan
+    /// For a bag with several topics of sensor_msgs/msg/LaserScan: the scans
     #[arg(long, value_name = "TOPIC")]
     scan_topic: Option<String>,
-    /// In a bag: the odometry, if there are several topics of nav_msgs/msg/Odometry; that of /tf if there is none
+    /// For a bag with several topics of nav_msgs/msg/Odometry: the odometry; that of /tf if there is none
     #[arg(long, value_name = "TOPIC")]
     odometry_topic: Option<String>,
-    /// In a bag: the correct poses, PoseStamped, PoseWithCovarianceStamped or Odometry [default: those of /tf]
+    /// For a bag: the correct poses, PoseStamped, PoseWithCovarianceStamped or Odometry [default: those of /tf]
     #[arg(long, value_name = "TOPIC")]
     pose_topic: Option<String>,
 }
@@ -31,7 +31,7 @@ pub(crate) struct Log {
     pub(crate) map: Option<OccupancyGrid>,
 }
 
-/// Reads a log or a bag, and prints on stderr what is wrong with it.
+/// Reads a log or a bag, and prints its problems on stderr.
 pub(crate) fn open_log(path: &Path, topics: &TopicArgs) -> Result<Log, Error> {
     if bags::is_bag(path) {
         return open_bag(path, topics);

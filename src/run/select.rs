@@ -10,8 +10,7 @@ use scenarios::scenario::{Found, ScenarioFile, find};
 use crate::check::Toml;
 use crate::output::note;
 
-/// The scenarios that are asked for, each once, and of them those that the filters let pass; without names, all that
-/// come with the program.
+/// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
 pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
     let mut found: Vec<Found> = match names {
         [] => shipped(|_| true)?,
@@ -32,7 +31,7 @@ pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>,
     Ok(found)
 }
 
-/// The scenarios that one argument means.
+/// The scenarios to which one argument refers.
 fn meant(name: &str) -> Result<Vec<Found>, Error> {
     let path = Path::new(name);
     if path.is_dir() {
@@ -46,7 +45,7 @@ fn meant(name: &str) -> Result<Vec<Found>, Error> {
     if is_one || !name.contains(['*', '?', '[']) {
         return Ok(vec![find::find(name)?]);
     }
-    let help = "a pattern matches names that `steward list` and `steward faults` print: 'faults/laser_*'";
+    let help = "patterns match the names that `steward list` and `steward faults` print: 'faults/laser_*'";
     let pattern =
         Pattern::new(name).map_err(|error| Error::refused(format!("`{name}` is not a pattern: {error}"), help))?;
     let found = shipped(|name| pattern.matches(name))?;
@@ -60,7 +59,7 @@ fn shipped_names() -> impl Iterator<Item = &'static str> {
     names.into_iter()
 }
 
-/// The scenarios of these names that come with the program, but for those whose other files do not.
+/// The scenarios with these names that come with the program, except those whose other files do not.
 fn shipped(wanted: impl Fn(&str) -> bool) -> Result<Vec<Found>, Error> {
     let mut found = Vec::new();
     for name in shipped_names().filter(|name| wanted(name)) {

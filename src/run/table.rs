@@ -1,4 +1,4 @@
-//! The table of several runs: one line each.
+//! The table of several runs, with one line for each.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -22,14 +22,14 @@ pub(super) struct Table {
     errors: usize,
     /// The exit status of the first error.
     error_status: Option<u8>,
-    /// Simulated, by all runs together.
+    /// The simulated time of all runs together.
     simulated_s: f64,
 }
 
 impl Table {
-    /// A table without lines. A quiet one shows only runs that were not as expected, on stderr.
+    /// A table without lines. A quiet table shows only runs that were not as expected, on stderr.
     pub(super) fn new(quiet: bool) -> Self {
-        #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of a run")]
+        #[expect(clippy::disallowed_methods, reason = "a run does not depend on the computer's clock")]
         let began = Instant::now();
         let (passed, failed, interrupted, errors) = (0, 0, 0, 0);
         Self { quiet, began, passed, failed, interrupted, errors, error_status: None, simulated_s: 0.0 }
@@ -60,7 +60,7 @@ impl Table {
         }
     }
 
-    /// Shows the results of all runs; `all` is how many there were to be. The exit status says it as well.
+    /// Shows the results of all runs; `all` is the number of planned runs. Returns the exit status.
     pub(super) fn end(self, all: usize, page: &Path) -> Result<ExitCode, Error> {
         let counted = [
             (self.passed, GOOD, "passed"),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use reports::html::quoted;
 
-/// Recorded runs and robots, and the questions about them.
+/// Recorded runs and robots, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
     /// Event logs and recordings, as `--record FILE` writes them, and bags of ROS 2; `-` reads a log from standard
@@ -18,16 +18,16 @@ pub(crate) struct VerifyArgs {
     /// The scenario whose processes and channels they mention [default: the log's own; for a bag, those of its mapping]
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) scenario: Option<String>,
-    /// Which messages of a bag are which messages of channels: a TOML file, which `--list` proposes
+    /// Maps the messages of a bag to channels: a TOML file, which `--list` proposes
     #[arg(long, value_name = "FILE")]
     pub(crate) map_channels: Option<PathBuf>,
-    /// Writes the report of each log with its page to DIR; of several logs, to folders in it
+    /// Writes the report of each log with its page to DIR; for several logs, to folders in it
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Lists what bags have instead, and proposes a mapping
+    /// Lists the contents of bags instead, and proposes a mapping
     #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out"])]
     pub(crate) list: bool,
-    /// Prints the verdicts, or the list, as JSON instead of words; of several logs, an array
+    /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -36,7 +36,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     Ok(Verified { properties, end, start_ns: events.start_ns(), notes })
 }
 
-/// What a bag has.
+/// The contents of a bag.
 pub(super) fn list(path: &Path) -> Result<Contents, Error> {
     let bag = open(path)?;
     let definitions = Definitions { topics: &bag.survey().topics, folders: &[], read: &from_disk };
@@ -65,7 +65,7 @@ pub(super) fn in_words(contents: &Contents) -> String {
     }
     contents.lost.iter().for_each(|lost| text += &format!("# {lost}\n"));
     match contents.proposal() {
-        Some(proposal) => text += &format!("\n# A mapping of all of it: keep what the properties need.\n{proposal}"),
+        Some(proposal) => text += &format!("\n# A mapping of everything: keep what the properties need.\n{proposal}"),
         None => text += "# there is nothing to map\n",
     }
     text

@@ -1,4 +1,4 @@
-//! Properties on recorded events, and the report of what they say.
+//! Properties checked against recorded events, and the report of the results.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub(super) struct Verified {
     pub(super) notes: Vec<String>,
 }
 
-/// The properties that are asked for.
+/// The requested properties.
 pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
     let mut properties: Vec<Property> = Vec::new();
     for path in &args.properties {
@@ -41,7 +41,7 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
-/// Lets the monitors judge the events; with `--out`, writes the report, too. `mapping` is a text that it shows.
+/// Makes the monitors judge the events; with `--out`, also writes the report. `mapping` is a text that it shows.
 pub(super) fn judge(
     args: &VerifyArgs,
     path: &Path,
@@ -63,7 +63,7 @@ pub(super) fn judge(
     let mut events = events.peekable();
     while let Some(event) = events.next() {
         view.apply(judge.step(event?, properties)).expect(FITS);
-        // The last step comes with the end.
+        // The last step is recorded with the end.
         if events.peek().is_none() {
             view.finish(judge.finish(properties)).expect(FITS);
         }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes `nav2.mcap`, the recording of a minute of a robot that Nav2 drives (pip install rosbags): `make_bag.py FOLDER`."""
+"""Makes `nav2.mcap`, a one-minute recording of a robot driven by Nav2 (pip install rosbags): `make_bag.py FOLDER`."""
 import math
 import shutil
 import sys
@@ -102,7 +102,7 @@ def main():
         topics = {}
         for at_s, topic, name, message in messages():
             if topic not in topics:
-                # As most versions of rosbag2, this one leaves out what an action defines.
+                # Like most versions of rosbag2, this one leaves out what an action defines.
                 definition = {"typestore": STORE} if "/msg/" in name else {"msgdef": "", "rihs01": "RIHS01_" + "0" * 64}
                 topics[topic] = bag.add_connection(topic, name, **definition)
             time_ns = START_S * 1_000_000_000 + round(at_s * 1e9)
