@@ -122,7 +122,7 @@ fn invalid_values_are_refused_each_with_one_message() {
         ("robot.lasers=[]".to_owned(), "`lasers` must not be empty: a robot needs a laser"),
         ("robot.lasers=[{name=\"a\"},{name=\"a\"}]".to_owned(), "there are two lasers named `a`"),
         ("robot.lasers=[{}]".to_owned(), "`name` is missing"),
-        (laser("at=[0.4,0,0]"), "this laser is 0.4 m from the robot's centre, outside the body"),
+        (laser("at=[0.4,0,0]"), "this laser is 0.4 m from the robot's center, outside the body"),
         (laser("beams=0"), "`beams` must lie between 2 and 5000"),
         (laser("field_of_view_deg=0"), "`field_of_view_deg` must lie between 1 and 360"),
         (laser("range_m=0"), "`range_m` must lie between"),

@@ -143,19 +143,19 @@ fn numbers(words: &str, count: usize) -> Value {
 /// A point in the `map` frame.
 #[must_use]
 pub fn point() -> Value {
-    numbers("[x, y] in metres", 2)
+    numbers("[x, y] in meters", 2)
 }
 
 /// Several points in the `map` frame.
 #[must_use]
 pub fn points() -> Value {
-    list("[[x, y], …] in metres", &point())
+    list("[[x, y], …] in meters", &point())
 }
 
 /// A pose in the `map` frame.
 #[must_use]
 pub fn pose() -> Value {
-    numbers("[x, y, heading] in metres and degrees", 3)
+    numbers("[x, y, heading] in meters and degrees", 3)
 }
 
 /// A text, a number, true or false.

@@ -5,7 +5,7 @@ use skills::Datum;
 use crate::Surroundings;
 use crate::lines::Lines;
 
-/// Lengths are in millimetres, so that states can be compared.
+/// Lengths are in millimeters, so that states can be compared.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct People {
     within_mm: u32,

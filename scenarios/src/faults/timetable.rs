@@ -207,7 +207,7 @@ impl Watch {
     }
 }
 
-/// The distance between the robot and a place, in metres; 0 inside an area.
+/// The distance between the robot and a place, in meters; 0 inside an area.
 fn distance_m(place: &Place, pose: &Pose) -> f64 {
     match place {
         Place::Area { .. } if place.contains(pose) => 0.0,

@@ -21,7 +21,7 @@ pub enum Trigger {
     Near {
         /// The place.
         place: Spanned<String>,
-        /// The distance, in metres.
+        /// The distance, in meters.
         within_m: f64,
     },
     /// A message has been received: `when`, an event in the SCOPE language, `(BatteryReader, BatteryLevel, m[2] < 30)`.

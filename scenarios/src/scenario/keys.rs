@@ -54,7 +54,7 @@ fn name() -> Value {
 
 fn files() -> Vec<Key> {
     let start =
-        json!({ "title": "the name of a point, or [x, y, heading] in metres and degrees", "anyOf": [text(), pose()] });
+        json!({ "title": "the name of a point, or [x, y, heading] in meters and degrees", "anyOf": [text(), pose()] });
     vec![
         Key::new(
             "base",
@@ -130,7 +130,7 @@ fn robot() -> Vec<Key> {
         Key::new("robot", "The robot: a round body on two driven wheels.", table(json!({}))),
         Key::new(
             "robot.radius_m",
-            "Radius of the body, in metres. The footprint is a disc; other shapes are not supported.",
+            "Radius of the body, in meters. The footprint is a disc; other shapes are not supported.",
             or(number(0.05, 2.0), 0.3),
         ),
         Key::new("robot.max_linear_mps", "Maximum forward speed, in meters per second.", or(number(0.05, 3.0), 0.45)),
@@ -153,7 +153,7 @@ fn robot() -> Vec<Key> {
         laser("name", "The laser's name, for faults and reports.", name()).required(),
         laser(
             "at",
-            "Its position on the robot, x ahead and y to the left of the centre, and the direction of the middle of \
+            "Its position on the robot, x ahead and y to the left of the center, and the direction of the middle of \
              its field of view.",
             or(pose(), json!([0, 0, 0])),
         ),
@@ -176,7 +176,7 @@ fn robot() -> Vec<Key> {
         Key::new("battery.standstill_drain_pct_per_s", "Drain while standing, in percent per second.", rate(json!(0))),
         Key::new("battery.charge_pct_per_s", "Gain while charging, in percent per second.", rate(json!(0.05))),
         Key::new("noise", "The noise of sensors and wheels.", table(json!({}))),
-        Key::new("noise.laser_sigma_m", "Standard deviation of a range, in metres.", sigma()),
+        Key::new("noise.laser_sigma_m", "Standard deviation of a range, in meters.", sigma()),
     ];
     for (part, of) in [("odometry", "the odometry reports"), ("motion", "the wheels carry out")] {
         let key = |name: &str, about: String| Key::new(&format!("noise.{part}.{name}"), &about, sigma());
@@ -184,8 +184,8 @@ fn robot() -> Vec<Key> {
         for (name, what, after) in [
             ("angle_per_sqrt_rad", "the angle, in radians", "1 rad"),
             ("angle_per_sqrt_m", "the angle, in radians", "1 m"),
-            ("distance_per_sqrt_m", "the distance, in metres", "1 m"),
-            ("distance_per_sqrt_rad", "the distance, in metres", "1 rad"),
+            ("distance_per_sqrt_m", "the distance, in meters", "1 m"),
+            ("distance_per_sqrt_rad", "the distance, in meters", "1 rad"),
         ] {
             keys.push(key(name, format!("Standard deviation of {what}, after {after}.")));
         }
@@ -248,7 +248,7 @@ fn execution() -> Vec<Key> {
         Key::new("components.NAME.door", "Of a door: its name in the world.", text()),
         Key::new(
             "components.NAME.within_m",
-            "Of a people sensor: its range from the robot's centre, in metres.",
+            "Of a people sensor: its range from the robot's center, in meters.",
             or(number(0.1, 100.0), 5),
         ),
         Key::new(
@@ -362,7 +362,7 @@ fn world() -> Vec<Key> {
         ),
         Key::new("people[].name", "The name in reports. If not given, `person 1`, `person 2`, …", name()),
         Key::new("people[].at", "The person's initial position.", point()).required(),
-        Key::new("people[].radius_m", "Radius of the body, in metres.", or(number(0.05, 1.0), 0.25)),
+        Key::new("people[].radius_m", "Radius of the body, in meters.", or(number(0.05, 1.0), 0.25)),
         Key::new(
             "people[].route",
             "The points to which the person walks, each in a straight line. Without any, the person stands still.",
@@ -416,7 +416,7 @@ fn world() -> Vec<Key> {
         Key::new("doors[]", "A door, which never closes onto the robot.", table(json!({}))),
         Key::new("doors[].name", "The name in reports. If not given, `door 1`, `door 2`, …", name()),
         Key::new("doors[].at", "The middle of the closed leaf.", pose()).required(),
-        Key::new("doors[].width_m", "Width of the leaf, in metres.", or(number(0.1, 20.0), 1)),
+        Key::new("doors[].width_m", "Width of the leaf, in meters.", or(number(0.1, 20.0), 1)),
         Key::new(
             "doors[].opens",
             "How it opens: it slides, or swings to one side.",
@@ -432,8 +432,8 @@ fn world() -> Vec<Key> {
         Key::new("boxes[]", "A box that is not on the map.", table(json!({}))),
         Key::new("boxes[].name", "The name in reports. If not given, `box 1`, `box 2`, …", name()),
         Key::new("boxes[].at", "The middle of the box.", pose()).required(),
-        Key::new("boxes[].length_m", "Length, in metres.", side(0.6)),
-        Key::new("boxes[].width_m", "Width, in metres.", side(0.4)),
+        Key::new("boxes[].length_m", "Length, in meters.", side(0.6)),
+        Key::new("boxes[].width_m", "Width, in meters.", side(0.4)),
         Key::new("boxes[].mass_kg", "Mass, in kilograms.", or(number(0.1, 1000.0), 10)),
         Key::new("boxes[].fixed", "Whether it stays where it is. Otherwise, the robot can push it.", or(flag(), false)),
     ]

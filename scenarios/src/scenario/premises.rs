@@ -54,7 +54,7 @@ pub enum Start {
 
 impl FromItem<'_> for Start {
     fn wanted() -> String {
-        "the name of a point, or [x, y, heading] in metres and degrees".into()
+        "the name of a point, or [x, y, heading] in meters and degrees".into()
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {

@@ -94,7 +94,7 @@ fn read_laser(table: Table<'_>, radius_m: f64) -> Option<Spanned<LaserSpec>> {
     let distance_m = (x * x + y * y).sqrt();
     if let Some(at) = at.filter(|_| distance_m > radius_m) {
         let problem = at.span.problem(format!(
-            "this laser is {distance_m} m from the robot's centre, outside the body, whose radius is {radius_m} m"
+            "this laser is {distance_m} m from the robot's center, outside the body, whose radius is {radius_m} m"
         ));
         let help = "x and y are in meters, in the frame of the robot: x points ahead, y to the left";
         table.report(problem.with_label("outside the body").with_help(help));

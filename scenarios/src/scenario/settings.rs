@@ -192,7 +192,7 @@ fn odometry(odometry: &OdometryConfig) -> SettingGroup {
             ("time between readings", duration(*period)),
             ("excess distance", with_unit(distance_bias * 100.0, "%")),
             ("excess angle", with_unit(angle_bias * 100.0, "%")),
-            ("excess angle per metre", with_unit(*angle_bias_rad_per_m, "rad/m")),
+            ("excess angle per meter", with_unit(*angle_bias_rad_per_m, "rad/m")),
         ],
     );
     group.rows.extend(drift(noise));

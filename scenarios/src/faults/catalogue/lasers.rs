@@ -66,7 +66,7 @@ pub(super) const NOISE: FaultKind = FaultKind {
     about: "the ranges are noisy",
     parameters: &[
         LASER,
-        Parameter::required("sigma_m", "standard deviation of a range, in metres", ArgumentDomain::Numbers(0.0, 10.0)),
+        Parameter::required("sigma_m", "standard deviation of a range, in meters", ArgumentDomain::Numbers(0.0, 10.0)),
     ],
     momentary: false,
     example: "at_s = 0\nsigma_m = 0.3",
@@ -78,7 +78,7 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     name: "laser_range_limit",
     place: Place::Lasers,
     about: "a laser has a limited range: fog, dust, a dirty window",
-    parameters: &[LASER, Parameter::required("max_m", "the range, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
+    parameters: &[LASER, Parameter::required("max_m", "the range, in meters", ArgumentDomain::Numbers(0.01, 1e3))],
     momentary: false,
     example: "at_s = 0\nmax_m = 1.5",
     effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),
@@ -92,7 +92,7 @@ pub(super) const MOUNT: FaultKind = FaultKind {
     parameters: &[
         LASER,
         Parameter::number("x_m", "the error forward, in meters", -1.0, 1.0, 0.0),
-        Parameter::number("y_m", "the error to the left, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("y_m", "the error to the left, in meters", -1.0, 1.0, 0.0),
         Parameter::number("turn_deg", "the rotation to the left, in degrees", -180.0, 180.0, 0.0),
     ],
     momentary: false,
@@ -113,7 +113,7 @@ pub(super) const GHOST: FaultKind = FaultKind {
     about: "a laser sees an object that does not exist, always in the same direction",
     parameters: &[
         LASER,
-        Parameter::number("distance_m", "its apparent distance, in metres", 0.0, 1e3, 0.8),
+        Parameter::number("distance_m", "its apparent distance, in meters", 0.0, 1e3, 0.8),
         Parameter::number("bearing_deg", "its direction from the laser, in degrees", -180.0, 180.0, 0.0),
         Parameter::number("width_deg", "its width, in degrees", 0.0, 360.0, 30.0),
     ],

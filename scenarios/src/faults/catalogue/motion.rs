@@ -32,7 +32,7 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
         Parameter::number("angle", "the error in angles, as a share of them", -1.0, 10.0, 0.0),
         Parameter::number(
             "deg_per_m",
-            "the rotation reported for each metre driven straight, in degrees",
+            "the rotation reported for each meter driven straight, in degrees",
             -360.0,
             360.0,
             0.0,
@@ -51,7 +51,7 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
     words: |with| {
         let [distance, angle, deg_per_m] = ["distance", "angle", "deg_per_m"].map(|name| with.number(name));
         format!(
-            "odometry reports {:+} % distance, {:+} % angle, {deg_per_m:+}° per metre",
+            "odometry reports {:+} % distance, {:+} % angle, {deg_per_m:+}° per meter",
             100.0 * distance,
             100.0 * angle
         )

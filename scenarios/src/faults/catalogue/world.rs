@@ -9,7 +9,7 @@ use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 /// The pose of the object.
-const AT: Parameter = Parameter::required("at", "the pose of its centre", ArgumentDomain::Pose);
+const AT: Parameter = Parameter::required("at", "the pose of its center", ArgumentDomain::Pose);
 const POINT: Parameter = Parameter::required("at", "its first point", ArgumentDomain::Point);
 const ROUTE: Parameter = Parameter::required("route", "its further points, in order", ArgumentDomain::Points);
 
@@ -48,7 +48,7 @@ pub(super) const DOOR: FaultKind = FaultKind {
     name: "door_closes",
     place: Place::World,
     about: "a door closes",
-    parameters: &[AT, Parameter::number("width_m", "the width of the doorway, in metres", 0.1, 20.0, 1.0)],
+    parameters: &[AT, Parameter::number("width_m", "the width of the doorway, in meters", 0.1, 20.0, 1.0)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 90]\nwidth_m = 1.0\nlasts_s = 60",
     effect: |with| {
@@ -64,8 +64,8 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
     about: "a box stands in the way",
     parameters: &[
         AT,
-        Parameter::number("length_m", "its length along its heading, in metres", 0.05, 20.0, 0.6),
-        Parameter::number("width_m", "its width, in metres", 0.05, 20.0, 0.4),
+        Parameter::number("length_m", "its length along its heading, in meters", 0.05, 20.0, 0.6),
+        Parameter::number("width_m", "its width, in meters", 0.05, 20.0, 0.4),
     ],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 0]",
