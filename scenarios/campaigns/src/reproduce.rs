@@ -1,4 +1,4 @@
-//! The paper's experiments, run again and checked against what the paper says.
+//! Runs the paper's experiments again and checks them against the paper's claims.
 
 mod deviations;
 mod experiments;
@@ -31,7 +31,7 @@ use observed::Observed;
 
 pub use table::table;
 
-/// How the experiments are run again.
+/// How to run the experiments again.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// Each experiment is run with the root seeds from 1 to this.
@@ -40,9 +40,9 @@ pub struct Settings {
     pub map: Option<PathBuf>,
     /// Other places than the project's own.
     pub places: Option<PathBuf>,
-    /// Another start than the point of that name: x and y in metres, heading in degrees.
+    /// Another start than the places': x and y in metres, heading in degrees.
     pub start: Option<[f64; 3]>,
-    /// Another form of the tree's process than the scenarios'.
+    /// Another form of the tree's process than in the scenarios.
     pub tree: Option<TreeForm>,
 }
 
@@ -53,11 +53,11 @@ pub struct Reproduction {
     pub version: &'static str,
     /// Each experiment was run with the root seeds from 1 to this.
     pub seeds: u64,
-    /// The changes in all scenarios, as `--set` takes them.
+    /// The changes to all scenarios, in the syntax of `--set`.
     pub settings: Vec<String>,
     /// The experiments, in the order of the paper.
     pub experiments: Vec<ExperimentResult>,
-    /// The moments that the paper's figures show, of the runs with seed 1.
+    /// The moments that the paper's figures show, from the runs with seed 1.
     #[serde(skip)]
     stills: Vec<Still>,
     /// The system that was run, and its properties.
@@ -78,20 +78,20 @@ pub struct ExperimentResult {
     pub here: &'static str,
     /// The paper's claims, and the results.
     pub claims: Vec<ClaimResult>,
-    /// The claims that this project adds, with their results.
+    /// The claims that this project adds, and the results.
     pub ours: Vec<ClaimResult>,
     /// The runs.
     pub runs: Vec<RunResult>,
 }
 
-/// A run, to be compared with the same run elsewhere.
+/// A run, for comparison with the same run elsewhere.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunResult {
     /// The root seed.
     pub seed: u64,
-    /// BLAKE3 hash of the trace; monitors do not enter.
+    /// BLAKE3 hash of the trace; monitors do not affect it.
     pub trace_hash: String,
-    /// The monitors that were violated, each with the tick.
+    /// The violated monitors, with the ticks of their violations.
     pub violated_at_tick: BTreeMap<String, u64>,
 }
 
@@ -104,11 +104,11 @@ pub struct ClaimResult {
     pub source: &'static str,
     /// In how many runs it was true.
     pub runs: u64,
-    /// The runs in which it was not.
+    /// The runs in which it was not true.
     pub differences: Vec<Difference>,
 }
 
-/// A run in which a claim was not so.
+/// A run in which a claim was not true.
 #[derive(Clone, Debug, Serialize)]
 pub struct Difference {
     /// The root seed.
@@ -117,7 +117,7 @@ pub struct Difference {
     pub found: String,
 }
 
-/// Something to be done on one of the cores.
+/// A job for one of the cores.
 enum Job {
     /// A run for its report.
     ExperimentRun(Arc<Scenario>, u64),
@@ -131,7 +131,7 @@ enum Done {
 }
 
 impl Settings {
-    /// The settings as `--set` takes them; every scenario also gets the monitors of the paper's figure.
+    /// The settings in the syntax of `--set`; every scenario also gets the monitors of the paper's figure.
     fn overrides(&self) -> Vec<String> {
         let path = |key: &str, kind: Kind, path: &Option<PathBuf>| {
             let path = path.as_ref().map(|path| kind.path(path).display().to_string());
@@ -148,16 +148,16 @@ impl Settings {
     }
 }
 
-/// That many runs, in words.
+/// This many runs, in words.
 fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
 }
 
-/// An addition to every scenario: the monitors of the paper's figure.
+/// An addition to every scenario: the monitors of the paper's Figure 5.
 const FIGURE_MONITORS: &str = r#"monitors=[{ figure = "5 (a)" }, { figure = "5 (b)" }]"#;
 
 impl Reproduction {
-    /// Runs every experiment on all cores. `progress` receives how many runs of how many are done.
+    /// Runs every experiment on all cores. `progress` gets the number of finished runs and the total.
     ///
     /// # Errors
     /// What is wrong with a scenario, or why a run cannot continue.
@@ -197,7 +197,7 @@ impl Reproduction {
         })
     }
 
-    /// Whether every claim was true of every run, the paper's and this project's.
+    /// Whether every claim of the paper and of this project was true of every run.
     #[must_use]
     pub fn all_hold(&self) -> bool {
         self.experiments
@@ -225,7 +225,10 @@ impl Reproduction {
         };
         match failed_ours {
             0 => papers,
-            _ => format!("{papers} {failed_ours} of the {} claims that this project adds were not.", ours().count()),
+            _ => format!(
+                "{papers} {failed_ours} of the {} claims that this project adds were not true of every run.",
+                ours().count()
+            ),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Turns journals into results: the dataset and the summary, of one campaign or of its merged shards.
+//! Turns journals into results, dataset and summary, for one campaign or its merged shards.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
 const CONFIDENCE: f64 = 0.95;
 
-/// Makes dataset, summary and page from a journal that holds all runs of a campaign.
+/// Makes dataset, summary and page from a journal with all runs of a campaign.
 ///
 /// # Errors
 /// [`Error::Scenario`] if the journal is damaged, or if the results cannot be written; existing results then stay
@@ -54,7 +54,7 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
 /// Removes what any campaign wrote to `folder`, and nothing else, before a shard of `plan` is run there.
 ///
 /// # Errors
-/// [`Error::Scenario`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the
+/// [`Error::Scenario`] if [`run`](super::run) would reject the shard, if another program is writing there, or if the
 /// journal there does not belong to a campaign or cannot be written.
 pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
     plan.check_shard(shard)?;
@@ -142,7 +142,7 @@ fn whole(folders: &[PathBuf], readers: &[JournalReader]) -> Result<Header, Error
     Ok(first.with_shard(Shard::ALL))
 }
 
-/// Passes on all runs of the shards, each of which is ordered, in the order of the runs.
+/// Passes on the runs of all shards, each of which is ordered, in the order of the runs.
 fn in_turn(
     header: &Header,
     mut readers: Vec<JournalReader>,
@@ -159,7 +159,7 @@ fn in_turn(
     Ok(())
 }
 
-/// The counts over the runs.
+/// Counts over the runs.
 struct Tally {
     outcomes: Outcomes,
     properties: Vec<Count>,

@@ -1,4 +1,4 @@
-//! A run from start to report.
+//! Runs a scenario from its start to its report.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -17,16 +17,17 @@ use crate::journal::has_journal;
 /// Runs a scenario to its end, with monitors, and keeps only the report.
 ///
 /// # Errors
-/// What is wrong with the scenario.
+/// [`Error`] if something is wrong with the scenario.
 pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
     let live = Live::new(scenario, seed, true)?;
     run_and_report(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
 }
 
-/// Runs a scenario to its end, like [`conduct`], and shows it. A run that `follow` stops is reported as interrupted.
+/// Runs a scenario to its end, like [`conduct`], and makes its outputs. A run that `follow` stops is reported as
+/// interrupted.
 ///
 /// # Errors
-/// What could not be written; why the run cannot continue.
+/// [`Error`] if something cannot be written, or the run cannot continue.
 pub fn run_and_report(
     live: Live,
     detail: Detail,
@@ -47,10 +48,10 @@ pub fn run_and_report(
     Ok(begun.expect("a run is followed from its start").finish(&view)?)
 }
 
-/// Refuses a folder with the results of a campaign: a run does not overwrite them.
+/// Rejects a folder with the results of a campaign: a run does not overwrite them.
 ///
 /// # Errors
-/// If it has some.
+/// If the folder has such results.
 pub fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
     match outputs.folder.as_deref().filter(|folder| has_journal(folder)) {
         Some(folder) => {

@@ -1,4 +1,4 @@
-//! Running a campaign: on all cores, with results in the order of the runs.
+//! Runs a campaign on all cores, with results in the order of the runs.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -28,9 +28,9 @@ pub struct Progress<'p> {
     pub all: u64,
     /// The events that are counted: each property by its name, and `expectation`.
     pub asked: &'p [String],
-    /// In how many of how many runs each event happened: the property was violated, or the run was not as expected.
+    /// How often each event happened: the property was violated, or the run was not as expected.
     pub counts: &'p [Count],
-    /// The run that has just been done; none at the beginning.
+    /// The run that has just finished; none at the beginning.
     pub run: Option<&'p RunRecord>,
 }
 
@@ -41,16 +41,16 @@ pub struct Ran {
     pub done: u64,
     /// The maximum number of runs.
     pub all: u64,
-    /// Whether nothing is left to run: all runs are done, or the campaign's goal is reached.
+    /// Whether no runs are left: all are done, or the campaign's goal has been reached.
     pub complete: bool,
     /// The result of the campaign's goal, if it has one.
     pub goal: Option<GoalReport>,
-    /// While it is open, no other program writes to the folder.
+    /// While it is open, no other program can write to the folder.
     journal: Journal,
 }
 
 impl Ran {
-    /// Makes dataset, summary and page from the journal, which holds all runs of the campaign.
+    /// Makes dataset, summary and page from the journal, which must have all runs of the campaign.
     ///
     /// # Errors
     /// [`Error::Scenario`] if they cannot be written; existing results then stay unchanged.
@@ -64,7 +64,7 @@ impl Ran {
 /// each run. A run that fails is a result; see [`RunRecord::failure`].
 ///
 /// # Errors
-/// [`Error::Scenario`] if the folder has another campaign's results, if a campaign with a goal is to be sharded, or if
+/// [`Error::Scenario`] if the folder has another campaign's results, if the shard is of a campaign with a goal, or if
 /// the journal cannot be written.
 pub fn run(
     plan: &Plan,
@@ -77,7 +77,7 @@ pub fn run(
     run_each(plan, shard, folder, threads, interrupted, progress, |run| conducted(plan, run))
 }
 
-/// Runs the rest of a shard, each run by `conduct`.
+/// Runs the rest of a shard, each run with `conduct`.
 fn run_each(
     plan: &Plan,
     shard: Shard,
@@ -106,7 +106,7 @@ fn run_each(
         progress(&watch.progress(done, all, Some(&record)));
         Ok::<bool, Error>(!watch.enough())
     })?;
-    // If the folder has been removed meanwhile, the results are gone.
+    // If the folder has been removed in the meantime, the results are gone.
     journal.reader()?;
     Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report(), journal })
 }
@@ -142,7 +142,7 @@ impl<'p> Watch<'p> {
     fn goal(&self) -> Option<(&'p Goal, Count)> {
         let goal = self.plan.file().goal.as_ref()?;
         let place = self.asked.iter().position(|asked| *asked == goal.of.value);
-        Some((goal, self.counts[place.expect("a plan's goal was checked to ask of something that there is")]))
+        Some((goal, self.counts[place.expect("a plan's goal is checked to refer to an existing event")]))
     }
 
     fn enough(&self) -> bool {
@@ -162,7 +162,7 @@ impl<'p> Watch<'p> {
     }
 }
 
-/// The result, and its wall time in seconds.
+/// The result, and the wall time in seconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     #[expect(clippy::disallowed_methods, reason = "the computer's own time is not part of the results")]
     let began = Instant::now();
@@ -186,7 +186,7 @@ fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
 }
 
 thread_local! {
-    /// Whether panics of this thread are caught and become results.
+    /// Whether panics in this thread are caught and become results.
     static CATCHING: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -203,7 +203,7 @@ fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     result.unwrap_or_else(|panic| Err(message(panic)))
 }
 
-/// Silences panics that are [caught]: they are part of the results. `--only` shows where it happened.
+/// Silences panics that are [caught]: they are part of the results. `--only` shows where a panic happened.
 fn hush_caught_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -230,9 +230,9 @@ mod tests {
         assert_eq!(caught(|| Ok(1)), Ok(1));
     }
 
-    /// Every run becomes a record, however it ends, and the campaign continues.
+    /// However a run ends, it becomes a record, and the campaign continues.
     #[test]
-    fn runs_that_panic_or_are_refused_are_recorded_with_their_command() {
+    fn runs_that_panic_or_are_rejected_are_recorded_with_their_command() {
         let text = "scenario = \"errand\"\nruns = 4\nset = [\"execution.max_time_s=0.1\"]\n";
         let plan = Plan::parse("two words.toml", text).unwrap().with_runs(3).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!((summary.outcomes.failed, summary.failures.len()), (2, 2));
         assert_eq!(summary.failures[0].why.as_deref(), Some("panicked: a wheel came off"));
         assert_eq!(summary.failures[0].command, "steward campaign 'two words.toml' --runs 3 --only 0");
-        // Failed runs do not count for a property, neither in the summary nor in the progress.
+        // Failed runs do not count for a property, either in the summary or in the progress.
         let (_, counts) = seen.last().unwrap();
         assert_eq!(counts[0].runs(), 1);
         assert_eq!((counts[3].happened(), counts[3].runs()), (3, 3), "the third ends before it arrives");

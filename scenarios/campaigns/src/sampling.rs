@@ -1,7 +1,7 @@
-//! The sample point of each run in the space of parameters: a pure function of the plan and the run's number.
+//! The sample point of each run in the space of parameters, a pure function of the plan and the run's number.
 //!
 //! Each parameter is one dimension, named by its key, and a run gets a number from 0 to 1 in each. Each key has its own
-//! random stream, so that adding a parameter changes no other. The designs:
+//! random stream, so adding a parameter does not change the others. The designs:
 //!
 //! - [`Random`](Sampling::Random): each run is drawn independently.
 //! - [`LatinHypercube`](Sampling::LatinHypercube): each dimension is divided into as many equal strata as there are
@@ -27,7 +27,7 @@ pub enum Sampling {
     Grid,
     /// Each run independently.
     Random,
-    /// Each parameter's range evenly, with one run in each stratum.
+    /// Divides each parameter's range evenly, with one run in each stratum.
     LatinHypercube,
     /// A low-discrepancy sequence.
     Sobol,
@@ -42,7 +42,7 @@ pub(super) enum Dimension {
 }
 
 impl Dimension {
-    /// The dimension of the parameter with that index; none for a grid. Only a Latin hypercube depends on `runs`.
+    /// The dimension of the parameter with this index; none for a grid. Only a Latin hypercube depends on `runs`.
     ///
     /// # Panics
     /// If a Sobol sequence has no such dimension.
@@ -95,13 +95,13 @@ mod tests {
 
     fn points(sampling: Sampling, dimensions: usize, runs: u64) -> Vec<Vec<f64>> {
         let dimension = |place: usize| {
-            Dimension::new(sampling, place, &format!("key{place}"), 7, runs).expect("no grid is asked for")
+            Dimension::new(sampling, place, &format!("key{place}"), 7, runs).expect("this is not a grid")
         };
         let dimensions: Vec<_> = (0..dimensions).map(dimension).collect();
         (0..runs).map(|k| dimensions.iter().map(|dimension| dimension.at(k)).collect()).collect()
     }
 
-    /// The centred L2 discrepancy (Hickernell, Mathematics of Computation 67, 1998): how unevenly points are
+    /// The centered L2 discrepancy (Hickernell, Mathematics of Computation 67, 1998): how unevenly points are
     /// distributed.
     fn discrepancy(points: &[Vec<f64>]) -> f64 {
         let n = points.len() as f64;
@@ -141,14 +141,14 @@ mod tests {
     #[test]
     fn every_dyadic_interval_has_its_share_of_a_sobol_sequence() {
         for place in 0..MAX_SOBOL_DIMENSIONS {
-            let dimension = Dimension::new(Sampling::Sobol, place, "key", 3, 0).expect("no grid is asked for");
+            let dimension = Dimension::new(Sampling::Sobol, place, "key", 3, 0).expect("this is not a grid");
             let mut cells: Vec<u64> = (0..256).map(|k| (dimension.at(k) * 256.0) as u64).collect();
             cells.sort_unstable();
             assert_eq!(cells, (0..256).collect::<Vec<_>>(), "dimension {place}");
         }
     }
 
-    /// In its first two dimensions, it is a (0, m, 2)-net in base 2.
+    /// The sequence's first two dimensions form a (0, m, 2)-net in base 2.
     #[test]
     fn every_dyadic_rectangle_has_its_share_of_a_sobol_sequence() {
         let points = points(Sampling::Sobol, 2, 256);
@@ -179,7 +179,7 @@ mod tests {
         // Kolmogorov and Smirnov: above 1.63/√n with a probability of 0.01.
         let furthest = sorted.iter().enumerate().map(off).fold(0.0, f64::max);
         assert!(furthest < 1.63 / libm::sqrt(4000.0), "{furthest}");
-        let elsewhere = Dimension::new(Sampling::Random, 5, "key0", 7, 12).expect("no grid is asked for");
+        let elsewhere = Dimension::new(Sampling::Random, 5, "key0", 7, 12).expect("this is not a grid");
         assert_eq!(elsewhere.at(3999), points[3999][0]);
     }
 }

@@ -1,8 +1,8 @@
-//! Parts of a campaign, for several machines.
+//! Shards: parts of a campaign, for several machines.
 
 use serde::{Deserialize, Serialize};
 
-/// A part of a campaign: the runs whose number leaves the remainder `index` when divided by `of`.
+/// A part of a campaign: the runs whose numbers leave the remainder `index` when divided by `of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
     /// Which part, from 0.
@@ -24,13 +24,13 @@ impl Shard {
         (index < of && of <= Self::MOST).then_some(Self { index, of })
     }
 
-    /// How many of `runs` runs are in the part.
+    /// The number of runs in this part, out of `runs`.
     #[must_use]
     pub fn len(self, runs: u64) -> u64 {
         (runs + self.of - 1 - self.index) / self.of
     }
 
-    /// The number of the part's run with that index.
+    /// The number of the part's run with this index.
     #[must_use]
     pub fn run(self, place: u64) -> u64 {
         self.index + place * self.of

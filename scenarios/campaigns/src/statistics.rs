@@ -1,14 +1,14 @@
-//! Statistical model checking: how likely it is that a requirement is violated, from independent runs.
+//! Statistical model checking: estimates from independent runs how likely it is that a requirement is violated.
 //!
 //! Everything here is based on counts. A [`Count`] says in how many of how many runs something happened, and its
 //! [`interval`](Count::interval) is the exact one of Clopper and Pearson. [`Precision`] decides when an estimate is
 //! precise enough, [`Sprt`] on which side of a bound a probability lies, and [`Comparison`] whether two campaigns
 //! differ. The guarantees (coverage, error rates) hold for every true probability and are not approximations.
 //!
-//! **Stopping and order.** A campaign that stops when its numbers are sufficient must not look at the runs in the order
-//! in which they end: on many cores, short runs end first, and a violation often ends a run early. Results go through
-//! [`batch::InOrder`], so that the rule sees run 0, run 1, run 2, … regardless of when each ended, and stops at the
-//! same run on every machine.
+//! **Stopping and order.** A campaign that stops as soon as its results are sufficient must not look at the runs in the
+//! order in which they end: on many cores, short runs end first, and a violation often ends a run early. Results go
+//! through [`batch::InOrder`], so that the rule sees run 0, run 1, run 2, … regardless of when each ended, and stops at
+//! the same run on every machine.
 //!
 //! ```
 //! use campaigns::statistics::{Confidence, Count};
@@ -45,7 +45,7 @@ pub enum StatisticsError {
     Bound {
         /// The bound.
         bound: f64,
-        /// The distance from the bound within which either decision is right.
+        /// The distance from the bound within which either decision is acceptable.
         indifference: f64,
     },
     /// A probability of a wrong decision that is not between 0 and ½.

@@ -15,9 +15,9 @@ pub struct Summary {
     pub scenario: String,
     /// The program's version.
     pub version: String,
-    /// How many runs there are.
+    /// The number of runs.
     pub runs: u64,
-    /// How many of them were not what the scenario expects, and how many failed.
+    /// How many runs were as the scenario expects, how many were not, and how many failed.
     pub outcomes: Outcomes,
     /// Whether the scenario expects anything of its runs.
     pub expects: bool,
@@ -25,13 +25,13 @@ pub struct Summary {
     pub unmet: Vec<Unmet>,
     /// How often each property was violated. Runs that failed do not count for any property.
     pub properties: Vec<Estimate>,
-    /// Whether its runs are those of a RoAML model, whose properties are read as true or not.
+    /// Whether its runs are those of a RoAML model, whose properties are true or false.
     pub of_roaml: bool,
-    /// How often a run was not what the scenario expects, or failed.
+    /// How often a run was not as the scenario expects, or failed.
     pub expectation: Estimate,
     /// The result of the campaign's goal; null without one.
     pub goal: Option<GoalReport>,
-    /// The frontier of the campaign's model and that of the runs, in words; null without a model.
+    /// The frontiers of the campaign's model and of the runs, in words; null without a model.
     pub frontier: Option<String>,
     /// The most instructive runs, the most important first.
     pub instructive: Vec<Named>,
@@ -42,7 +42,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// The command that repeats a run alone, with pictures and report.
+    /// The command that repeats only this run, with pictures and report.
     #[must_use]
     pub fn command(&self, k: u64) -> String {
         command(&self.again, k)
@@ -68,7 +68,7 @@ pub struct Outcomes {
 /// An expectation of the scenario that some runs did not meet.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Unmet {
-    /// What, in words: `phi1 is satisfied`.
+    /// The expectation, in words: `phi1 is satisfied`.
     pub expected: String,
     /// How many runs did not meet it.
     pub runs: u64,
@@ -77,13 +77,13 @@ pub struct Unmet {
 /// How often something happened, and the estimate of its probability.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
-    /// What: a property that was violated, or `expectation`.
+    /// The event: a violated property, or `expectation`.
     pub of: String,
-    /// In how many of how many runs.
+    /// In how many of how many runs it happened.
     pub count: Count,
     /// The fraction; null without runs.
     pub rate: Option<f64>,
-    /// The exact interval with a confidence of 0.95, for a number of runs that was fixed in advance.
+    /// The exact interval with a confidence of 0.95, for a number of runs fixed in advance.
     pub interval: Interval,
 }
 
@@ -94,7 +94,7 @@ pub struct Named {
     pub k: u64,
     /// Why it is listed: why it failed, what it did not meet, or what makes it interesting.
     pub why: Option<String>,
-    /// The command that repeats it alone, with pictures and report.
+    /// The command that repeats only this run, with pictures and report.
     pub command: String,
 }
 

@@ -23,7 +23,7 @@ function show({ done, all, before, elapsed_s, unexpected, named, tallies }) {
   $('bar').value = done;
   $('done').textContent = `${done} of ${all} runs`;
   const rate = (done - before) / elapsed_s;
-  $('pace').textContent = rate > 0 ? `${rate.toFixed(1)} runs per second,  ${words((all - done) / rate)} to go` : '';
+  $('pace').textContent = rate > 0 ? `${rate.toFixed(1)} runs per second, ${words((all - done) / rate)} to go` : '';
   document.querySelector('table').hidden = !tallies.length;
   $('tallies').replaceChildren(...tallies.map(({ name, happened, of, interval }) => element('tr', {},
     element('th', { scope: 'row', textContent: name }),

@@ -32,8 +32,8 @@ fn page(matrix: &Matrix) -> String {
             p.over { "A service robot under runtime monitors" }
             h1 { "Faults and properties" }
             p.about {
-                "Which property detects which fault, and after how many ticks.  " (noticed) " of " (matrix.rows.len())
-                "  faults are detected by a property."
+                "Which property detects which fault, and after how many ticks. " (noticed) " of " (matrix.rows.len())
+                " faults are detected by a property."
             }
         }
         section #matrix { (rows(matrix)) }

@@ -50,7 +50,7 @@ impl Page<'_> {
                 p {
                     "The frontier of the simulated robot is at " strong { (short(frontier)) } ", the bound that leaves the \
                      fewest runs on its wrong side: " (wrong) " (" (share(wrong)) "). The smallest quantity with “"
-                    (event) "” is " (short(least)) "; the greatest without it is  " (short(greatest)) "."
+                    (event) "” is " (short(least)) "; the greatest without it is " (short(greatest)) "."
                 }
             }
         }

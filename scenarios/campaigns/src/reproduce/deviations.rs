@@ -1,18 +1,18 @@
-//! Where the system that runs here differs from the published one.
+//! Differences between this system and the published one.
 
-/// A difference: what it concerns, how it is in the paper or its published code, and how it is here.
+/// A difference: what it concerns, what the paper or its published code has, and what this system has.
 pub(super) struct Deviation {
     pub(super) of: &'static str,
     pub(super) published: &'static str,
     pub(super) here: &'static str,
 }
 
-/// All differences that are known.
+/// All known differences.
 pub(super) const DEVIATIONS: [Deviation; 14] = [
     Deviation {
         of: "Robot",
         published: "Experiments 1 and 2 in a simulation, experiment 3 on a real R1.",
-        here: "All three, and the undisturbed run, in this project's own simulation. No robot took part.",
+        here: "All three, and the undisturbed run, in this project's own simulation, without a real robot.",
     },
     Deviation {
         of: "Simulation",
@@ -21,14 +21,15 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Localization",
-        published: "AMCL on the real robot; in the published simulation odometry, which is exact there.",
+        published: "AMCL on the real robot; in the published simulation, odometry, which is exact there.",
         here: "A particle filter (AMCL) with two lasers, also in simulation; its error is in each run’s report.",
     },
     Deviation {
         of: "Map",
         published: "A recorded map of offices.",
-        here: "A map of this project’s own with the published coordinates of start, station and destination. --map takes the \
-               published one, where --start 0,0.5,0 is needed: its start is closer to a wall than the robot’s radius.",
+        here: "A map of this project’s own with the published coordinates of start, station and destination. --map \
+               accepts the published map, which needs --start 0,0.5,0: its start is closer to a wall than the robot’s \
+               radius.",
     },
     Deviation {
         of: "Skills",
@@ -42,8 +43,8 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Wait for User",
-        published: "A condition that returns running; in the published code a built-in action.",
-        here: "An action with a machine of its own that answers running.",
+        published: "A condition that returns running; in the published code, a built-in action.",
+        here: "An action with its own machine, which answers running.",
     },
     Deviation {
         of: "Between tree and skills",
@@ -52,8 +53,8 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Between skills and navigation",
-        published: "The two GoTo skills take turns by a lock on a blackboard, and a stop ends any trip.",
-        here: "No lock: a stop names its place, ends that place’s trip only, and is acknowledged. \
+        published: "The two GoTo skills take turns with a lock on a blackboard, and a stop ends any trip.",
+        here: "No lock: a stop names its place, ends only the trip to that place, and is acknowledged. \
                The scenario late_halt runs the published protocol.",
     },
     Deviation {
@@ -63,8 +64,8 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Monitors",
-        published: "Built by hand, in SCXML, and fed by plug-ins that copy what passes over the ports.",
-        here: "Made from the formulas of Figure 4. Those of Figure 5, built by hand, watch the same runs.",
+        published: "Built manually, in SCXML, and fed by plug-ins that copy the messages on the ports.",
+        here: "Made from the formulas of Figure 4. Those of Figure 5, built manually, watch the same runs.",
     },
     Deviation {
         of: "What the response monitor receives",
@@ -79,6 +80,6 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     Deviation {
         of: "Charging",
         published: "Within 0.5 m and 10° of the station, up to 99.7 %.",
-        here: "The same, after 1 s at rest there; it begins again only below 95 % or after leaving.",
+        here: "The same, after 1 s at rest there; it starts again only below 95 % or after the robot has left.",
     },
 ];

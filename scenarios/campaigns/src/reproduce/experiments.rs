@@ -1,4 +1,4 @@
-//! The paper's claims, one by one, with their sources; and those that this project adds.
+//! The paper's claims with their sources, and the claims that this project adds.
 
 use monitors::Outcome;
 use reports::report::{MonitorReport, Report};
@@ -6,7 +6,7 @@ use scenarios::scenario::Figure;
 
 use super::observed::{Observed, SafetyPath};
 
-/// A completed run: its report, and what was observed on the way.
+/// A completed run: its report, and what was observed during it.
 #[derive(Clone, Debug)]
 pub(super) struct ExperimentRun {
     pub(super) report: Report,
@@ -28,27 +28,27 @@ pub(super) struct Experiment {
     pub(super) ours: &'static [Claim],
 }
 
-/// Something that must be so in every run.
+/// Something that must be true of every run.
 #[derive(Debug)]
 pub(super) struct Claim {
-    /// What, in words.
+    /// The claim, in words.
     pub(super) says: &'static str,
-    /// Where the paper makes it; what it follows from, if it is ours.
+    /// Where the paper makes it, or what it follows from if it is ours.
     pub(super) source: &'static str,
-    /// `None` if it is true in that run, else what was found instead.
+    /// `None` if it is true of a run, otherwise what was found instead.
     pub(super) differs: fn(&ExperimentRun) -> Option<String>,
 }
 
 const STATION: &str = "RechargingStation";
 const DESTINATION: &str = "Destination";
-/// θ of φ2, in ticks: the paper names it, and the value is that of its published code.
+/// θ of φ2, in ticks: the paper names it, and its published code has the value.
 const THETA_TICKS: u64 = 10;
-/// Below this the robot sets out for the station, in percent.
+/// Below this level the robot sets out for the station, in percent.
 const LOW_PCT: f64 = 30.0;
-/// At this level the published code calls the battery full, in percent.
+/// From this level on, the published code considers the battery full, in percent.
 const FULL_PCT: f64 = 99.7;
 
-/// The paper's experiments, and the scenario that they disturb.
+/// The paper's experiments, and the scenario that they modify.
 pub(super) const EXPERIMENTS: [Experiment; 4] = [
     Experiment {
         scenario: "nominal",
@@ -114,7 +114,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
         here: "Simulated in the paper and here. The level is set to 10 % at 20.5 s, on the way to the destination.",
         claims: &[
             Claim {
-                says: "the level is imposed to be 10 % and φ1 is violated",
+                says: "the level is set to 10 % and φ1 is violated",
                 source: "Experiment 1, Figure 6 (b)",
                 differs: |run| verdict(run, "phi1", Outcome::Violated),
             },
@@ -158,18 +158,18 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 differs: |run| verdict(run, "phi2", Outcome::Violated),
             },
             Claim {
-                says: "φ2 is violated when θ = 10 ticks have gone by: time_until … < θ leaves out the tick i + θ",
+                says: "φ2 is violated when θ = 10 ticks have passed: time_until … < θ excludes the tick i + θ",
                 source: "Figure 4 and Section V-A; θ is the published code's",
                 differs: |run| at_tick_after_fault(run, "phi2", THETA_TICKS),
             },
             Claim {
-                says: "the response monitor as published goes to Err one tick later, at θ + 1: its timer starts at θ and \
-                       has to be found at 0",
+                says: "the response monitor as published goes to Err one tick later, at θ + 1: its timer starts at θ \
+                       and must have reached 0 before",
                 source: "Figure 5 (b) and Section V-B; θ is the published code's",
                 differs: |run| at_tick_after_fault(run, Figure::Response.name(), THETA_TICKS + 1),
             },
             Claim {
-                says: "that happens before the robot gets to the charging station",
+                says: "that happens before the robot reaches the charging station",
                 source: "Experiment 2",
                 differs: |run| reached(run, STATION).map(|at| format!("it was there at {at:.1} s")),
             },
@@ -183,7 +183,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
     Experiment {
         scenario: "joypad",
         title: "Experiment 3: a monitor on a real robot (simulated here)",
-        here: "On a real robot in the paper, simulated here: no robot took part. The battery drains three times as fast as in \
+        here: "On a real robot in the paper, simulated here without a real robot. The battery drains three times as fast as in \
                the other runs; a simulated joypad drives the robot back at 0.4 m/s for 10 s whenever it comes within 3 m of \
                the station.",
         claims: &[
@@ -198,7 +198,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 },
             },
             Claim {
-                says: "when the level gets below 30 %, the robot moves towards the charging station",
+                says: "when the level falls below 30 %, the robot moves toward the charging station",
                 source: "Experiment 3, Figure 7 (a)",
                 differs: breaks_off_below_thirty,
             },
@@ -219,7 +219,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 differs: |run| reached(run, STATION).map(|at| format!("it was there at {at:.1} s")),
             },
             Claim {
-                says: "the level gets below 20 % and φ1 is violated, at 19 %",
+                says: "the level falls below 20 % and φ1 is violated, at 19 %",
                 source: "Experiment 3, Figure 8 (b)",
                 differs: |run| {
                     let level = monitor(run, "phi1").and_then(level_that_decided);
@@ -250,13 +250,13 @@ fn verdict(run: &ExperimentRun, name: &str, wanted: Outcome) -> Option<String> {
     (found != Some(wanted)).then(|| format!("{name} is {words}"))
 }
 
-/// That a property holds, and not only because it had no occasion to fail.
+/// Checks that a property holds, and not vacuously.
 fn holds_with_reason(run: &ExperimentRun, name: &str) -> Option<String> {
     let vacuous = monitor(run, name).and_then(|monitor| monitor.vacuous.first().cloned());
     verdict(run, name, Outcome::Satisfied).or(vacuous)
 }
 
-/// That the robot sets out for the station at the first level that is not above 30 %.
+/// Checks that the robot sets out for the station at the first level of at most 30 %.
 fn breaks_off_below_thirty(run: &ExperimentRun) -> Option<String> {
     let Some(departure) = run.observed.first_departure_for(STATION) else {
         return Some("it never set out for the station".to_owned());
@@ -270,7 +270,7 @@ fn breaks_off_below_thirty(run: &ExperimentRun) -> Option<String> {
     }
 }
 
-/// That the safety monitor took the way that is wanted, given how many levels were read.
+/// Checks that the safety monitor took the wanted path, given how many levels were read.
 fn path(run: &ExperimentRun, wanted: impl Fn(u64) -> SafetyPath) -> Option<String> {
     let (found, wanted) = (run.observed.safety, wanted(run.observed.readings));
     (found != wanted || found.get == 0).then(|| {
@@ -278,8 +278,8 @@ fn path(run: &ExperimentRun, wanted: impl Fn(u64) -> SafetyPath) -> Option<Strin
     })
 }
 
-/// That a property is violated this many ticks after the first level that is read once the battery's level has been
-/// set; ticks come once a second, the first just after the start.
+/// Checks that a property is violated this many ticks after the first level that is read once the battery's level has
+/// been set. Ticks come once a second, the first just after the start.
 fn at_tick_after_fault(run: &ExperimentRun, name: &str, ticks: u64) -> Option<String> {
     let Some(fault) = run.report.faults.iter().find(|fault| fault.kind == "battery_level") else {
         return Some("the battery's level was never set".to_owned());

@@ -23,16 +23,16 @@ pub(super) struct Still {
     pub(super) frame: Frame,
 }
 
-/// The parts of a run that are shown.
+/// The parts of a run that the page shows.
 #[derive(Debug)]
 pub(super) struct Film {
-    /// In the order of the figures; none of moments that did not come.
+    /// In the order of the figures, without moments that did not occur.
     pub(super) stills: Vec<Still>,
     /// The system that ran.
     pub(super) context: ExecutionContext,
 }
 
-/// Runs a scenario for the parts of it that are shown.
+/// Runs a scenario and keeps the parts that the page shows.
 pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
     let shots: Vec<&'static Shot> = shots::SHOTS.iter().filter(|shot| shot.scenario == scenario.name).collect();
     let mut taken: Vec<Option<Frame>> = vec![None; shots.len()];

@@ -1,5 +1,5 @@
-//! Observations that the paper mentions and no report has: what the robot knew when it set out, how it was charged, and
-//! which way the safety monitor took.
+//! Observations that the paper mentions but no report contains: what the robot knew when it set out, how it was
+//! charged, and which path the safety monitor took.
 
 use channels::{Event, EventKind, Message, Symbol, Topology, Value};
 use recording::{Battery, RunView};
@@ -10,7 +10,7 @@ use scenarios::scenario::Figure;
 pub(super) struct Observed {
     /// Each command to drive somewhere.
     pub(super) departures: Vec<Departure>,
-    /// Each time that the battery was charged, once that was over.
+    /// Each completed charging.
     pub(super) charges: Vec<Charge>,
     /// How often a level was read.
     pub(super) readings: u64,
@@ -18,7 +18,7 @@ pub(super) struct Observed {
     pub(super) safety: SafetyPath,
     level_pct: Option<f64>,
     level_before_pct: Option<f64>,
-    /// The charge at which charging began, while it lasts.
+    /// The charge at which the present charging began.
     charging_since_pct: Option<f64>,
     charge_pct: f64,
 }
@@ -49,7 +49,7 @@ pub(super) struct SafetyPath {
 }
 
 impl Observed {
-    /// Looks at a run after a step.
+    /// Looks at a run after each step.
     pub(super) fn follow(&mut self, view: &RunView) {
         self.see_battery(view.robot().battery);
         view.events().iter().for_each(|event| self.see(event, view.topology()));
@@ -62,7 +62,7 @@ impl Observed {
         let Some(Battery { charge_pct, charging }) = battery else { return };
         match (self.charging_since_pct, charging) {
             (None, true) => self.charging_since_pct = Some(charge_pct),
-            // The level of the last step of charging: what comes after has gone into driving.
+            // The level in the last step of charging, before driving uses any.
             (Some(from_pct), false) => {
                 let to_pct = charge_pct.max(self.charge_pct);
                 self.charges.push(Charge { from_pct, to_pct });

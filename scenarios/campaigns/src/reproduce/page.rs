@@ -1,5 +1,5 @@
-//! The results as a page: the paper's claims and how often they were true, then its figures, one by one; what this
-//! project adds, where the system differs from the published one, and how to run everything again.
+//! The results as a page: the paper's claims and how often they were true, then its figures; what this project adds,
+//! how this system differs from the published one, and how to run everything again.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn page(reproduction: &Reproduction) -> String {
             h1 { "The paper’s experiments, run again in simulation" }
             p.about { (reproduction.outcome()) }
             p.about {
-                "Everything on this page was simulated, experiment 3 too, for which the paper used a real robot."
+                "Everything on this page was simulated, even experiment 3, for which the paper used a real robot."
             }
             p.quiet { (PAPER) }
             p.quiet {
@@ -103,7 +103,7 @@ fn claim_row(claim: &ClaimResult, seeds: u64) -> Markup {
 /// A figure of the paper with its panels.
 struct Figure {
     title: &'static str,
-    /// What a reader has to know about all panels.
+    /// What applies to all panels.
     about: Markup,
     panels: Markup,
 }
@@ -121,7 +121,7 @@ fn figures(reproduction: &Reproduction) -> Vec<Figure> {
             about: html! {
                 p.quiet {
                     "Drawn from the channels of the system that ran. The paper’s figure shows five of the seven skills and \
-                     two components. A line with two heads is a channel each way; each holds one message."
+                     two components. A line with two heads stands for two channels, one in each direction; each holds one message."
                 }
             },
             panels: whole(
@@ -151,7 +151,7 @@ fn figures(reproduction: &Reproduction) -> Vec<Figure> {
     ]
 }
 
-/// A panel that needs the page's width.
+/// A panel as wide as the page.
 fn whole(content: &Markup, caption: &Markup) -> Markup {
     html! { figure.panel.whole { (content) figcaption { (caption) } } }
 }
@@ -172,13 +172,13 @@ impl Figure {
     }
 }
 
-/// φ1 and φ2 as their files have them.
+/// φ1 and φ2 as in their files.
 fn properties(reproduction: &Reproduction) -> Markup {
     let notes = [
         ("phi1", "φ1, as the paper prints it."),
         (
             "phi2",
-            "φ2, with the parenthesis that the paper’s print leaves out: antecedent and consequence both belong inside “always”. \
+            "φ2, with the parenthesis that is missing in the paper: both antecedent and consequent belong inside “always”. \
              θ = 10 is the published code’s.",
         ),
     ];
@@ -191,7 +191,7 @@ fn properties(reproduction: &Reproduction) -> Markup {
     html! { @for panel in notes.into_iter().filter_map(of) { (panel) } }
 }
 
-/// Where the verdicts of the published response monitor and of the formula differ.
+/// How the verdicts of the published response monitor and of the formula differ.
 fn two_monitors(reproduction: &Reproduction) -> Markup {
     let run = reproduction.experiments.iter().find(|experiment| experiment.scenario == "skill_bug");
     let ticks = run.and_then(|experiment| experiment.runs.first());
@@ -199,16 +199,16 @@ fn two_monitors(reproduction: &Reproduction) -> Markup {
     let (Some(formula), Some(figure)) = (tick("phi2"), tick("figure_5b")) else { return Markup::default() };
     html! {
         p {
-            "All four watch the same runs. Their verdicts differ in one way: the published response monitor sets its timer \
-             to θ, takes one away at each tick and fails on the tick that finds it at 0, the tick θ + 1; φ2 asks for the \
-             command in less than θ ticks, and the monitor made from it fails on the tick θ. In experiment 2 with seed 1, \
+            "All four watch the same runs. Their verdicts differ in one way: the published response monitor sets its \
+             timer to θ, subtracts 1 at each tick and fails on the tick that finds it at 0, which is tick θ + 1; φ2 \
+             requires the command in fewer than θ ticks, and the monitor made from it fails on tick θ. In experiment 2 with seed 1, \
              where the low level is read at tick " (formula.saturating_sub(10)) ", they fail at the ticks " (figure)
             " and " (formula) "."
         }
     }
 }
 
-/// The panels of a figure that are stills.
+/// The panels of a figure that show a moment.
 fn panels(reproduction: &Reproduction, title: &str) -> Markup {
     let stills = reproduction.stills.iter().enumerate().filter(|(_, still)| still.shot.figure == title);
     html! { @for (number, still) in stills { (panel(number, still, &reproduction.settings)) } }
@@ -239,8 +239,7 @@ fn panel(number: usize, still: &Still, settings: &[String]) -> Markup {
     }
 }
 
-/// The monitor of a property; in that state, if one is given, else where it stands. Also, whether it needs the page's
-/// width.
+/// The monitor of a property, in the given state or else in its present one; and whether it needs the page's width.
 fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (Markup, bool) {
     let Some(monitor) = frame.monitors.iter().find(|monitor| monitor.name == property) else {
         return (Markup::default(), false);
@@ -286,8 +285,9 @@ fn below(still: &Still) -> String {
         }
         Shows::Monitor(property) => format!("{when}: {}.", stands(property).unwrap_or_default()),
         Shows::Passing(_, state) => format!(
-            "{when}. The caption has the monitor wait in {state} for the reply to a request. In Figure 5 (a), in the published \
-             machine and here it enters {state} with the reply, and leaves it in the same step: the request is not watched."
+            "{when}. According to the caption, the monitor waits in {state} for the reply to a request. In Figure 5 \
+             (a), in the published machine and here, it enters {state} with the reply and leaves it in the same step: \
+             it does not watch the request."
         ),
     }
 }
@@ -296,9 +296,9 @@ fn below(still: &Still) -> String {
 fn ours(reproduction: &Reproduction) -> Markup {
     let content = html! {
         p {
-            "The paper has none of this. φ3 (" code { "phi3" } ") is a property of this project: below 30 % the robot is at \
-             the station in fewer than 120 ticks. The scenarios " code { "never_arrives" } ", " code { "already_there" } ", "
-            code { "late_halt" } " and " code { "early_release" } " are this project’s as well, and no part of these runs."
+            "The paper has none of this. φ3 (" code { "phi3" } ") is a property of this project: below 30 %, the \
+             robot is at the station in fewer than 120 ticks. The scenarios " code { "never_arrives" } ", " code { "already_there" } ", "
+            code { "late_halt" } " and " code { "early_release" } " are also this project’s, and not part of these runs."
         }
         div.pairs {
             @for experiment in &reproduction.experiments {
@@ -317,7 +317,7 @@ fn deviations() -> Markup {
     section("deviations", "Where this system differs from the published one", html! { div.panel { (table) } })
 }
 
-/// The commands, and the hashes by which the same runs are recognised elsewhere.
+/// The commands, and the hashes that identify the same runs elsewhere.
 fn again(reproduction: &Reproduction) -> Markup {
     let settings: String = reproduction.settings.iter().map(|setting| format!(" --set '{setting}'")).collect();
     let hashes = |ExperimentResult { scenario, runs, .. }: &ExperimentResult| {
@@ -335,13 +335,13 @@ fn again(reproduction: &Reproduction) -> Markup {
     let commands = html! {
         div.panel {
             p {
-                "All of this page: "
+                "This whole page: "
                 code { "steward reproduce --seeds " (reproduction.seeds) (options(&reproduction.settings)) }
-                ". A panel’s own command stands below it; the picture is in " code { "out/" } "."
+                ". A panel’s command is below it; the picture is in " code { "out/" } "."
             }
             p {
-                "steward " (reproduction.version) " gives a run the same trace hash on every machine of a target: it covers \
-                 every message and, step by step, the true pose, odometry, battery and scans. Monitors do not affect \
+                "steward " (reproduction.version) " gives a run the same trace hash on every machine with the same \
+                 target: it covers every message and, step by step, the true pose, odometry, battery and scans. Monitors do not affect \
                  it. Each \
                  command prints it as " code { "trace_hash" } "."
             }
@@ -351,7 +351,7 @@ fn again(reproduction: &Reproduction) -> Markup {
     section("again", "Run it again", commands)
 }
 
-/// The settings as `steward reproduce` takes them.
+/// The settings as options of `steward reproduce`.
 fn options(settings: &[String]) -> String {
     let option = |setting: &String| {
         let (key, value) = setting.split_once('=')?;

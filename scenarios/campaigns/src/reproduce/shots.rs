@@ -1,4 +1,4 @@
-//! Which moments the paper's figures show.
+//! The moments that the paper's figures show.
 
 /// A panel of a figure.
 #[derive(Debug)]
@@ -20,13 +20,13 @@ pub(super) struct Shot {
 pub(super) enum When {
     /// The first step.
     Start,
-    /// The last tick before the fault of that number took effect, counted from 0.
+    /// The last tick before the fault with this index took effect.
     BeforeFault(usize),
-    /// So many seconds after the fault of that number took effect.
+    /// This many seconds after the fault with this index took effect.
     AfterFault(usize, f64),
-    /// So many seconds after it let go.
+    /// This many seconds after it ended.
     AfterRelease(usize, f64),
-    /// So many seconds after that property was violated.
+    /// This many seconds after this property was violated.
     AfterVerdict(&'static str, f64),
 }
 
@@ -35,11 +35,11 @@ pub(super) enum When {
 pub(super) enum Shows {
     /// The behavior tree.
     Tree,
-    /// The map with robot, path and what the lasers see.
+    /// The map with the robot, its path and what the lasers see.
     Scene,
-    /// The monitor of that property.
+    /// The monitor of this property.
     Monitor(&'static str),
-    /// The monitor of that property in a state that it only passes through: a level is read and compared in one step.
+    /// The monitor of this property in a state that it only passes through: a level is read and compared in one step.
     Passing(&'static str, &'static str),
 }
 
@@ -48,7 +48,7 @@ pub(super) const FIGURE_5: &str = "Figure 5: runtime monitors";
 pub(super) const FIGURE_6: &str = "Figure 6: Experiment 1";
 pub(super) const FIGURE_7: &str = "Figure 7: Experiment 3 (simulated here)";
 pub(super) const FIGURE_8: &str = "Figure 8: the monitor in Experiment 3 (simulated here)";
-/// Ours: the paper has no figure of it.
+/// Ours: the paper has no figure for it.
 pub(super) const EXPERIMENT_2: &str = "Experiment 2";
 
 const fn shot(
@@ -123,7 +123,7 @@ pub(super) const SHOTS: &[Shot] = &[
         "skill_bug",
         EXPERIMENT_2,
         "",
-        "A low level has been read on the way, and the command is awaited.",
+        "A low level has been read on the way, and the command is pending.",
         When::AfterFault(1, 5.0),
         Shows::Monitor("phi2"),
     ),

@@ -1,11 +1,11 @@
-//! The results for the terminal.
+//! The results as text for the terminal.
 
 use std::fmt::Write;
 
 use super::{ClaimResult, Reproduction};
 
-/// The paper's claims, their sources, and in how many runs they were true, with the runs in which they were not; then
-/// the claims that this project adds.
+/// The paper's claims, their sources, the number of runs in which they were true, and the runs in which they were not;
+/// then the claims that this project adds.
 pub fn table(reproduction: &Reproduction) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

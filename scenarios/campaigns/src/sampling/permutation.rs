@@ -2,7 +2,7 @@
 
 /// A permutation of the numbers below some length, chosen by a key.
 ///
-/// A Feistel network shuffles the next larger power of 4; numbers that are too large are shuffled again until one is
+/// A Feistel network shuffles the next larger power of 4; a number that is too large is shuffled again until it is
 /// small enough (Black and Rogaway, Ciphers with Arbitrary Finite Domains, 2002).
 #[derive(Clone, Debug)]
 pub(crate) struct Permutation {
@@ -12,7 +12,7 @@ pub(crate) struct Permutation {
     half: u32,
 }
 
-/// Four rounds already look random if only a few places are seen; if a half has only one bit, more rounds help.
+/// Four rounds look random if only a few places are used; if a half has only one bit, more rounds help.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
@@ -32,8 +32,8 @@ impl Permutation {
     /// If `place` is not below the length.
     pub(super) fn at(&self, place: u64) -> u64 {
         assert!(place < self.len, "{place} is not below {}", self.len);
-        // This terminates: a permutation leads back to where it began, which is below the length. The network is at
-        // most four times as long, so four rounds are sufficient on average.
+        // This terminates: a permutation leads back to where it began, which is below the length. The network's domain
+        // is at most four times as long, so four iterations are enough on average.
         let mut at = self.shuffled(place);
         while at >= self.len {
             at = self.shuffled(at);

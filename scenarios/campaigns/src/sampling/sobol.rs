@@ -47,7 +47,7 @@ pub(super) fn directions(dimension: usize) -> [u32; 32] {
     directions
 }
 
-/// The point with that number in one dimension, as a binary fraction.
+/// The point with this number in one dimension, as a binary fraction.
 pub(super) fn point(directions: &[u32; 32], k: u32) -> u32 {
     (0..32).filter(|bit| k >> bit & 1 == 1).fold(0, |sum, bit| sum ^ directions[bit])
 }

@@ -19,7 +19,7 @@ pub(super) fn cdf(x: f64, a: f64, b: f64) -> f64 {
     if x <= (a + 1.0) / (a + b + 2.0) { tail(x, a, b) } else { 1.0 - tail(1.0 - x, b, a) }
 }
 
-/// The `x` for which [`cdf`] is `probability`, by bisection down to neighbouring numbers.
+/// The `x` for which [`cdf`] is `probability`, by bisection down to adjacent numbers.
 pub(super) fn quantile(probability: f64, a: f64, b: f64) -> f64 {
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     while high - low > f64::EPSILON * high {
@@ -32,7 +32,7 @@ pub(super) fn quantile(probability: f64, a: f64, b: f64) -> f64 {
     low + (high - low) / 2.0
 }
 
-/// The incomplete beta function where its continued fraction converges fast.
+/// The incomplete beta function, where its continued fraction converges fast.
 fn tail(x: f64, a: f64, b: f64) -> f64 {
     let ln_beta = libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b);
     let front = libm::exp(a * libm::log(x) + b * libm::log1p(-x) - ln_beta) / a;

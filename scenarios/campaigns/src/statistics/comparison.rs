@@ -1,4 +1,4 @@
-//! Whether something happens more often in one campaign than in another.
+//! Tests whether something happens more often in one campaign than in another.
 
 use serde::Serialize;
 
@@ -68,7 +68,7 @@ fn odds_ratio(before: Count, after: Count) -> Option<f64> {
     (below > 0.0).then(|| y * not_x / below)
 }
 
-/// The odds ratios under which the observation is not too unlikely on either side, by bisection of their logarithm.
+/// The odds ratios under which the observation is not too unlikely on either side, by bisection of the logarithm.
 fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInterval {
     let happened = before.happened() + after.happened();
     let (fewest, most) = (happened.saturating_sub(before.runs()), happened.min(after.runs()));
@@ -105,7 +105,7 @@ fn difference(before: Count, after: Count, confidence: Confidence) -> Interval {
 }
 
 /// The two-sided p-value of Fisher's exact test: over all ways to distribute the events among the runs, the total
-/// probability of those that are no more likely than the observation.
+/// probability of those that are at most as likely as the observation.
 fn fisher(before: Count, after: Count) -> f64 {
     let happened = before.happened() + after.happened();
     let fewest = happened.saturating_sub(after.runs());
@@ -123,12 +123,12 @@ fn ln_choose(n: u64, k: u64) -> f64 {
     ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k)
 }
 
-/// The result of runs that were made twice, before and after, with everything else equal.
+/// The results of runs that were made both before and after, with everything else equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Paired {
-    /// In how many of them it happened only before.
+    /// In how many pairs it happened only before.
     pub only_before: u64,
-    /// In how many of them it happened only after.
+    /// In how many pairs it happened only after.
     pub only_after: u64,
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{StatisticsError, beta};
 
-/// A confidence level: the minimum probability with which the procedure gives a true statement.
+/// A confidence level: the minimum probability that a procedure gives a true statement.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
 pub struct Confidence(f64);
@@ -84,8 +84,8 @@ impl Count {
         (self.runs > 0).then(|| self.happened as f64 / self.runs as f64)
     }
 
-    /// The interval of Clopper and Pearson (Biometrika 26, 1934): it contains the probability with at least that
-    /// confidence, for every probability, if the number of runs was fixed in advance. Without runs, 0 to 1.
+    /// The interval of Clopper and Pearson (Biometrika 26, 1934): it contains the probability with at least this
+    /// confidence, for every probability, if the number of runs was fixed in advance. Without runs, it is 0 to 1.
     #[must_use]
     pub fn interval(self, confidence: Confidence) -> Interval {
         let each = (1.0 - confidence.0) / 2.0;

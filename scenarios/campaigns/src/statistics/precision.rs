@@ -1,8 +1,8 @@
-//! Estimating until the interval is narrow enough.
+//! Estimates a probability until the interval is narrow enough.
 
 use super::{Confidence, Count, Interval, StatisticsError};
 
-/// Each look at the results comes after this many times the runs of the previous one.
+/// The ratio between the numbers of runs at one look at the results and at the previous look.
 const GROWTH: f64 = 1.3;
 
 /// A goal: to know a probability to within a half width, with a confidence.
@@ -13,7 +13,7 @@ const GROWTH: f64 = 1.3;
 /// first look is the earliest at which the interval can be narrow enough; at the last one it always is.
 ///
 /// The cost is small. For a half width of 0.05 and a confidence of 0.95, at most 402 runs are needed if their number is
-/// fixed in advance, and 838 here; but if the probability is near 0 or 1, some 60 runs are sufficient.
+/// fixed in advance, and 838 here; but if the probability is near 0 or 1, some 60 runs are enough.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Precision {
     half_width: f64,
@@ -23,7 +23,7 @@ pub struct Precision {
 }
 
 impl Precision {
-    /// The goal with that half width and confidence.
+    /// The goal with this half width and confidence.
     ///
     /// # Errors
     /// If the half width is not between 0.0005 and 0.25.
@@ -50,14 +50,13 @@ impl Precision {
         &self.looks
     }
 
-    /// After this many runs the goal is always reached.
+    /// After this many runs, the goal is always reached.
     #[must_use]
     pub fn max_runs(&self) -> u64 {
         self.looks.last().copied().unwrap_or(0)
     }
 
-    /// The interval, if the campaign can stop after these runs. Must be called after each run, in the order of the
-    /// runs.
+    /// The interval, if the campaign can stop after these runs. Call it after each run, in the order of the runs.
     #[must_use]
     pub fn reached(&self, count: Count) -> Option<Interval> {
         self.looks.binary_search(&count.runs()).ok()?;
@@ -73,7 +72,8 @@ impl Precision {
     }
 }
 
-/// The looks: from the fewest runs after which an interval can be narrow enough to the fewest after which all are.
+/// The looks: from the smallest number of runs after which an interval can be narrow enough to the smallest number
+/// after which all intervals are.
 fn looks(half_width: f64, each: Confidence) -> Vec<u64> {
     let first = fewest(|runs| Count::new(0, runs).interval(each).half_width() <= half_width);
     // An interval is widest if the event happened in half of the runs.

@@ -1,4 +1,4 @@
-//! On which side of a bound a probability lies, with as few runs as possible.
+//! Decides on which side of a bound a probability lies, with as few runs as possible.
 
 use serde::Serialize;
 
@@ -57,7 +57,7 @@ impl Sprt {
     /// The test of a probability against `bound`.
     ///
     /// # Errors
-    /// If the indifference region is empty or exceeds 0 to 1, or if the error is not between 0 and ½.
+    /// If the indifference region is empty or extends beyond 0 to 1, or if the error is not between 0 and ½.
     pub fn new(bound: f64, indifference: f64, error: f64) -> Result<Self, StatisticsError> {
         let (low, high) = (bound - indifference, bound + indifference);
         if !(indifference > 0.0 && low > 0.0 && high < 1.0) {
@@ -73,8 +73,8 @@ impl Sprt {
         })
     }
 
-    /// The decision after these runs, if there is one. Must be called after each run, in the order of the runs; the
-    /// first decision is final.
+    /// The decision after these runs, if there is one. Call it after each run, in the order of the runs; the first
+    /// decision is final.
     #[must_use]
     pub fn decision(&self, count: Count) -> Option<Side> {
         let others = count.runs() - count.happened();

@@ -1,5 +1,5 @@
-//! Reference values from the literature, and the guarantees: some are checked exactly by enumerating all outcomes, and
-//! all of them by simulation.
+//! Tests reference values from the literature, and the guarantees: all of them by simulation, and some also exactly, by
+//! enumerating all outcomes.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -15,8 +15,8 @@ fn simulated(name: &str) -> ChaCha8Rng {
     Streams::new(20_261_120).stream(name)
 }
 
-/// A sequential procedure, computed exactly: calls `at_stop` with every count at which `stops` may first hold, and the
-/// probability that the procedure stops there. Returns the probability that it is still running after `max_runs`.
+/// A sequential procedure, computed exactly: calls `at_stop` with every count at which `stops` can first hold and with
+/// the probability that the procedure stops there. Returns the probability that it is still running after `max_runs`.
 fn follow(p: f64, max_runs: u64, stops: impl Fn(Count) -> bool, mut at_stop: impl FnMut(Count, f64)) -> f64 {
     let mut going = vec![1.0_f64];
     for runs in 1..=max_runs {
@@ -36,7 +36,7 @@ fn follow(p: f64, max_runs: u64, stops: impl Fn(Count) -> bool, mut at_stop: imp
     going.iter().sum()
 }
 
-/// The values are those of R's `binom.test`, which the books quote, including Conover's 682 of 925.
+/// The values are those of R's `binom.test`, as quoted in textbooks, including Conover's 682 of 925.
 #[test]
 fn intervals_agree_with_published_ones() {
     for (happened, runs, level, low, high) in [
@@ -116,9 +116,9 @@ fn stopping_when_precise_enough_keeps_the_confidence_and_the_width() {
     }
 }
 
-/// The mistake that [`Precision`] avoids is real: this is what would happen.
+/// Shows that the mistake that [`Precision`] avoids is real.
 #[test]
-fn stopping_at_the_first_narrow_interval_would_break_the_promise() {
+fn stopping_at_the_first_narrow_interval_would_break_the_guarantee() {
     let (p, usual) = (0.12, |count: Count| count.interval(confidence(0.8)));
     let mut covered = 0.0;
     let left = follow(
@@ -129,7 +129,7 @@ fn stopping_at_the_first_narrow_interval_would_break_the_promise() {
             covered += if usual(count).contains(p) { mass } else { 0.0 };
         },
     );
-    assert!(covered + left < 0.78, "the usual interval held: {covered}");
+    assert!(covered + left < 0.78, "the usual interval kept its coverage: {covered}");
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn the_sequential_test_keeps_its_error_rate_in_simulated_campaigns() {
     assert!((0.9..1.3).contains(&(mean / wald)), "{mean} runs on average, about {wald} expected");
 }
 
-/// Fisher's tea-tasting lady; the convictions of twins (Fisher 1962); and two tables from the manuals of R and SciPy.
+/// Fisher's lady tasting tea, the convictions of twins (Fisher 1962), and two tables from the manuals of R and SciPy.
 #[test]
 fn the_exact_test_agrees_with_published_values() {
     for ([a, b], [c, d], p) in [
@@ -268,10 +268,10 @@ fn the_interval_of_the_difference_covers_it_in_simulated_campaigns() {
     }
 }
 
-/// Violated runs end four times sooner. Eight cores start a new run whenever one ends; a rule that looks at the runs in
-/// the order in which they end would see too many violations.
+/// Runs with a violation end four times sooner. Eight cores start a new run whenever one ends, so a rule that looks at
+/// the runs in the order in which they end would see too many violations.
 #[test]
-fn stopping_on_many_cores_does_not_favour_short_runs() {
+fn stopping_on_many_cores_does_not_favor_short_runs() {
     let goal = Precision::new(0.2, confidence(0.8)).unwrap();
     let (p, campaigns) = (0.5, 2000);
     let mut rng = simulated("order");
@@ -310,7 +310,7 @@ fn stopping_on_many_cores_does_not_favour_short_runs() {
 }
 
 #[test]
-fn invalid_goals_are_refused() {
+fn invalid_goals_are_rejected() {
     assert_eq!(Confidence::new(1.0), Err(StatisticsError::Confidence(1.0)));
     assert!(Confidence::new(f64::NAN).is_err());
     assert_eq!(Precision::new(0.0, confidence(0.95)), Err(StatisticsError::HalfWidth(0.0)));
@@ -319,7 +319,7 @@ fn invalid_goals_are_refused() {
     assert_eq!(Sprt::new(0.1, 0.05, 0.5), Err(StatisticsError::ErrorRate(0.5)));
 }
 
-/// The lady who tastes tea: 3 of 4 and 1 of 4. Fisher's weights are 1, 16, 36, 16, 1, and at the upper end of the
+/// The lady tasting tea: 3 of 4 and 1 of 4. Fisher's weights are 1, 16, 36, 16, 1, and at the upper end of the
 /// interval ω⁴/(1 + 16ω + 36ω² + 16ω³ + ω⁴) is 0.975. The other two are those of SciPy's `odds_ratio`.
 #[test]
 fn odds_intervals_agree_with_published_ones() {
@@ -357,7 +357,7 @@ fn odds_intervals_have_at_least_the_stated_coverage() {
 }
 
 #[test]
-fn pairs_are_tested_like_coin_flips() {
+fn pairs_are_tested_like_coin_tosses() {
     let p = |only_before, only_after| Paired { only_before, only_after }.p_value();
     // 2·(1 + 12 + 66 + 220)/2¹².
     assert!((p(9, 3) - 598.0 / 4096.0).abs() < 1e-12 && p(9, 3) == p(3, 9));

@@ -111,7 +111,7 @@ fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
             @if let Some(tick) = owed.until_tick { ", due by tick " (tick) }
             ": " code { (owed.what) } "."
         }
-        @for error in &said.errors { " Its machine had an error:  " (text(error)) "." }
+        @for error in &said.errors { " Its machine had an error: " (text(error)) "." }
         @for clause in &said.vacuous {
             " It is vacuously satisfied: its condition " code { (clause.antecedent) } " occurred at none of "
             (words::count(clause.asked, "state")) "."
