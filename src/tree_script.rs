@@ -4,19 +4,19 @@
 //! ticks = 5                     # by default as long as the longest part
 //! period_s = 0.5                # the time between ticks; by default 1
 //! halt_after = [3]              # the tree is halted after these ticks
-//! otherwise = "success"         # what leaves answer that are not listed; by default, all must be
+//! otherwise = "success"         # the answer of leaves that are not listed; by default, all must be listed
 //!
-//! [leaves]                      # by the name of its process, its own name, or its ID
-//! BatteryLevel = ["success", "success", "failure"]     # the last answer is also for all later ticks
+//! [leaves]                      # by the name of a leaf's process, its own name, or its ID
+//! BatteryLevel = ["success", "success", "failure"]     # the last answer applies to all later ticks, too
 //! AtDestination = "failure"
 //! GoToDestination = "running running success"
 //! Look = { answers = ["success", "failure"], repeat = true }
 //! Find = [{ answer = "success", outputs = { pose = "1;2;0" } }]
 //!
-//! [blackboard]                  # what is there before the first tick
+//! [blackboard]                  # the entries before the first tick
 //! goal = "home"
 //!
-//! [[writes]]                    # what is written from outside later
+//! [[writes]]                    # entries written later, from outside
 //! before_tick = 3
 //! entries = { goal = "kitchen" }
 //! ```

@@ -86,7 +86,7 @@ fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
     Ok(states)
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example prints its results")]
 fn main() -> Result<(), Box<dyn Error>> {
     for (what, orders) in
         [("each a different fork first", [[0, 1], [1, 0]]), ("both the left fork first", [[0, 1], [0, 1]])]

@@ -124,8 +124,8 @@ impl ChannelSystem {
         &self.monitors
     }
 
-    /// Lets the monitors see more than events, after the latest one. If that decides a monitor, the latest event has
-    /// decided it.
+    /// Informs the monitors of more than events, after the event `last`. A monitor that this decides counts as decided
+    /// by that event.
     pub fn inform_monitors(&mut self, last: &Event, mut inform: impl FnMut(&mut dyn Monitor)) {
         for attached in &mut self.monitors {
             inform(attached.monitor.as_mut());

@@ -33,7 +33,7 @@ fn read(root: Table<'_>) -> Option<Pump> {
     Some(Pump { name: name?, pressure_bar: pressure_bar?, mode, period: period? })
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example prints its results")]
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("which settings?")?;
     match Document::parse_toml(&path, &text_from_disk(Path::new(&path))?)?.read(read) {

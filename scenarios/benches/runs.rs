@@ -32,7 +32,7 @@ fn run(mut live: Live, place: &str, limit: Duration) -> Duration {
     let place = view.header().places().iter().position(|known| known.name == place);
     let arrived = |happening: &Happening| matches!(happening, Happening::Arrival { place: at } if Some(*at) == place);
     while view.time() < limit {
-        live.step().expect("the processes go on");
+        live.step().expect("the processes continue");
         view.apply(live.record(Detail::Verdicts)).expect("the records fit");
         if view.happenings().iter().any(arrived) {
             break;

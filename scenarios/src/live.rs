@@ -267,8 +267,8 @@ impl Live {
         }
     }
 
-    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model demands
-    /// it.
+    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model
+    /// requires it.
     fn follow_tree(&mut self) {
         let Self { scenario, system, ids: Ids { tree, .. }, .. } = self;
         let (Some(model), Some(of), Some(ids), Some(last)) =

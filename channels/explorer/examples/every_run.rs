@@ -13,7 +13,7 @@ use channels::{
 };
 use explorer::{Closed, Limits, MessageFaults, Model, Outcome, Ticks, explore};
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example prints its results")]
 fn main() -> Result<(), Box<dyn Error>> {
     let mut topology = Topology::default();
     let [clock, client, server] =

@@ -222,7 +222,7 @@ struct Search<'a> {
     transitions: u64,
     /// The quiet states in which a tick is lost, whatever the environment does.
     stuck: Vec<u32>,
-    /// Whether to go on after finding something bad.
+    /// Whether to continue after finding something bad.
     goes_on: bool,
     /// Depth first: the state from which each state was found.
     origins: Option<Vec<u32>>,
@@ -230,7 +230,7 @@ struct Search<'a> {
     deepest: u64,
 }
 
-/// What became of states that were expanded without changing the tables.
+/// The results for states that were expanded without changing the tables.
 #[derive(Debug, Default)]
 struct Harvest {
     states: Vec<Expanded>,
@@ -360,7 +360,7 @@ impl<'a> Search<'a> {
         }));
     }
 
-    /// What became of the state on the desk.
+    /// The result for the state on the desk.
     fn expanded(&self, desk: &Desk, bad: Option<(Option<u32>, Bad)>, harvest: &Harvest) -> Expanded {
         Expanded {
             is_incomplete: false,

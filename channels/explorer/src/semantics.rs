@@ -55,7 +55,7 @@ impl Slots {
     }
 }
 
-/// What leads from a state to another. Indices are those of the steps that a process offers.
+/// A step from one state to another. Indices are those of the steps that a process offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Label {
     Own {
@@ -85,7 +85,7 @@ pub(crate) enum Label {
     },
 }
 
-/// How the search goes on with a successor.
+/// How the search continues with a successor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
     GoOn,

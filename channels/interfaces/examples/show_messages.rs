@@ -7,7 +7,7 @@ use std::path::Path;
 use diagnostics::from_disk;
 use interfaces::Interface;
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, reason = "an example prints its results")]
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("which interface?")?;
     match Interface::load(Path::new(&path), &[], &from_disk) {

@@ -30,7 +30,7 @@ struct Step {
 /// The context for flattening the messages of one definition.
 pub(crate) struct Flattening<'f, 'r, 'd> {
     pub(crate) packages: &'f Packages<'r>,
-    /// The folders in which types are searched.
+    /// The folders in which types are looked up.
     pub(crate) folders: &'f [PathBuf],
     /// The definition, and the place in the interface that names it.
     pub(crate) named: &'f Spanned<String>,

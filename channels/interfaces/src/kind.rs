@@ -70,7 +70,7 @@ fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>
                 problems.push(item.span().problem(format!("`{name}` is already in the list")).with_label("again"));
             }
             Some(FieldKind::NONE) if is_optional => {
-                let problem = item.span().problem("`none` is what an optional field without a value holds");
+                let problem = item.span().problem("an optional field without a value holds `none`");
                 problems.push(problem.with_label("here").with_help("leave out `none`, or the `?`"));
             }
             Some(name) => symbols.push(Symbol::new(name)),

@@ -5,7 +5,7 @@
 //! - [`DeviceProcess`]: a device that communicates over channels.
 //! - [`Surroundings`]: what devices sense and move, a simulation or hardware.
 //!
-//! Requests reach a device over channels, like any other component. Once per step its driver lets it [sense and
+//! Like any other component, a device receives requests over channels. Once per step its driver lets it [sense and
 //! act](DeviceProcess::act) in its surroundings.
 
 mod door;

@@ -36,7 +36,7 @@ enum Work {
 }
 
 impl DeviceProcess {
-    /// The process that is this device.
+    /// The device with these settings, as this process of the topology.
     #[must_use]
     pub fn new(topology: &Topology, process: ProcessId, settings: &DeviceSettings) -> Self {
         let work = match settings {

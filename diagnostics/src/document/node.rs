@@ -39,7 +39,7 @@ pub(super) struct Entries {
     pub(super) by_key: BTreeMap<String, Entry>,
     /// Whether unknown keys are allowed unless they look like misspellings.
     pub(super) lenient: Cell<bool>,
-    /// The known keys. A table of which no key was requested is not checked.
+    /// The known keys. A table is checked only if at least one of its keys was requested.
     pub(super) asked: RefCell<BTreeSet<String>>,
     /// Required keys that are missing, each with the problem to report.
     pub(super) missing: RefCell<Vec<(String, Problem)>>,

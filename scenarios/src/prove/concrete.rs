@@ -14,7 +14,7 @@ use super::environment::{Bounds, Since};
 use super::levels::{FULL, Levels, Micros, micros};
 use crate::driven::DriverData;
 
-/// Stands for an empty battery instead of a level: all levels are measured from it.
+/// The number of an empty battery, from which all levels are measured.
 const ZERO: usize = 0;
 
 /// Units per millionth of a percent.

@@ -35,7 +35,7 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// Reads a message with all types in it. `name` is what diagnostics call the text.
+    /// Reads a message with all types in it. `name` stands for the text in diagnostics.
     ///
     /// # Errors
     /// Everything that is wrong with it. A type that is used but missing is no error.
