@@ -71,7 +71,8 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The path of the YAML file: named after the log if it goes to a folder, and always with the ending `.yaml`.
+/// The path of the YAML file: named after the log if it goes to a folder; otherwise, `.yaml` is appended unless the
+/// name already ends in `.yaml` or `.yml`.
 fn yaml_path(args: &MapArgs) -> PathBuf {
     let name = args.log.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".gz").unwrap_or(&name);

@@ -60,8 +60,8 @@ impl Mutants {
     pub(super) fn of(proof: Proof, limits: &Limits, silent: bool, stop: &AtomicBool) -> Result<Self, Error> {
         let mutants = proof.mutants()?;
         let threads = limits.threads;
-        // Mutants are many, so those that are not decided within these limits are left open. Nobody looks at their
-        // runs.
+        // There are many mutants, so those that are not decided within these limits are left open. Nobody looks at
+        // their runs.
         let memory = limits.memory / threads.max(8);
         let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
         let bar = Bar::new(silent, "mutants");
