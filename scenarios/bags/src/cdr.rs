@@ -41,7 +41,7 @@ pub enum Mismatch {
     /// The bytes end too early.
     #[error("they end before their definition does")]
     Short,
-    /// The bytes do not end there.
+    /// There are bytes left.
     #[error("they are longer than their definition")]
     Long,
     /// A Boolean is neither 0 nor 1.
@@ -171,7 +171,7 @@ impl<'b> Cdr<'b> {
             Count::UpTo(bound) => self.length(bound)?,
             Count::Any => self.length(usize::MAX)?,
         };
-        // Each item has at least one byte, so a broken length is noticed before anything is allocated.
+        // Each item has at least one byte, so a wrong length is detected before anything is allocated.
         if count > self.bytes.len().saturating_sub(self.at) {
             return Err(Mismatch::Short);
         }

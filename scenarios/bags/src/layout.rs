@@ -55,7 +55,7 @@ const DEEPEST: usize = 50;
 
 /// Where to find the definitions that a topic lacks.
 pub struct Definitions<'r> {
-    /// The topics of the bag: what one of them defines, another may use.
+    /// The topics of the bag: one may use what another defines.
     pub topics: &'r [Topic],
     /// Folders with packages or with definitions.
     pub folders: &'r [PathBuf],

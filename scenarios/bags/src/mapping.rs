@@ -17,7 +17,7 @@ pub(crate) use compile::{Clock, Entry, Rule};
 pub struct Mapping {
     /// Time between ticks.
     pub tick: Duration,
-    /// How late messages may come.
+    /// How late messages may come and still be put in order.
     pub(crate) reorder: Duration,
     time: Spanned<String>,
     /// Folders with definitions.

@@ -186,7 +186,7 @@ mod tests {
         let all: Vec<(u64, u64)> = (5..300).map(|place| (place, place * place)).collect();
         for threads in [0, 1, 2, 7] {
             assert_eq!(collected(threads, 300), all);
-            assert_eq!(collected(threads, 100), all[..96], "it stops where it is told to");
+            assert_eq!(collected(threads, 100), all[..96], "it stops where `take` says so");
         }
     }
 

@@ -70,7 +70,8 @@ pub struct Onset {
 pub struct Notice {
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
-    /// How many ticks after the fault's onset it was violated; null if it was not violated, or before the onset.
+    /// How many ticks after the fault's onset it was violated; null if it was not violated, or was violated before the
+    /// onset.
     pub ticks_after_onset: Option<u64>,
     /// Whether it was violated before any fault took effect.
     pub false_alarm: bool,

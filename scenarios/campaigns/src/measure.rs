@@ -12,7 +12,7 @@ pub enum Measure {
     BatteryMinimumPct,
     /// Distance driven.
     DistanceM,
-    /// Contacts begun between the robot and anything else.
+    /// Contacts of the robot with anything else.
     Collisions,
     /// Root mean square of the localization error.
     LocalizationRmseM,

@@ -156,7 +156,7 @@ impl Page<'_> {
                 (table("rates", ["", "runs", "rate", "95\u{a0}% interval", ""], &rows))
                 p.quiet {
                     "The intervals are those of Clopper and Pearson: they contain the true rate in 95\u{a0}% of all \
-                     campaigns like this one. With other parameters, or other ranges, the rates are different."
+                     campaigns like this one. With other parameters or other ranges, the rates would be different."
                 }
                 (self.goal())
             }

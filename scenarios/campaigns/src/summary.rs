@@ -35,9 +35,9 @@ pub struct Summary {
     pub frontier: Option<String>,
     /// The most instructive runs, the most important first.
     pub instructive: Vec<Named>,
-    /// The first runs that failed, with the reason and the command that repeats them.
+    /// The first runs that failed, with the reasons and the commands that repeat them.
     pub failures: Vec<Named>,
-    /// The first runs that were not as expected, with the command that repeats them.
+    /// The first runs that were not as expected, with the commands that repeat them.
     pub unexpected: Vec<Named>,
 }
 
@@ -49,7 +49,7 @@ impl Summary {
     }
 }
 
-/// The command that repeats a run alone, derived from the command `again` that runs its campaign.
+/// The command that repeats only one run, derived from the command `again` that runs its campaign.
 pub(super) fn command(again: &str, k: u64) -> String {
     format!("{again} --only {k}")
 }

@@ -144,14 +144,14 @@ export class Floor {
     return shape('rect', { x: x - w / 2, y: y - h / 2, width: w, height: h, transform: turn, class: kind }, title);
   }
 
-  // Zooms around a place of the picture, given by shares of its width and height.
+  // Zooms around a point in the picture, given as fractions of its width and height.
   zoom(by, [px, py] = [0.5, 0.5]) {
     const width = Math.min(Math.max(this.box[2] * by, CLOSEST), this.size[0] * 1.5);
     const height = width * this.box[3] / this.box[2];
     this.look([this.box[0] + (this.box[2] - width) * px, this.box[1] + (this.box[3] - height) * py, width, height]);
   }
 
-  // Moves the picture by shares of its width and height.
+  // Moves the picture by fractions of its width and height.
   pan(dx, dy) {
     this.follow(false);
     this.look([this.box[0] + dx * this.box[2], this.box[1] + dy * this.box[3], this.box[2], this.box[3]]);

@@ -56,7 +56,7 @@ export class Hand {
     });
   }
 
-  // Whether a press on the map sets a point, and dragging from there a heading.
+  // Whether a press on the map sets a point, and dragging then sets a heading.
   aims() {
     return this.acts() && (this.picking ? this.picking.takes === 'pose' : this.tool === 'goal');
   }
@@ -81,7 +81,7 @@ export class Hand {
     else this.link.act('operator_goal', { to: [...at, heading] });
   }
 
-  // Called when a thing was dragged to a point.
+  // Called when a thing is dragged to a point.
   moved(thing, to) {
     if (thing.is === 'robot') {
       return this.link.act('kidnap', { to: [...to, Math.round(thing.at[2] * 180 / Math.PI)] });
@@ -95,7 +95,7 @@ export class Hand {
     return this.link.act(kind, parameters, name);
   }
 
-  // Called when a thing on the map was clicked.
+  // Called when a thing on the map is clicked.
   clicked(point, thing) {
     if (!this.acts()) return this.ask(thing);
     if (this.picking) return this.pick(point);

@@ -99,7 +99,7 @@ function about([step, tick, from, to, text]) {
   return () => [`${from} → ${to}`, rows];
 }
 
-// A text, cut off where the room ends.
+// A text, shortened to the room.
 function short(text, room) {
   const letters = Math.max(6, Math.floor(room / 7));
   return text.length > letters ? `${text.slice(0, letters - 1)}…` : text;

@@ -11,7 +11,7 @@ use crate::moment::Moment;
 
 /// Time between the scenes that are kept.
 const SCENES: Duration = Duration::from_millis(500);
-/// The most moments in memory from which the tape can be played.
+/// The maximum number of moments in memory from which the tape can be played.
 const MARKS: usize = 48;
 
 /// A moment from which the tape can be played.

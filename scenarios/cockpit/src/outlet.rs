@@ -63,7 +63,7 @@ impl Outlet {
     pub(crate) fn tell(&self, frame: Map<String, Value>) {
         let mut present = self.lock();
         present.take(&frame);
-        // Nobody may be listening.
+        // It is not an error if nobody is listening.
         let _ = self.frames.send(Value::Object(frame).to_string().into());
     }
 

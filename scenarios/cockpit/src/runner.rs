@@ -170,7 +170,7 @@ impl Runner {
         self.sides.iter_mut().for_each(Side::stir);
     }
 
-    /// How far the runs have come.
+    /// How far the runs are.
     fn end(&self) -> Duration {
         self.sides.iter().map(|side| side.newest().time()).max().unwrap_or_default()
     }

@@ -38,11 +38,11 @@ use crate::side::Side;
 use crate::steered::Steered;
 use crate::token::Token;
 
-/// The most connections at a time; others wait.
+/// The maximum number of connections; others wait.
 const MOST_CONNECTIONS: usize = 100;
 /// A connection without a request for this long is closed.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The most browsers that see a run at a time.
+/// The maximum number of browsers that see a run.
 const MOST_VIEWERS: usize = 50;
 /// The longest request of the page, in bytes.
 const LONGEST_REQUEST: usize = 16 * 1024;

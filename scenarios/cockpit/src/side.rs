@@ -171,7 +171,7 @@ impl Side {
         }
     }
 
-    /// Tells something else.
+    /// Sends something else.
     pub(crate) fn say(&self, what: Map<String, Value>) {
         self.outlet.tell(what);
     }

@@ -50,8 +50,8 @@ pub struct GifWriter<W: Write> {
 }
 
 impl<W: Write> GifWriter<W> {
-    /// Begins an animation in which every frame is shown for `delay` (in hundredths of a second, and at least two: most
-    /// viewers are not faster).
+    /// Begins an animation in which every frame is shown for `delay` (in hundredths of a second, and at least two,
+    /// since most viewers are not faster).
     ///
     /// # Errors
     /// If `writer` fails.

@@ -175,7 +175,7 @@ impl Canvas {
         self.path(&Path::rounded(area, radius), paint);
     }
 
-    /// A straight line.
+    /// Draws a straight line.
     pub fn line(&mut self, from: Spot, to: Spot, paint: Paint) {
         self.path(&Path::through([from, to]), paint);
     }

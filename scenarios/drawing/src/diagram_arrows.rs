@@ -4,7 +4,7 @@ use super::frame::Diagram;
 use super::geometry::{Area, Spot};
 use super::text::Font;
 
-/// The most lines of text on one arrow.
+/// The maximum number of lines of text on one arrow.
 const MOST_LINES: usize = 4;
 
 /// An arrow: all transitions from one location to another.

@@ -150,7 +150,7 @@ pub struct Body {
 pub enum BodyShape {
     /// A disc.
     Disc {
-        /// Its centre.
+        /// Its center.
         center: Point,
         /// Its radius, in metres.
         radius_m: f64,

@@ -384,7 +384,7 @@ fn particles(scene: &Scene) -> Vec<Point> {
     scene.particles.iter().copied().filter(|point| !is_covered(point)).collect()
 }
 
-/// Whether the robot does not cover all of its trail.
+/// Whether the robot has moved so far that its trail is visible.
 fn has_moved(scene: &Scene) -> bool {
     let robot = Point::from(scene.robot.translation.vector);
     scene.trail.iter().any(|point| (point - robot).norm() > scene.robot_radius_m)

@@ -322,7 +322,7 @@ pub(super) fn empty_frame() -> Frame {
     }
 }
 
-/// A run of tree and skills alone, without a map.
+/// A run with only a tree and skills, without a map.
 pub(super) fn mapless_frame() -> Frame {
     Frame { scenario: "mapless".into(), scene: None, battery: None, ..frame() }
 }

@@ -31,7 +31,7 @@ pub const GOOD_LIGHT: Color = "#d9f2e3";
 pub const BAD: Color = "#c0392b";
 /// A light background for [`BAD`].
 pub const BAD_LIGHT: Color = "#fde2df";
-/// What is under way.
+/// What is in progress.
 pub const BUSY: Color = "#d97f00";
 /// A light background for [`BUSY`].
 pub const BUSY_LIGHT: Color = "#fff0cf";

@@ -15,7 +15,7 @@ use super::theme;
 use super::time_axis::{Tick, TimeAxis};
 use super::view::View;
 
-/// Sides of the page, in pixels.
+/// Width and margin of the page, in pixels.
 const WIDTH: f64 = 1600.0;
 const MARGIN: f64 = 28.0;
 const HEADER: f64 = 66.0;

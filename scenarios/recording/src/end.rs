@@ -116,7 +116,7 @@ impl MonitorEnd {
 pub struct SkillError {
     /// The skill.
     pub skill: String,
-    /// The state whose element in the machine's file failed; none for elements outside of states.
+    /// The state whose element in the machine's file failed; none for elements outside states.
     pub state: Option<String>,
     /// The error, in words.
     pub message: String,

@@ -149,7 +149,7 @@ impl From<&bt::Node> for Node {
     }
 }
 
-/// The machine of a skill or a component, as the scenario has it.
+/// The machine of a skill or a component, as in the scenario.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// The name of its process.
@@ -191,7 +191,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A property of the messages on those channels.
+    /// A property of the messages on channels.
     #[must_use]
     pub fn of(property: &Property, topology: &Topology) -> Self {
         Self {

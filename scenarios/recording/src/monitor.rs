@@ -72,7 +72,7 @@ pub struct Transition {
 }
 
 impl Graph {
-    /// The graph of a monitor on those channels, if the monitor has one.
+    /// The graph of a monitor on these channels, if the monitor has one.
     #[must_use]
     pub fn of(monitor: &dyn channels::Monitor, topology: &Topology) -> Option<Self> {
         let (graph, _) = monitor.graph()?;

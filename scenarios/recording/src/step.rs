@@ -77,7 +77,7 @@ pub struct Truth {
     pub pose: Pose,
     /// How far it has driven, in metres.
     pub distance_m: f64,
-    /// How many contacts with anything else have begun.
+    /// The number of contacts with anything else so far.
     pub collisions: u64,
 }
 
@@ -246,14 +246,14 @@ impl Scene {
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// Its outline around its centre.
+    /// Its outline around its center.
     pub shape: BodyShape,
-    /// The pose of its centre, in the `map` frame.
+    /// The pose of its center, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
 }
 
-/// A body's outline around its centre.
+/// A body's outline around its center.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BodyShape {
     /// A disc.

@@ -428,7 +428,7 @@ fn in_words(happening: &Happening, view: &RunView) -> (u8, String, String) {
     let header = view.header();
     let fault = |index: usize| header.faults[index].words.clone();
     match happening {
-        Happening::FaultAdded(fault) => (level::INFO, "fault".to_owned(), format!("by hand: {}", fault.words)),
+        Happening::FaultAdded(fault) => (level::INFO, "fault".to_owned(), format!("manually: {}", fault.words)),
         Happening::FaultBegan { fault: index, .. } => (level::WARN, "fault".to_owned(), fault(*index)),
         Happening::FaultEnded { fault: index, .. } => {
             (level::INFO, "fault".to_owned(), format!("it ended: {}", fault(*index)))

@@ -68,7 +68,7 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
 /// Writes the sequence chart of each violation, as SVG and PNG, beside the page.
 ///
 /// # Errors
-/// What cannot be drawn or written.
+/// [`Error`] if something cannot be drawn or written.
 pub fn write_charts(folder: &Staging, view: &RunView, timeline: &Timeline) -> Result<(), Error> {
     let renderer = Renderer::new();
     for (property, [svg, embedded]) in violations::pictures(view, timeline) {

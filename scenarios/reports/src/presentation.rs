@@ -68,7 +68,7 @@ impl Presentation {
     /// Adds the last step; the final one comes with the end.
     ///
     /// # Errors
-    /// What cannot be drawn or written.
+    /// [`Error`] if something cannot be drawn or written.
     pub fn follow(&mut self, view: &RunView) -> Result<(), Error> {
         self.pictures.take(view, self.staging.as_ref())?;
         if let Some(timeline) = &mut self.timeline {
@@ -81,7 +81,7 @@ impl Presentation {
     /// the folder are removed.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// [`Error`] if something cannot be written.
     ///
     /// # Panics
     /// If the run has not ended.
@@ -102,7 +102,7 @@ impl Presentation {
     }
 }
 
-/// The pictures named in a folder's present report, which is about an earlier run.
+/// The pictures that the present report in a folder names: those of an earlier run.
 fn stale_pictures(staging: &Staging) -> Vec<String> {
     let text = diagnostics::text_from_disk(&staging.folder().join(REPORT)).unwrap_or_default();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();

@@ -277,7 +277,7 @@ pub struct GivenUpReport {
     pub reason: String,
 }
 
-/// The error of the estimated pose against the true one, over all steps.
+/// The error of the estimated pose relative to the true one, over all steps.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LocalizationReport {
     /// Root mean square of the distance, in metres.

@@ -16,7 +16,7 @@ use crate::report::{
     UndoneFaultReport,
 };
 
-/// The report of a run in its last step.
+/// The report of a finished run.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let expectations = if interrupted { Vec::new() } else { expectations(view) };

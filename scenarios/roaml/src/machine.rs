@@ -88,7 +88,7 @@ impl Machine {
         let document = parse(text).map_err(|problem| of(vec![problem]))?;
         let root = document.root_element();
         if !["ascxml", "scxml"].contains(&root.tag_name().name()) {
-            let problem = Problem::new("this is not a machine of RoAML").at(diagnostics::xml::name_span(root), "here");
+            let problem = Problem::new("this is not a RoAML machine").at(diagnostics::xml::name_span(root), "here");
             return Err(of(vec![problem.with_help("a machine begins with <ascxml name=\"…\" initial=\"…\">")]));
         }
         let mut problems = Vec::new();

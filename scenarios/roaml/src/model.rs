@@ -232,7 +232,7 @@ impl Reader<'_> {
                     "false" | "False" | "0" => tick_if_not_running = false,
                     _ => self.report(wrong("`true` or `false`")),
                 },
-                // Arrays grow as they need to.
+                // Arrays grow as needed.
                 "max_array_size" => {}
                 _ => {
                     let known = ["max_time", "max_array_size", "bt_tick_rate", "bt_tick_if_not_running"];

@@ -1,4 +1,4 @@
-//! Navigation and localization measured alone, without a behavior tree: the benchmark of trips that `steward navigate`
+//! Measures navigation and localization alone, without a behavior tree: the benchmark of trips that `steward navigate`
 //! runs ([`navigate`]), and the recorded robots of `steward localize` and `steward map` ([`replay`]).
 
 pub mod navigate;

@@ -1,7 +1,7 @@
 //! The benchmark of navigation: trips between random places on maps, among people.
 //!
 //! A trip consists of one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a
-//! goal drawn from the map, people who walk across the robot's way, and boxes that are not on the map. Each trip has
+//! goal drawn from the map, people who walk across the robot's path, and boxes that are not on the map. Each trip has
 //! its own root seed, so that a failed trip can be repeated alone.
 
 mod beside;
@@ -58,7 +58,7 @@ pub struct Sums {
     pub gave_up: usize,
     /// Number of trips that timed out.
     pub time_over: usize,
-    /// Number of trips on which the robot falsely believed to have arrived.
+    /// Number of trips on which the robot wrongly believed that it had arrived.
     pub elsewhere: usize,
     /// Contacts with walls.
     pub wall_contacts: usize,

@@ -76,7 +76,7 @@ impl Mapping {
     /// mapping itself declares.
     ///
     /// # Errors
-    /// Everything that does not fit, at its place in the mapping.
+    /// Everything that does not fit, with its location in the mapping.
     pub fn compile(
         &self,
         survey: &Survey,

@@ -38,7 +38,7 @@ pub fn is_bag(path: &Path) -> bool {
     path.is_dir() || path.is_file() && Format::of(path).is_some()
 }
 
-/// The name of the file that rosbag2 writes beside those of the messages.
+/// The name of the metadata file that rosbag2 writes beside the files with messages.
 const METADATA: &str = "metadata.yaml";
 
 /// The files of a bag, in the order in which they were recorded.

@@ -1,4 +1,4 @@
-//! The sections that name single runs.
+//! The sections that list individual runs.
 
 use maud::{Markup, html};
 use monitors::Outcome;
@@ -41,7 +41,7 @@ impl Page<'_> {
     pub(super) fn instructive(&self) -> Markup {
         let cards = html! {
             @if !self.survey.instructive.is_empty() {
-                p { "Each command repeats its run alone, step by step, with pictures and report." }
+                p { "Each command repeats only its run, step by step, with pictures and report." }
                 div.cards { @for run in &self.survey.instructive { (self.card(run)) } }
             }
         };

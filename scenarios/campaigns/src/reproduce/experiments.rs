@@ -194,7 +194,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                     let start_pct = run.report.battery.map_or(0.0, |battery| battery.initial);
                     let violated = violated_at(run, "phi1");
                     (start_pct != 35.0 || violated.is_some_and(|at_s| at_s < 2.0))
-                        .then(|| format!("the level is {start_pct:.1} % at the start, and φ1 is violated at once"))
+                        .then(|| format!("the level is {start_pct:.1} % at the start, and φ1 is violated immediately"))
                 },
             },
             Claim {

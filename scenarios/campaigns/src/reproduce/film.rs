@@ -77,7 +77,7 @@ fn context(view: &RunView) -> ExecutionContext {
     ExecutionContext { processes, channels }
 }
 
-/// Whether a moment has come.
+/// Whether a moment has been reached.
 fn is_due(when: When, view: &RunView) -> bool {
     let after = |time: Option<Duration>, seconds: f64| {
         time.is_some_and(|time| view.time() >= time + Duration::from_secs_f64(seconds))

@@ -62,7 +62,7 @@ impl Observed {
         let Some(Battery { charge_pct, charging }) = battery else { return };
         match (self.charging_since_pct, charging) {
             (None, true) => self.charging_since_pct = Some(charge_pct),
-            // The level in the last step of charging, before driving uses any.
+            // The level in the last step of charging: driving has used some since then.
             (Some(from_pct), false) => {
                 let to_pct = charge_pct.max(self.charge_pct);
                 self.charges.push(Charge { from_pct, to_pct });

@@ -40,7 +40,7 @@ impl<W: Write> Output<W> {
         Ok(Topic { channel, of: PhantomData })
     }
 
-    /// Adds a topic whose type is not known here.
+    /// Adds a topic whose type is only known at run time.
     pub(crate) fn channel(&mut self, topic: &str, name: &str, definition: &str) -> io::Result<u16> {
         self.add(topic, name, definition, Durability::Volatile)
     }
@@ -54,7 +54,7 @@ impl<W: Write> Output<W> {
         self.write_with(topic.channel, time, |cdr| message.write(cdr))
     }
 
-    /// Writes a message whose type is not known here.
+    /// Writes a message whose type is only known at run time.
     pub(crate) fn write_with(&mut self, channel: u16, time: Duration, write: impl FnOnce(&mut Cdr)) -> io::Result<()> {
         let time_ns = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;
         self.0.message(channel, time_ns, write);

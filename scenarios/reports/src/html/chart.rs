@@ -66,7 +66,7 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
 
 /// The times at which something other than the battery's level changes.
 fn changes(timeline: &Timeline, happenings: &[Happening]) -> Vec<Duration> {
-    /// A lane with more changes than this gets no room for them.
+    /// The changes of a lane with more changes than this are ignored.
     const RESTLESS: usize = 300;
     let mut changes: Vec<Duration> = happenings.iter().map(|happening| happening.time).collect();
     let mut add = |times: Vec<Duration>| {

@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(names.len(), COLORS.len());
     }
 
-    /// Contrast of two colours by WCAG 2.
+    /// Contrast of two colors by WCAG 2.
     fn contrast(a: Color, b: Color) -> f64 {
         let luminance = |color: Color| {
             let [red, green, blue] = theme::rgb(color).map(|part| {

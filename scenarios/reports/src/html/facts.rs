@@ -9,7 +9,7 @@ use super::markup::{breakable, row, table, text};
 use super::words;
 use crate::report::Report;
 
-/// An earlier arrival is where the robot stood from the start, in seconds.
+/// An arrival before this time, in seconds, is where the robot stood from the start.
 const FROM_THE_START_S: f64 = 1.0;
 
 /// If there are more stages than this, the table has only this many of the first and the last ones.

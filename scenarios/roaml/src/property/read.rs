@@ -86,7 +86,7 @@ fn path(property: &Json, events: &Events) -> Result<Path, Unfit> {
         Some("W") => until(operand("left")?, operand("right")?, true, true),
         other => {
             let words = other.map(str::to_owned);
-            let message = "the formula must be F, G, U or W of conditions without further temporal operators";
+            let message = "the formula must be F, G, U or W applied to conditions without further temporal operators";
             return Err(Unfit { words, ..unfit(message) });
         }
     })

@@ -13,7 +13,7 @@ use skills::{Adapter, Datum, Event, Machine, Undelivered};
 use crate::instance::Fields;
 use crate::machine::{Kind, PortDirection, TREE, Way, input_datum, nested, output_datum};
 
-/// The most messages that may wait for one channel.
+/// The maximum number of messages that may wait for one channel.
 const MAX_WAITING: usize = 4096;
 
 /// A machine's connections to the other processes.

@@ -43,7 +43,7 @@ pub struct Course {
     costmap: Costmap,
     /// A costmap that only considers where the robot fits.
     shortest: Costmap,
-    /// Centres of the cells in which trips start and end: each can be reached from every other.
+    /// Centers of the cells in which trips start and end: each can be reached from every other.
     open: Vec<Point>,
     /// The first and the last of these centers in each row of the map: they include the one farthest from any place.
     ends_of_rows: Vec<Point>,
@@ -186,7 +186,7 @@ fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
     rows.filter_map(|row| Some([*row.first()?, *row.last()?])).flatten().collect()
 }
 
-/// Centres of the cells in which the robot has some room to spare, in the largest connected part of the map. The robot
+/// Centers of the cells in which the robot has some room to spare, in the largest connected part of the map. The robot
 /// may be anywhere in a cell, so it needs half a cell more than its radius.
 fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
     let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);

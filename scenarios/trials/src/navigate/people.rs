@@ -78,7 +78,7 @@ fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaC
     None
 }
 
-/// Whether somebody on that walk would bump into a box.
+/// Whether somebody on this walk would bump into a box.
 fn is_in_the_way(one: &ObstacleConfig, way: &[Point]) -> bool {
     let (center, needed_m) = (place_of(one), one.shape.bounding_radius_m() + RADIUS_M + BESIDE_M);
     way.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)

@@ -15,7 +15,7 @@ pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
 
 fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
     let widest = benchmark.maps.iter().map(|sums| sums.map.chars().count()).max().unwrap_or(0).max(3);
-    writeln!(text, "{:<widest$}  trips  arrived    false  gave  timed  touched          took over", "")?;
+    writeln!(text, "{:<widest$}  trips  arrived    false  gave  timed  touched          × optimum", "")?;
     writeln!(text, "{:<widest$}                  arrival    up    out  wall rest walker   way   time", "map")?;
     for sums in &benchmark.maps {
         let Sums { trips, arrived_pct, elsewhere, gave_up, time_over, .. } = sums;
@@ -27,10 +27,9 @@ fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\n{}.\nFalse arrival: the robot wrongly believes that it has arrived. Touched: walls, what stands still, \
-         people who \
-         walk. Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
-         (medians of the trips that arrived).",
+        "\n{}.\nFalse arrival: the robot wrongly believes that it has arrived. Touched: walls, standing obstacles, walking \
+         people. × optimum: the path driven relative to the shortest path, and the time relative to that at full speed \
+         on the shortest path (medians of the trips that arrived).",
         about(benchmark)
     )
 }
@@ -121,13 +120,13 @@ mod tests {
             trip(4, Outcome::TimeOver, Some("there is no path to the goal")),
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
-        let expected = "       trips  arrived    false  gave  timed  touched          took over
+        let expected = "       trips  arrived    false  gave  timed  touched          × optimum
 map                    arrival    up    out  wall rest walker   way   time
 depot      4   25.0 %        1     1      1     0    0      0  1.10   2.50
 
 With 10 people wanted, 7.0 could be placed (mean).
-False arrival: the robot wrongly believes that it has arrived. Touched: walls, what stands still, people who walk. \
-Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
+False arrival: the robot wrongly believes that it has arrived. Touched: walls, standing obstacles, walking people. \
+× optimum: the path driven relative to the shortest path, and the time relative to that at full speed on the shortest path \
 (medians of the trips that arrived).
 
 Failures, each with the command that repeats it:

@@ -91,7 +91,7 @@ pub fn way(atlas: &Atlas) -> Vec<Point> {
 /// If the atlas does not belong to the project's [`floor`].
 pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
     let streams = Streams::new(seed);
-    let mut drive = Drive::along(way(atlas), atlas.map(), &config(), &streams).expect("the way begins on free floor");
+    let mut drive = Drive::along(way(atlas), atlas.map(), &config(), &streams).expect("the path begins on free floor");
     let initial = offset(&drive.pose(), &streams);
     let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
     let mut sums = Sums::default();

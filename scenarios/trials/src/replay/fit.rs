@@ -113,7 +113,7 @@ fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Opti
     };
     let looks = (2.0 * NEAR_M / LOOK_M) as u32;
     let mut depths_m = (0..=looks).map(|look| NEAR_M - f64::from(look) * LOOK_M);
-    // A face that lies farther before the end of the beam is not the one that it hit.
+    // A face that is farther in front of the beam's end is not the one that the beam hit.
     depths_m.find(|depth_m| is_occupied(*depth_m)).filter(|depth_m| *depth_m < NEAR_M)
 }
 

@@ -11,7 +11,7 @@ use recording::{FaultCourse, RunView};
 use super::sheet::Chart;
 use crate::timeline::Timeline;
 
-/// An earlier arrival is where the robot stood from the start.
+/// An arrival before this time is where the robot stood from the start.
 const FROM_THE_START: Duration = Duration::from_secs(1);
 
 /// Something that happened at one moment.
