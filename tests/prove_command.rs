@@ -140,7 +140,7 @@ fn assumptions_that_contradict_each_other_are_refused() {
         (&["prove.battery.drain_pct_per_tick=0.00000001"], "has more than six decimals"),
         (&["prove.battery.drain_pct_per_tick=0.0001"], "too many classes of levels"),
         (&["prove.trips.passes='Kitchn'"], "unknown place `Kitchn`"),
-        (&["prove.messages={delay_s=2}"], "`delay_s` has no effect where no message may be delayed"),
+        (&["prove.messages={delay_s=2}"], "`delay_s` has no effect if no message may be delayed"),
         (&["prove.messages={lose=1, on=[['BT', 'Navigation']]}"], "there is no channel from BT to Navigation"),
         (&["prove.messages={lose=1, on=[['BTT', 'Navigation']]}"], "unknown process `BTT`"),
         (&["prove.properties='phi1'", "prove.expect={phi3='proved'}"], "`phi3` is not among `prove.properties`"),
