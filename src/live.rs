@@ -23,7 +23,7 @@ pub(crate) struct LiveArgs {
     #[arg(value_name = "NAME|FILE", required = true, num_args = 1..=2, value_parser = ScenarioName,
           hide_possible_values = true)]
     runs: Vec<String>,
-    /// The root seed; the scenario's own if not given
+    /// The root seed; by default the scenario's own
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Changes a value of the scenario: `battery.initial_pct=50`
