@@ -229,6 +229,8 @@ fn a_saved_session_is_a_scenario_that_gives_the_same_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("session.toml");
     std::fs::write(&file, saved["scenario"].as_str().unwrap()).unwrap();
+    // A folder with the name of the base does not hide it.
+    std::fs::create_dir(folder.path().join("nominal")).unwrap();
     let replayed = report(file.to_str().unwrap(), &folder.path().join("out"), &[]);
     assert_eq!(replayed["trace_hash"], end["trace_hash"], "{}", saved["scenario"]);
     assert_eq!(replayed["outcome"], "as_expected");

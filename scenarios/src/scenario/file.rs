@@ -247,7 +247,8 @@ fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf
 /// The file of a base: one beside the scenario, or otherwise the shipped one with this name.
 fn base(name: &Path, files: &Files) -> PathBuf {
     let shipped = || find::shipped(name.strip_prefix(".").unwrap_or(name).to_str()?);
-    let shipped = if files.on_disk(name).is_none() { shipped() } else { None };
+    let is_file = files.on_disk(name).is_some_and(|found| !found.is_dir());
+    let shipped = if is_file { None } else { shipped() };
     shipped.map_or_else(|| name.to_owned(), PathBuf::from)
 }
 
