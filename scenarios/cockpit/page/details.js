@@ -7,10 +7,10 @@ export class Details {
     this.place = $('details');
     const close = element('button', { type: 'button', textContent: '×', ariaLabel: 'Close the details' });
     close.onclick = () => this.close();
-    this.title = element('h2');
+    this.title = element('h2', { ariaLive: 'polite' });
     this.rows = element('dl');
     this.place.replaceChildren(element('header', {}, this.title, close), this.rows);
-    this.place.onkeydown = ({ key }) => { if (key === 'Escape') this.close(); };
+    addEventListener('keydown', ({ key }) => { if (key === 'Escape') this.close(); });
   }
 
   // `tell` returns a title and rows of a label and a value. It is called again with every frame; null closes the panel.

@@ -50,10 +50,18 @@ export class Hand {
     let waiting;
     slider.addEventListener('input', () => {
       $('level').textContent = `${slider.value} %`;
+      this.slides = true;
       clearTimeout(waiting);
-      waiting = setTimeout(() => this.link.act('battery_level', { level_pct: Number(slider.value) }), 100);
-      this.sliding = Date.now();
+      const act = waiting = setTimeout(async () => {
+        const done = await this.link.act('battery_level', { level_pct: Number(slider.value) });
+        if (act !== waiting) return;
+        // The battery has this level from the next step on.
+        this.slides = false;
+        this.slid = done && this.time;
+      }, 100);
     });
+    // The arrow keys drive the robot again.
+    slider.addEventListener('pointerup', () => slider.blur());
   }
 
   // Whether a press on the map sets a point, and dragging then sets a heading.
@@ -164,9 +172,11 @@ export class Hand {
     this.link.act(kind.name, parameters, kind.momentary ? '' : this.name(kind.name));
   }
 
-  show({ battery, lasting }) {
+  show({ time, battery, lasting }) {
     $('hand').querySelector('.slider').hidden = !battery;
-    if (battery && Date.now() - (this.sliding ?? 0) > 1000) {
+    if (time !== this.slid) this.slid = null;
+    this.time = time;
+    if (battery && !this.slides && this.slid === null) {
       $('charge').value = battery.pct;
       $('level').textContent = `${battery.pct.toFixed(1)} %`;
     }

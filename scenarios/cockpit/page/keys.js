@@ -18,9 +18,9 @@ export class Joypad {
 
   listen() {
     const arrows = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
-    const typing = target => target.closest('input:not([type=range]), #when, select, textarea, #floor');
+    const typing = target => target.closest('input, select, textarea');
     addEventListener('keydown', event => {
-      if (!(event.key in arrows) || typing(event.target)) return;
+      if (event.defaultPrevented || !(event.key in arrows) || typing(event.target)) return;
       event.preventDefault();
       this.held.add(event.key);
       this.update();

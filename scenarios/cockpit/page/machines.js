@@ -1,17 +1,13 @@
 // The machines of skills and components as diagrams, with their active states.
 
 import { $, drawn, element } from './dom.js';
+import { parts } from './parts.js';
 
 export class Machines {
   // `ask` shows details.
   constructor(ask) {
     [this.ask, this.choice, this.place, this.table] = [ask, $('machine'), $('machines'), $('states')];
     this.choice.onchange = () => this.choose();
-    this.place.onclick = ({ clientX, clientY }) => {
-      const part = document.elementFromPoint(clientX, clientY)?.closest('[data-state]');
-      const shown = [...this.all.values()].find(({ picture }) => picture.contains(part));
-      if (shown) this.ask(this.about(shown, Number(part.dataset.state)));
-    };
   }
 
   greet({ machines, processes }) {
@@ -26,9 +22,10 @@ export class Machines {
   }
 
   figure({ process, svg }) {
-    const name = `Machine of ${process}`;
+    const name = `Machine of ${process}: the arrow keys explain its states`;
     const picture = element('div', { className: 'swipe', tabIndex: 0, role: 'group', ariaLabel: name });
     drawn(picture, svg);
+    parts(picture, 'data-state', state => this.ask(this.about(this.all.get(process), state)));
     const state = element('span', { className: 'quiet' });
     const caption = element('figcaption', {}, element('b', { textContent: process }), ' ', state);
     return { picture, state, figure: element('figure', { hidden: true }, caption, picture) };

@@ -28,6 +28,8 @@ let recorded = true;
 let past = false;
 let ended = false;
 let latest = {};
+const late = [];
+let waits = false;
 
 new Joypad({ ask: (...request) => transport.steers && !recorded ? link.ask(...request) : Promise.resolve(null),
              act: (...request) => acts() ? link.act(...request) : Promise.resolve(null) });
@@ -44,8 +46,25 @@ function take(frame) {
   }
   if (frame.failed) notice(`The run cannot continue: ${frame.failed}`, true);
   if ('at' in frame) transport.show(frame);
-  if ('verdicts' in frame) parts(frame);
-  if ('scene' in frame) state(frame);
+  if ('scene' in frame) floor.show(frame);
+  later(frame);
+}
+
+// The map is drawn at once, since whoever steers looks there; the rest when that is on the screen. In a hidden page it
+// never is, so frames do not wait for it without end.
+function later(frame) {
+  late.push(frame);
+  if (late.length > 25) rest();
+  if (waits) return;
+  waits = true;
+  requestAnimationFrame(() => setTimeout(() => { waits = false; rest(); }));
+}
+
+function rest() {
+  for (const frame of late.splice(0)) {
+    if ('verdicts' in frame) parts(frame);
+    if ('scene' in frame) state(frame);
+  }
 }
 
 function greet(greeting) {
@@ -74,7 +93,6 @@ function state(frame) {
   if ('doing' in frame) {
     $('doing').textContent = [frame.doing, frame.navigation && `navigation: ${frame.navigation}`].filter(Boolean).join(' · ');
   }
-  floor.show(frame);
   for (const part of [hand, messages, machines, tree]) part.show(frame);
   happenings(frame);
   details.refresh();

@@ -1,6 +1,7 @@
 // The latest messages as a sequence chart: one column per process, with time running down.
 
 import { $, element, shape } from './dom.js';
+import { parts } from './parts.js';
 
 const SHOWN = 40;
 const KEPT = 400;
@@ -12,20 +13,21 @@ export class Messages {
   constructor(ask) {
     [this.ask, this.filter, this.between, this.chart] = [ask, $('filter'), $('between'), $('chart')];
     this.all = [];
+    this.count = 0;
     this.names = new Set();
     this.filter.addEventListener('input', () => this.draw());
     this.between.addEventListener('change', () => this.draw());
-    this.chart.onclick = ({ clientX, clientY }) => {
-      const part = document.elementFromPoint(clientX, clientY)?.closest('[data-row], [data-process]');
-      if (part?.dataset.row) this.ask(about(this.drawn[part.dataset.row]));
-      else if (part) this.only(part.dataset.process);
-    };
+    this.mark = parts(this.chart, 'data-message', number => this.ask(about(this.all.find(message => message.at(-1) === number))));
+    this.chart.addEventListener('click', ({ clientX, clientY }) => {
+      const name = document.elementFromPoint(clientX, clientY)?.closest('[data-process]');
+      if (name) this.only(name.dataset.process);
+    });
   }
 
   show({ messages, anew }) {
     if (!messages?.length && !anew) return;
     if (anew) this.all = [];
-    this.all.push(...messages);
+    this.all.push(...messages.map(message => [...message, this.count++]));
     this.all.splice(0, this.all.length - KEPT);
     this.offer(messages);
     this.draw();
@@ -60,7 +62,7 @@ export class Messages {
   }
 
   draw() {
-    const messages = this.drawn = this.all.filter(message => this.fits(message)).slice(-SHOWN);
+    const messages = this.all.filter(message => this.fits(message)).slice(-SHOWN);
     const names = [...new Set(messages.flatMap(([, , from, to]) => [from, to]))];
     if (!names.length) {
       const textContent = this.all.length ? 'no such message' : 'no message yet';
@@ -78,18 +80,19 @@ export class Messages {
       svg.append(shape('line', { x1: x(name), x2: x(name), y1: 0, y2: height, class: 'life' }));
     }
     let tick = null;
-    messages.forEach(([, at, from, to, text], row) => {
+    messages.forEach(([, at, from, to, text, number], row) => {
       const y = ROW * (row + 0.8);
       if (at !== tick) svg.append(shape('text', { x: 2, y: y + 4, class: 'tick' }, `tick ${at}`));
       tick = at;
       const [a, b] = [x(from), x(to)];
       const words = shape('text', { x: (a + b) / 2, y: y - 4, class: 'message' }, short(text, Math.abs(b - a)));
       const tip = b - 6 * Math.sign(b - a);
-      svg.append(shape('g', { 'data-row': row }, shape('title', {}, `${from} → ${to} ${text}`),
+      svg.append(shape('g', { 'data-message': number }, shape('title', {}, `${from} → ${to} ${text}`),
         shape('rect', { x: Math.min(a, b), y: y - 15, width: Math.abs(b - a), height: ROW, class: 'hit' }), words,
         shape('path', { d: `M${a},${y}H${b}M${tip},${y - 4}L${b},${y}L${tip},${y + 4}`, class: 'arrow' })));
     });
     this.chart.replaceChildren(head, svg);
+    this.mark();
     this.chart.scrollTop = this.chart.scrollHeight;
   }
 }

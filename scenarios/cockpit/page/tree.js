@@ -1,15 +1,13 @@
 // The behavior tree, each node with its last outcome.
 
 import { $, drawn } from './dom.js';
+import { parts } from './parts.js';
 
 export class Tree {
   // `ask` shows details.
   constructor(ask) {
     this.place = $('tree');
-    this.place.onclick = ({ clientX, clientY }) => {
-      const part = document.elementFromPoint(clientX, clientY)?.closest('[data-node]');
-      if (part && this.place.contains(part)) ask(this.about(Number(part.dataset.node)));
-    };
+    this.mark = parts(this.place, 'data-node', node => ask(this.about(node)));
   }
 
   greet({ nodes }) {
@@ -20,6 +18,7 @@ export class Tree {
     if (tree === undefined) return;
     [this.outcomes, this.locations] = [outcomes, locations];
     drawn(this.place, tree);
+    this.mark();
   }
 
   about(number) {

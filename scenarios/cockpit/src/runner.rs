@@ -40,6 +40,8 @@ pub(crate) struct Runner {
     /// Whether recordings have just been opened: those that are still being written are then followed.
     opens: bool,
     last_frame: Instant,
+    /// How far the runs were at the latest request; none once they have gone on and that has been told.
+    asked: Option<Duration>,
     /// How far the runs were in the last frame, and whether they were over; none if another frame is due.
     told: Option<(Duration, bool)>,
 }
@@ -57,6 +59,7 @@ impl Runner {
             clock: Clock::running(Duration::ZERO),
             opens: is_recorded,
             last_frame: now(),
+            asked: None,
             told: None,
         };
         if is_recorded {
@@ -74,7 +77,7 @@ impl Runner {
                     let done = self.obey(command);
                     answer(done.unwrap_or_else(|error| refused(&error.to_string())));
                     self.sides.iter_mut().for_each(Side::stir);
-                    (self.opens, self.told) = (false, None);
+                    (self.opens, self.told, self.asked) = (false, None, Some(self.end()));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -82,10 +85,15 @@ impl Runner {
             if let Err(error) = self.go_on().and_then(|()| self.play()) {
                 self.fail(&error.to_string());
             }
-            if self.last_frame.elapsed() >= FRAME {
+            if self.last_frame.elapsed() >= self.gap() {
                 self.tell();
             }
         }
+    }
+
+    /// The time between the last frame and the next. What follows a request is told sooner: a person waits for it.
+    fn gap(&self) -> Duration {
+        if self.asked.is_some_and(|then| self.end() > then) { FRAME / 4 } else { FRAME }
     }
 
     /// The time until something has to be done.
@@ -96,7 +104,7 @@ impl Runner {
         };
         let plays = self.past.is_some() && !self.clock.is_paused();
         let jumps = self.sides.iter().any(Side::jumps);
-        let frame = if self.has_news() || plays { FRAME.saturating_sub(self.last_frame.elapsed()) } else { PARTS };
+        let frame = if self.has_news() || plays { self.gap().saturating_sub(self.last_frame.elapsed()) } else { PARTS };
         if jumps { Duration::ZERO } else { source.min(frame) }
     }
 
@@ -284,6 +292,7 @@ impl Runner {
             outlet.tell(common);
         }
         (self.last_frame, self.told) = (now(), Some((end, over)));
+        self.asked = self.asked.filter(|then| *then == end);
     }
 
     fn fail(&self, reason: &str) {

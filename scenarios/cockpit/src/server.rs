@@ -48,12 +48,13 @@ const MOST_VIEWERS: usize = 50;
 const LONGEST_REQUEST: usize = 16 * 1024;
 
 /// The files of the page.
-const FILES: [(&str, &str, &str); 17] = [
+const FILES: [(&str, &str, &str); 18] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
     ("/link.js", "text/javascript", include_str!("../page/link.js")),
     ("/floor.js", "text/javascript", include_str!("../page/floor.js")),
     ("/machines.js", "text/javascript", include_str!("../page/machines.js")),
+    ("/parts.js", "text/javascript", include_str!("../page/parts.js")),
     ("/tree.js", "text/javascript", include_str!("../page/tree.js")),
     ("/grip.js", "text/javascript", include_str!("../page/grip.js")),
     ("/legend.js", "text/javascript", include_str!("../page/legend.js")),
@@ -260,6 +261,8 @@ impl Cockpit {
                     tokio::time::sleep(Duration::from_millis(100)).await;
                     continue;
                 };
+                // Otherwise a message would wait for 40 ms until the browser has acknowledged the one before.
+                let _ = stream.set_nodelay(true);
                 let connection = server.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
                 tokio::spawn(async move {
                     // A broken connection needs no answer.

@@ -1,0 +1,32 @@
+// The parts of a drawing tell what they are: after a click, or one by one with the arrow keys.
+
+const STEPS = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
+
+// Parts have a number as this attribute; `tell` gets it. Returns what marks the chosen part in a new drawing.
+export function parts(place, attribute, tell) {
+  let chosen = null;
+  const all = () => [...place.querySelectorAll(`[${attribute}]`)];
+  const number = part => Number(part.getAttribute(attribute));
+  const mark = () => all().forEach(part => part.classList.toggle('chosen', number(part) === chosen));
+  const choose = part => {
+    chosen = number(part);
+    mark();
+    tell(chosen);
+  };
+  place.addEventListener('click', ({ clientX, clientY }) => {
+    // The pressed part may have been drawn again, and gets no click then.
+    const part = document.elementFromPoint(clientX, clientY)?.closest(`[${attribute}]`);
+    if (place.contains(part)) choose(part);
+  });
+  place.addEventListener('keydown', event => {
+    const step = event.ctrlKey || event.metaKey || event.altKey ? null : STEPS[event.key];
+    const known = all();
+    if (!step || !known.length) return;
+    event.preventDefault();
+    const at = known.findIndex(part => number(part) === chosen);
+    const part = known.at(at < 0 ? Math.min(step, 0) : (at + step) % known.length);
+    part.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+    choose(part);
+  });
+  return mark;
+}
