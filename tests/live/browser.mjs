@@ -8,11 +8,12 @@ import { parseArgs } from 'node:util';
 import { attacks } from './attacks.mjs';
 import { browser, folder } from './cockpit.mjs';
 import { experiments } from './experiments.mjs';
+import { firefox } from './firefox.mjs';
 import { looks } from './looks.mjs';
 import { sessions } from './sessions.mjs';
 import { names, sites } from './strangers.mjs';
 
-const checks = { experiments, looks, names, sites, attacks, sessions };
+const checks = { experiments, firefox, looks, names, sites, attacks, sessions };
 const { positionals: [steward], values } = parseArgs({
   allowPositionals: true,
   options: {
@@ -28,12 +29,13 @@ const unknown = values.only.find(name => !(name in checks));
 if (unknown) throw new Error(`--only ${unknown}: there are ${Object.keys(checks).join(', ')}`);
 const chromium = await browser();
 // Experiments mostly wait for the robot; meanwhile, the other checks run.
-const lanes = [['experiments'], ['looks', 'names', 'sites', 'attacks', 'sessions']];
+const lanes = [['experiments'], ['firefox'], ['looks', 'names', 'sites', 'attacks', 'sessions']];
 const check = async lane => {
   for (const name of lane.filter(name => values.only.includes(name))) {
     const began = Date.now();
-    await checks[name](steward, chromium, options);
-    console.log(`${name}: ok, in ${Math.round((Date.now() - began) / 1000)} s`);
+    const reason = await checks[name](steward, chromium, options);
+    const took = Math.round((Date.now() - began) / 1000);
+    console.log(`${name}: ${reason ? `not run here: ${reason}` : `ok, in ${took} s`}`);
   }
 };
 try {

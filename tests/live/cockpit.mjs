@@ -147,8 +147,10 @@ export class Cockpit {
 
   // Ends the run and saves it; returns the file, and the trace hash that the page received.
   async save() {
-    if (!this.run.end) await this.button('End').click();
-    const { end } = await this.until(run => run.end);
+    const over = this.until(run => run.end);
+    // It may also end by itself, and the button is disabled then.
+    await Promise.any([over, this.button('End').click()]);
+    const { end } = await over;
     const download = this.page.waitForEvent('download');
     await this.button('Save as scenario').click();
     const file = path.join(folder, `session-${Math.random().toString(36).slice(2)}.toml`);

@@ -26,6 +26,14 @@ const ACTS = {
   pause: async ({ page }) => page.locator('#go').click(),
   step: async ({ page }) => page.locator('#step').click(),
   tick: async ({ page }) => page.keyboard.press('t'),
+  scrub: async (cockpit, { between }) => {
+    const { page, run } = cockpit;
+    if (!(run.to > 1)) return;
+    await page.locator('#when').fill((Math.floor(between(0, run.to - 0.5) * 50) / 50).toFixed(2));
+    await cockpit.until(run => run.past);
+    await cockpit.button('Now').click();
+    await cockpit.until(run => !run.past);
+  },
   charge: async ({ page, run }, { between }) => {
     if (run.battery) await page.locator('#charge').fill(String(Math.round(between(1, 100))));
   },
