@@ -1,13 +1,15 @@
 //! `steward matrix`: which property notices which fault.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use campaigns::Error;
 use campaigns::matrix::{Matrix, table};
 use clap::Args;
-use cockpit::Board;
+use cockpit::{Board, Tally};
+use monitors::Outcome;
 use reports::report::Report;
 use scenarios::Complaints;
 use scenarios::faults::KINDS;
@@ -16,6 +18,22 @@ use scenarios::scenario::{Scenario, find};
 use crate::live::BoardArgs;
 use crate::output::{print_json, say};
 use crate::progress::Bar;
+
+/// Counts in how many runs each property was violated, and of how many.
+fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Vec<Tally> {
+    for monitor in report.iter().flat_map(|report| &report.monitors) {
+        let [happened, of] = counts.entry(monitor.name.clone()).or_default();
+        *happened += u64::from(monitor.verdict == Outcome::Violated);
+        *of += 1;
+    }
+    let tally = |(name, [happened, of]): (&String, &[u64; 2])| Tally {
+        name: format!("{name} violated"),
+        happened: *happened,
+        of: *of,
+        interval: None,
+    };
+    counts.iter().map(tally).collect()
+}
 
 /// Which scenarios to run.
 #[derive(Debug, Args)]
@@ -59,12 +77,16 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let fault_free = fault_free.expect("a file that could not be loaded was reported");
     let bar = Bar::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
+    let counts = Mutex::default();
     let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all, report| {
         bar.show(done, all);
         let unexpected = report.filter(|report| !report.differences.is_empty());
         let named =
             |report: &Report| format!("{}, seed {}: {}", report.scenario, report.seed, report.differences.join("; "));
-        board.iter().for_each(|board| board.show(done as u64, all as u64, unexpected.map(named), Vec::new));
+        if let Some(board) = &board {
+            let tallies = count(&mut counts.lock().unwrap_or_else(PoisonError::into_inner), report);
+            board.show(done as u64, all as u64, unexpected.map(named), || tallies);
+        }
     })?;
     bar.finish();
     board.into_iter().for_each(Board::finish);

@@ -13,7 +13,7 @@ function take(frame) {
   if ('done' in frame) show(frame);
   if (frame.over) {
     link.end();
-    $('pace').textContent = 'over';
+    $('pace').textContent = '';
     notice('The command has finished and written its results.', true);
   }
 }
@@ -27,14 +27,16 @@ function show({ done, all, before, elapsed_s, unexpected, named, tallies }) {
   document.querySelector('table').hidden = !tallies.length;
   $('tallies').replaceChildren(...tallies.map(({ name, happened, of, interval }) => element('tr', {},
     element('th', { scope: 'row', textContent: name }),
-    ...[happened, of, between(interval)].map(text => element('td', { textContent: text })))));
-  $('unexpected').textContent = `${unexpected || 'no'} runs since the command began${unexpected ? '; the latest:' : ''}`;
+    ...[happened, of, ...between(interval)].map(text => element('td', { textContent: text })))));
+  $('probability').hidden = !tallies.some(({ interval }) => interval);
+  const runs = unexpected === 1 ? 'run' : 'runs';
+  $('unexpected').textContent = unexpected ? `${unexpected} ${runs} since the command started; the latest:` : 'none';
   $('named').start = unexpected;
   $('named').replaceChildren(...named.toReversed().map(text => element('li', { textContent: text })));
 }
 
 function between(interval) {
-  return interval ? interval.map(end => end.toFixed(4)).join(' to ') : '';
+  return interval ? [interval.map(end => end.toFixed(4)).join(' to ')] : [];
 }
 
 function words(seconds) {

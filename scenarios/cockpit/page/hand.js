@@ -1,6 +1,6 @@
 // What a person can do to the run: set the battery, click on the map, inject any fault.
 
-import { $, element } from './dom.js';
+import { $, element, notice } from './dom.js';
 
 // What a click on the map does.
 const TOOLS = [
@@ -112,6 +112,7 @@ export class Hand {
     const route = { at: this.first, route: [point], count: 1, gives_way: true };
     if (this.first) this.link.act('people', route, this.name('person'));
     this.first = this.first ? null : point;
+    notice(this.first ? 'Now click the other end of the walk.' : '');
   }
 
   // Writes a point on the map into the form.
