@@ -132,8 +132,13 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         Effect::world(move |faults| faults.bodies.extend(people.iter().cloned()))
     },
     words: |with| {
-        let manners = if with.flag("gives_way") { ", and yield" } else { "" };
-        format!("{} people walk back and forth from {}{manners}", with.whole("count"), spot(&with.point("at")))
+        let (from, yields) = (spot(&with.point("at")), with.flag("gives_way"));
+        match with.whole("count") {
+            1 => format!("a person walks back and forth from {from}{}", if yields { ", and yields" } else { "" }),
+            count => {
+                format!("{count} people walk back and forth from {from}{}", if yields { ", and yield" } else { "" })
+            }
+        }
     },
 };
 
