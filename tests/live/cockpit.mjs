@@ -117,10 +117,15 @@ export class Cockpit {
     await this.page.locator('#speed').selectOption({ label });
   }
 
+  // Pauses, and goes on tick by tick: on a busy computer, a click may come much later than it was meant.
   async pauseAt(time) {
-    await this.until(run => run.time >= time);
-    await this.button('Pause').click();
+    if (!this.run.paused) await this.button('Pause').click();
     await this.until(run => run.paused);
+    while (this.run.time < time) {
+      const { ticks } = this.run;
+      await this.button('Tick').click();
+      await this.until(run => run.paused && run.ticks > ticks);
+    }
   }
 
   // Sets the battery level with the slider.

@@ -18,6 +18,8 @@ async function battery_fault(cockpit) {
   await cockpit.pauseAt(15);
   await cockpit.charge(10);
   await cockpit.speed('as fast as possible');
+  await cockpit.until(run => run.speed === null);
+  assert.equal(await cockpit.page.locator('#charge').inputValue(), '10', 'the slider stays while the run is paused');
   await cockpit.button('Go').click();
 }
 

@@ -1,6 +1,6 @@
 // Measures the live page: node tests/live/measure.mjs STEWARD [MEASUREMENT…]
 
-import { readFileSync } from 'node:fs';
+import { readdirSync, readFileSync } from 'node:fs';
 import { getPriority, loadavg, setPriority } from 'node:os';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { browser, Live } from './cockpit.mjs';
@@ -64,9 +64,11 @@ async function latency(steward) {
   const page = await (await chromium.newContext({ viewport: { width: 1400, height: 900 } })).newPage();
   await page.goto(live.address);
   await page.locator('#floor .robot .true line').waitFor();
-  // Chromium's processes do not inherit the priority of this one.
+  // Chromium's threads do not inherit the priority of this process.
   const { processInfo } = await (await chromium.newBrowserCDPSession()).send('SystemInfo.getProcessInfo');
-  processInfo.forEach(({ id }) => setPriority(id, getPriority()));
+  for (const { id } of processInfo) {
+    for (const thread of readdirSync(`/proc/${id}/task`)) setPriority(Number(thread), getPriority());
+  }
   await page.evaluate(() => {
     const then = done => requestAnimationFrame(() => {
       const { port1, port2 } = new MessageChannel();
