@@ -3,7 +3,6 @@
 //! `docs/src/reference/topics.md` lists them.
 
 pub(crate) mod cdr;
-mod container;
 mod messages;
 mod outlines;
 pub(crate) mod output;

@@ -9,15 +9,14 @@ pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 #[derive(Debug)]
 pub(crate) struct Cdr {
     bytes: Vec<u8>,
-    /// Where the message begins, after its header.
-    start: usize,
 }
 
 impl Cdr {
-    /// Begins a message after the given bytes.
-    pub(crate) fn after(mut bytes: Vec<u8>) -> Self {
+    /// Begins a message in the memory of another.
+    pub(crate) fn reusing(mut bytes: Vec<u8>) -> Self {
+        bytes.clear();
         bytes.extend(HEADER);
-        Self { start: bytes.len(), bytes }
+        Self { bytes }
     }
 
     /// Writes a number's bytes, after padding.
@@ -39,8 +38,8 @@ impl Cdr {
     }
 
     fn align<const SIZE: usize>(&mut self) {
-        let length = (self.bytes.len() - self.start).next_multiple_of(SIZE);
-        self.bytes.resize(self.start + length, 0);
+        let length = (self.bytes.len() - HEADER.len()).next_multiple_of(SIZE);
+        self.bytes.resize(HEADER.len() + length, 0);
     }
 
     /// Writes the length of a sequence.

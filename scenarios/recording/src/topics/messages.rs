@@ -171,7 +171,7 @@ mod tests {
         let encoded = |values: Vec<Value>| {
             let message = Message::new(values);
             let event = Event { step: 5, tick: 2, time: Duration::ZERO, kind: EventKind::Tick };
-            let mut cdr = Cdr::after(Vec::new());
+            let mut cdr = Cdr::reusing(Vec::new());
             channel.write(&event, &message, &mut cdr);
             cdr.bytes()
         };

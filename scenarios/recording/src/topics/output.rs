@@ -1,15 +1,26 @@
 //! A recording with ROS 2 topics.
 
-use std::io::{self, Write};
+use std::collections::BTreeMap;
+use std::io::{self, BufWriter, Write};
 use std::marker::PhantomData;
 use std::time::Duration;
 
+use mcap::McapError;
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+
 use super::cdr::Cdr;
-use super::container::Container;
 use super::ros::{Field, definition};
 
+/// A chunk usually fits, so it is written at once.
+const BUFFER_BYTES: usize = 1 << 16;
+
 /// An MCAP file that is being written.
-pub(crate) struct Output<W: Write>(Container<W>);
+pub(crate) struct Output<W: Write> {
+    mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
+    /// The bytes of the last message; their memory is reused.
+    message: Vec<u8>,
+}
 
 /// A topic of a file.
 pub(crate) struct Topic<T> {
@@ -19,10 +30,20 @@ pub(crate) struct Topic<T> {
 
 impl<W: Write> Output<W> {
     pub(crate) fn begin(output: W) -> io::Result<Self> {
-        let mut container = Container::begin(output, "ros2", concat!("steward/", env!("CARGO_PKG_VERSION")))?;
+        let options = mcap::WriteOptions::new()
+            .compression(None)
+            .profile("ros2")
+            .library(concat!("steward/", env!("CARGO_PKG_VERSION")))
+            .disable_seeking(true)
+            // The records have a checksum of their own, and another of everything would cost as much as the rest.
+            .calculate_chunk_crcs(false)
+            .calculate_data_section_crc(false);
+        let output = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, output));
+        let mut mcap = options.create(output).map_err(unwritten)?;
         // This tells later distributions that profiles are written as in Humble.
-        container.metadata("rosbag2", "ROS_DISTRO", "humble")?;
-        Ok(Self(container))
+        let metadata = BTreeMap::from([("ROS_DISTRO".to_owned(), "humble".to_owned())]);
+        mcap.write_metadata(&Metadata { name: "rosbag2".to_owned(), metadata }).map_err(unwritten)?;
+        Ok(Self { mcap, message: Vec::new() })
     }
 
     /// Adds a topic.
@@ -47,7 +68,9 @@ impl<W: Write> Output<W> {
 
     fn add(&mut self, topic: &str, name: &str, definition: &str, durability: Durability) -> io::Result<u16> {
         let name = name.replacen('/', "/msg/", 1);
-        self.0.channel(topic, (&name, definition), ("offered_qos_profiles", &durability.profiles()))
+        let schema = self.mcap.add_schema(&name, "ros2msg", definition.as_bytes()).map_err(unwritten)?;
+        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), durability.profiles())]);
+        self.mcap.add_channel(schema, topic, "cdr", &metadata).map_err(unwritten)
     }
 
     pub(crate) fn write<T: Field>(&mut self, topic: &Topic<T>, time: Duration, message: &T) -> io::Result<()> {
@@ -56,19 +79,30 @@ impl<W: Write> Output<W> {
 
     /// Writes a message whose type is only known at run time.
     pub(crate) fn write_with(&mut self, channel: u16, time: Duration, write: impl FnOnce(&mut Cdr)) -> io::Result<()> {
-        let time_ns = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;
-        self.0.message(channel, time_ns, write);
-        Ok(())
+        let mut cdr = Cdr::reusing(std::mem::take(&mut self.message));
+        write(&mut cdr);
+        self.message = cdr.bytes();
+        let log_time = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;
+        let header = MessageHeader { channel_id: channel, sequence: 0, log_time, publish_time: log_time };
+        self.mcap.write_to_known_channel(&header, &self.message).map_err(unwritten)
     }
 
     /// Makes what has been written so far readable, whatever happens next.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+        self.mcap.flush().map_err(unwritten)
     }
 
     /// Ends the file and returns it.
-    pub(crate) fn finish(self) -> io::Result<W> {
-        self.0.finish()
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.mcap.finish().map_err(unwritten)?;
+        self.mcap.into_inner().into_inner().into_inner().map_err(io::IntoInnerError::into_error)
+    }
+}
+
+fn unwritten(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
     }
 }
 
@@ -89,5 +123,46 @@ impl Durability {
              liveliness: 1, liveliness_lease_duration: {FOREVER}, avoid_ros_namespace_conventions: false}}\n",
             self as u8
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ros::Text;
+    use super::*;
+
+    #[test]
+    fn a_file_has_an_index_metadata_and_profiles() {
+        let mut output = Output::begin(Vec::new()).unwrap();
+        let [plain, latched] = [output.topic("/plain").unwrap(), output.latched("/latched").unwrap()];
+        for (second, topic) in [(1, &plain), (2, &latched), (3, &plain)] {
+            let data = second.to_string();
+            output.write(topic, Duration::from_secs(second), &Text { data }).unwrap();
+            output.flush().unwrap();
+        }
+        let bytes = output.finish().unwrap();
+        let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+        let mut found = Vec::new();
+        for chunk in &summary.chunk_indexes {
+            for entry in summary.read_message_indexes(&bytes, chunk).unwrap().values().flatten() {
+                let message = summary.seek_message(&bytes, chunk, entry).unwrap();
+                found.push((message.log_time / 1_000_000_000, message.channel.topic.clone(), message.data[8]));
+            }
+        }
+        let expected = [(1, "/plain", b'1'), (2, "/latched", b'2'), (3, "/plain", b'3')];
+        assert_eq!(found, expected.map(|(second, topic, digit)| (second, topic.to_owned(), digit)));
+        let durability = |topic: &str| {
+            let channel = summary.channels.values().find(|channel| channel.topic == topic).unwrap();
+            let schema = channel.schema.as_ref().unwrap();
+            assert_eq!(
+                (schema.name.as_str(), schema.data.as_ref()),
+                ("std_msgs/msg/String", b"string data\n".as_slice())
+            );
+            let words = channel.metadata["offered_qos_profiles"].split(", ");
+            words.filter_map(|word| word.strip_prefix("durability: ")).collect::<String>()
+        };
+        assert_eq!([durability("/plain"), durability("/latched")], ["2", "1"]);
+        let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
+        assert_eq!((metadata.name.as_str(), metadata.metadata["ROS_DISTRO"].as_str()), ("rosbag2", "humble"));
     }
 }

@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn numbers_are_aligned_to_their_size_after_the_encoding() {
         let log = Log { level: 7, name: "a".to_owned(), line: 9, ..Log::default() };
-        let mut cdr = Cdr::after(Vec::new());
+        let mut cdr = Cdr::reusing(Vec::new());
         log.write(&mut cdr);
         let text = [1, 0, 0, 0, 0, 0, 0, 0];
         let expected = [
@@ -383,7 +383,7 @@ mod tests {
             &[9, 0, 0, 0],
         ];
         assert_eq!(cdr.bytes(), expected.concat());
-        let mut cdr = Cdr::after(Vec::new());
+        let mut cdr = Cdr::reusing(Vec::new());
         1_u8.write(&mut cdr);
         2.0_f64.write(&mut cdr);
         assert_eq!(cdr.bytes(), [&[0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0][..], &2.0_f64.to_le_bytes()].concat());
