@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Bags that `rosbags` writes (pip install rosbags), read by us: `foreign.py PRINT_MESSAGES STEWARD [MESSAGES]`.
+"""Bags that `rosbags` writes (pip install rosbags), read by us: `foreign.py PRINT_MESSAGES STEWARD [MESSAGES [SEED]]`.
 
 Every message type of two distributions, with random values, in MCAP and (if the binary reads it) SQLite, in all
 compressions, both byte orders, split, with definitions as `.msg` and as IDL, and without any: each message has to be
@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 PRINT, STEWARD = sys.argv[1:3]
 MESSAGES = int(sys.argv[3]) if len(sys.argv) > 3 else 1000
 CUTS = 200
-dice = random.Random(17)
+dice = random.Random(int(sys.argv[4]) if len(sys.argv) > 4 else 17)
 BASES = {
     "bool": np.bool_, "octet": np.uint8, "byte": np.uint8, "char": np.uint8, "int8": np.int8, "uint8": np.uint8,
     "int16": np.int16, "uint16": np.uint16, "int32": np.int32, "uint32": np.uint32, "int64": np.int64,

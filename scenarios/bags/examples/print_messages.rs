@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use bags::{Bag, Definitions, Item, Layout, Value, Want, decode};
+use bags::{Bag, Decoder, Definitions, Item, Layout, Value, Want};
 use serde_json::{Map, json};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut layouts = BTreeMap::new();
     for (index, topic) in topics.iter().enumerate() {
         match definitions.layout(topic) {
-            Ok(layout) => drop(layouts.insert(index, layout)),
+            Ok(layout) => drop(layouts.insert(index, (Decoder::new(&layout, &Want::All), layout))),
             Err(undefined) => eprintln!("{}: {undefined}", topic.name),
         }
     }
@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut messages, mut body) = (bag.messages(&wanted), Vec::new());
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     while let Some(head) = messages.next_into(&mut body) {
-        let layout = &layouts[&head.topic];
-        let message = match decode(&body, layout, &Want::All) {
+        let (decoder, layout) = &layouts[&head.topic];
+        let message = match decoder.decode(&body) {
             Ok(message) => of_message(&message, layout),
             Err(mismatch) => json!({ "mismatch": mismatch.to_string() }),
         };

@@ -1,8 +1,11 @@
 //! CDR, as ROS 2 encodes messages: version 1, big- or little-endian.
 
-use interfaces::ros::{Base, Count};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use crate::layout::{Item, Layout, Slot};
+use interfaces::ros::{Base, Count, TypeName};
+
+use crate::layout::{Item, Layout};
 
 /// A decoded value.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,32 +58,118 @@ pub enum Mismatch {
     Encoding,
 }
 
-/// Decodes the wanted parts of a message.
-///
-/// # Errors
-/// [`Mismatch`] if the bytes are not a message of that type, even in the unwanted parts.
-pub fn decode(bytes: &[u8], layout: &Layout, want: &Want) -> Result<Value, Mismatch> {
-    let mut value = Value::Passed;
-    decode_into(bytes, layout, want, &mut value).map(|()| value)
+/// Decodes the messages of a type: the wanted parts are stored, the rest is skipped.
+#[derive(Clone, Debug)]
+pub struct Decoder(Arc<Plan>);
+
+/// The parts of a message, in order.
+#[derive(Debug)]
+struct Plan {
+    /// How many fields the message has.
+    fields: usize,
+    steps: Vec<Step>,
 }
 
-/// The same, but reuses the memory of `value` if it has a message of that type.
-pub(crate) fn decode_into(bytes: &[u8], layout: &Layout, want: &Want, value: &mut Value) -> Result<(), Mismatch> {
-    let [0, order @ (0 | 1), _, _, body @ ..] = bytes else { return Err(Mismatch::Encoding) };
-    let mut cdr = Cdr { bytes: body, at: 0, is_big: *order == 0 };
-    cdr.message(layout, want.of(value))?;
-    // Some writers pad the message to a multiple of eight bytes.
-    if cdr.bytes.len() - cdr.at < 8 { Ok(()) } else { Err(Mismatch::Long) }
+#[derive(Debug)]
+enum Step {
+    /// Skips numbers of `size` bytes.
+    Skip { size: usize, count: usize },
+    /// A field, with its index if it is wanted.
+    Field { wanted: Option<usize>, part: Part, count: Count },
 }
 
-/// The wanted parts of a value, and where they go; none if the value is skipped.
-type Place<'p> = Option<(&'p Want, &'p mut Value)>;
+/// The type of one item.
+#[derive(Debug)]
+enum Part {
+    Plain(Base),
+    Message(Arc<Plan>),
+}
 
-impl Want {
-    fn of<'p>(&'p self, value: &'p mut Value) -> Place<'p> {
-        if *self == Self::Nothing { None } else { Some((self, value)) }
+impl Decoder {
+    /// A decoder for the wanted parts of messages of that type.
+    #[must_use]
+    pub fn new(layout: &Layout, want: &Want) -> Self {
+        Self(plan(layout, want, &mut BTreeMap::new()))
     }
 
+    /// Decodes a message.
+    ///
+    /// # Errors
+    /// [`Mismatch`] if the bytes are not a message of that type, even in the unwanted parts.
+    pub fn decode(&self, bytes: &[u8]) -> Result<Value, Mismatch> {
+        let mut value = Value::Passed;
+        self.decode_into(bytes, &mut value).map(|()| value)
+    }
+
+    /// The same, but reuses the memory of `value` if it has a message of that type.
+    pub(crate) fn decode_into(&self, bytes: &[u8], value: &mut Value) -> Result<(), Mismatch> {
+        let [0, order @ (0 | 1), _, _, body @ ..] = bytes else { return Err(Mismatch::Encoding) };
+        let mut cdr = Cdr { bytes: body, at: 0, is_big: *order == 0 };
+        cdr.message(&self.0, Some(value))?;
+        // Some writers pad the message to a multiple of eight bytes.
+        if cdr.bytes.len() - cdr.at < 8 { Ok(()) } else { Err(Mismatch::Long) }
+    }
+}
+
+/// The plan for a message. A type that is decoded or skipped as a whole has one plan, wherever it is used.
+fn plan<'l>(layout: &'l Layout, want: &Want, made: &mut BTreeMap<(&'l TypeName, bool), Arc<Plan>>) -> Arc<Plan> {
+    let key = match want {
+        Want::Nothing => Some((&layout.name, false)),
+        Want::All => Some((&layout.name, true)),
+        Want::Fields(_) => None,
+    };
+    if let Some(plan) = key.and_then(|key| made.get(&key)) {
+        return Arc::clone(plan);
+    }
+    let mut new = Plan { fields: layout.fields.len(), steps: Vec::new() };
+    // In IDL, an empty struct gets a dummy member of one byte.
+    if layout.fields.is_empty() {
+        new.skip(1, 1);
+    }
+    for (index, slot) in layout.fields.iter().enumerate() {
+        let want = want.field(index);
+        let wanted = (*want != Want::Nothing).then_some(index);
+        let part = match &slot.item {
+            Item::Plain(base) => Part::Plain(base.clone()),
+            Item::Message(layout) => Part::Message(plan(layout, want, made)),
+        };
+        match (part.numbers(), slot.count, wanted) {
+            (Some((size, count)), Count::One, None) => new.skip(size, count),
+            (Some((size, count)), Count::Exactly(times), None) => new.skip(size, count.saturating_mul(times)),
+            (_, count, wanted) => new.steps.push(Step::Field { wanted, part, count }),
+        }
+    }
+    let new = Arc::new(new);
+    made.extend(key.map(|key| (key, Arc::clone(&new))));
+    new
+}
+
+impl Plan {
+    /// Adds numbers to skip, together with those before them if they have the same size.
+    fn skip(&mut self, size: usize, count: usize) {
+        match self.steps.last_mut() {
+            Some(Step::Skip { size: before, count: so_far }) if *before == size => {
+                *so_far = so_far.saturating_add(count);
+            }
+            _ => self.steps.push(Step::Skip { size, count }),
+        }
+    }
+}
+
+impl Part {
+    /// The size and the count of its numbers, if it has nothing but numbers of one size to skip.
+    fn numbers(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Plain(base) => size(base).map(|size| (size, 1)),
+            Self::Message(plan) => match plan.steps.as_slice() {
+                [Step::Skip { size, count }] => Some((*size, *count)),
+                _ => None,
+            },
+        }
+    }
+}
+
+impl Want {
     /// The wanted parts of a field of the message.
     fn field(&self, index: usize) -> &Self {
         match self {
@@ -142,8 +231,9 @@ impl<'b> Cdr<'b> {
         Ok(taken)
     }
 
+    /// Moves on to the next multiple of a power of two.
     fn align(&mut self, size: usize) {
-        self.at = self.at.next_multiple_of(size);
+        self.at = self.at.saturating_add(size - 1) & !(size - 1);
     }
 
     fn aligned<const N: usize>(&mut self) -> Result<&'b [u8; N], Mismatch> {
@@ -151,22 +241,19 @@ impl<'b> Cdr<'b> {
         self.take(N)?.try_into().map_err(|_| Mismatch::Short)
     }
 
-    fn message(&mut self, layout: &Layout, place: Place<'_>) -> Result<(), Mismatch> {
-        // In IDL, an empty struct gets a dummy member of one byte.
-        if layout.fields.is_empty() {
-            self.take(1)?;
-        }
-        let Some((want, value)) = place else {
-            return layout.fields.iter().try_for_each(|slot| self.slot(slot, None));
-        };
-        let mut fields = layout.fields.iter().zip(value.fields(layout.fields.len())).enumerate();
-        fields.try_for_each(|(index, (slot, value))| self.slot(slot, want.field(index).of(value)))
+    fn message(&mut self, plan: &Plan, value: Option<&mut Value>) -> Result<(), Mismatch> {
+        let fields = value.map_or(&mut [][..], |value| value.fields(plan.fields));
+        plan.steps.iter().try_for_each(|step| match step {
+            Step::Skip { size, count } => self.skip(*size, *count),
+            Step::Field { wanted, part, count } => {
+                self.field(part, *count, wanted.and_then(|index| fields.get_mut(index)))
+            }
+        })
     }
 
-    fn slot(&mut self, slot: &Slot, place: Place<'_>) -> Result<(), Mismatch> {
-        let count = match slot.count {
-            Count::One if place.is_some() => return self.item(&slot.item, place),
-            Count::One => return self.pass(&slot.item, 1),
+    fn field(&mut self, part: &Part, count: Count, value: Option<&mut Value>) -> Result<(), Mismatch> {
+        let count = match count {
+            Count::One => return self.item(part, value),
             Count::Exactly(count) => count,
             Count::UpTo(bound) => self.length(bound)?,
             Count::Any => self.length(usize::MAX)?,
@@ -175,22 +262,20 @@ impl<'b> Cdr<'b> {
         if count > self.bytes.len().saturating_sub(self.at) {
             return Err(Mismatch::Short);
         }
-        if let Some((want, value)) = place {
-            return value.items(count).iter_mut().try_for_each(|value| self.item(&slot.item, want.of(value)));
+        match (value, part.numbers()) {
+            (Some(value), _) => value.items(count).iter_mut().try_for_each(|value| self.item(part, Some(value))),
+            (None, Some((size, each))) => self.skip(size, count.saturating_mul(each)),
+            (None, None) => (0..count).try_for_each(|_| self.item(part, None)),
         }
-        self.pass(&slot.item, count)
     }
 
-    /// Passes items.
-    fn pass(&mut self, item: &Item, count: usize) -> Result<(), Mismatch> {
-        let size = if let Item::Plain(base) = item { size(base) } else { None };
-        match size {
-            Some(size) if count > 0 => {
-                self.align(size);
-                self.take(count.checked_mul(size).ok_or(Mismatch::Short)?).map(drop)
-            }
-            _ => (0..count).try_for_each(|_| self.item(item, None)),
+    /// Skips numbers.
+    fn skip(&mut self, size: usize, count: usize) -> Result<(), Mismatch> {
+        if count > 0 {
+            self.align(size);
+            self.take(count.saturating_mul(size))?;
         }
+        Ok(())
     }
 
     fn length(&mut self, bound: usize) -> Result<usize, Mismatch> {
@@ -198,14 +283,14 @@ impl<'b> Cdr<'b> {
         if length > bound { Err(Mismatch::Bound) } else { Ok(length) }
     }
 
-    fn item(&mut self, item: &Item, place: Place<'_>) -> Result<(), Mismatch> {
-        match item {
-            Item::Message(layout) => self.message(layout, place),
-            Item::Plain(base) => self.plain(base, place.map(|(_, value)| value)),
+    fn item(&mut self, part: &Part, value: Option<&mut Value>) -> Result<(), Mismatch> {
+        match part {
+            Part::Message(plan) => self.message(plan, value),
+            Part::Plain(base) => self.plain(base, value),
         }
     }
 
-    fn plain(&mut self, base: &Base, place: Option<&mut Value>) -> Result<(), Mismatch> {
+    fn plain(&mut self, base: &Base, value: Option<&mut Value>) -> Result<(), Mismatch> {
         let found = match base {
             Base::Bool => match self.take(1)?[0] {
                 byte @ (0 | 1) => Value::Bool(byte == 1),
@@ -226,7 +311,7 @@ impl<'b> Cdr<'b> {
                 // write the length 0.
                 let length = self.length(bound.map_or(usize::MAX, |bound| bound.saturating_add(1)))?;
                 let text = self.take(length)?;
-                if let Some(value) = place {
+                if let Some(value) = value {
                     value.set_text(&String::from_utf8_lossy(text.strip_suffix(&[0]).unwrap_or(text)));
                 }
                 return Ok(());
@@ -242,7 +327,7 @@ impl<'b> Cdr<'b> {
             }
             Base::Message(_) => Value::Passed,
         };
-        if let Some(value) = place {
+        if let Some(value) = value {
             *value = found;
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
 
-use crate::cdr::{self, decode_into};
+use crate::cdr;
 use crate::mapping::{Clock, Compiled, Entry, Mapping, Rule};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
@@ -124,8 +124,9 @@ impl Events {
                 Ok(Some((time_ns, message))) => {
                     let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
                     let is_first = self.start_ns.is_none() && self.waiting.is_empty();
-                    let pause = time_ns.saturating_sub(reference).saturating_abs() / self.tick_ns;
-                    if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause > LONGEST_PAUSE {
+                    let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
+                    let longest_ns = self.tick_ns.saturating_mul(LONGEST_PAUSE);
+                    if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause_ns > longest_ns {
                         note(&mut self.left_out, head.topic, Reason::Stamp, || {
                             format!("{} s", crate::seconds(time_ns))
                         });
@@ -198,7 +199,9 @@ fn event(
     body: &[u8],
     decoded: &mut cdr::Value,
 ) -> Result<Option<(i64, Message)>, (Reason, String)> {
-    decode_into(body, &entry.layout, &entry.want, decoded)
+    entry
+        .decoder
+        .decode_into(body, decoded)
         .map_err(|mismatch| (Reason::Mismatch(mismatch), format!("{} s", crate::seconds(head.log_ns))))?;
     let holds = entry.tests.iter().all(|test| {
         let value = value_at(decoded, &test.path, None);

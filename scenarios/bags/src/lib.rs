@@ -25,7 +25,7 @@ mod tests;
 
 use std::path::PathBuf;
 
-pub use cdr::{Mismatch, Value, Want, decode};
+pub use cdr::{Decoder, Mismatch, Value, Want};
 pub use contents::{Contents, Listed};
 pub use events::Events;
 pub use layout::{Definitions, Item, Layout, Slot, Undefined};

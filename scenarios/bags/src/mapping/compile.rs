@@ -7,7 +7,7 @@ use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topo
 use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest_or_all};
 
 use super::{Mapped, Mapping, Source};
-use crate::cdr::Want;
+use crate::cdr::{Decoder, Want};
 use crate::layout::{Definitions, Layout};
 use crate::path::{End, Path};
 use crate::storage::Survey;
@@ -24,8 +24,7 @@ pub struct Compiled {
 /// How a message becomes an event.
 #[derive(Debug)]
 pub(crate) struct Entry {
-    pub(crate) layout: Arc<Layout>,
-    pub(crate) want: Want,
+    pub(crate) decoder: Decoder,
     pub(crate) clock: Clock,
     pub(crate) tests: Vec<Test>,
     pub(crate) fields: Vec<Rule>,
@@ -206,7 +205,7 @@ impl Mapping {
             fields.push(rule);
             kinds.push((name.clone(), kind));
         }
-        let entry = Entry { want: want.clone(), clock: clock?, tests, fields, layout: Arc::clone(&layout) };
+        let entry = Entry { decoder: Decoder::new(&layout, &want), clock: clock?, tests, fields };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }
 }

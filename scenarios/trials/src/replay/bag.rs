@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Bag, Definitions, Layout, Structure, Want, decode};
+use bags::{Bag, Decoder, Definitions, Layout, Structure, Want};
 use maps::{Cell, OccupancyGrid, Pose, pose};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
@@ -66,16 +66,17 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     let folders: [PathBuf; 0] = [];
     let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
     let definitions = Definitions { topics: &bag.survey().topics, folders: &folders, read: &nothing };
-    let mut layouts: BTreeMap<usize, (Part, Arc<Layout>)> = BTreeMap::new();
+    let mut layouts: BTreeMap<usize, (Part, Decoder, Arc<Layout>)> = BTreeMap::new();
     for (part, topic) in parts {
         let layout = definitions.layout(&bag.survey().topics[topic]);
-        layouts.insert(topic, (part, layout.map_err(|undefined| NoRobot(undefined.to_string()))?));
+        let layout = layout.map_err(|undefined| NoRobot(undefined.to_string()))?;
+        layouts.insert(topic, (part, Decoder::new(&layout, &Want::All), layout));
     }
     let wanted: Vec<usize> = layouts.keys().copied().collect();
     let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), Reader::default());
     while let Some(head) = messages.next_into(&mut body) {
-        let (part, layout) = &layouts[&head.topic];
-        let decoded = decode(&body, layout, &Want::All);
+        let (part, decoder, layout) = &layouts[&head.topic];
+        let decoded = decoder.decode(&body);
         let message = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value));
         if message.and_then(|message| reader.take(*part, head.log_ns, message)).is_none() {
             reader.left_out += 1;
