@@ -206,7 +206,7 @@ fn numbers(version: &str) -> Vec<u64> {
 
 fn in_words(Verified { properties, end, start_ns, .. }: &Verified) -> String {
     let mut text = String::new();
-    let since = start_ns.map_or_else(String::new, |ns| format!(" since {} s", bags::seconds(ns)));
+    let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{} messages, {} ticks{since}", end.messages, end.ticks);
     let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);

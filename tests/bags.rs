@@ -81,7 +81,11 @@ fn a_bag_is_checked_against_the_channels_of_a_scenario() {
     let (bag, mapping) = (recorded.path("nav2.mcap"), recorded.write("nominal.toml", mapping.as_bytes()));
     let command = ["verify", &bag, "--property", "phi1", "--map-channels", &mapping, "--scenario", "nominal"];
     let said = String::from_utf8(steward(&command).stdout).unwrap();
-    assert!(said.starts_with("30 messages, 59 ticks since") && said.contains("phi1         violated"), "{said}");
+    assert!(
+        said.starts_with("30 messages, 59 ticks since 2025-10-09 08:53:20.030 UTC\n")
+            && said.contains("phi1         violated"),
+        "{said}"
+    );
     let foreign =
         recorded.write("foreign.toml", fs::read_to_string(&mapping).unwrap().replace("Level", "Levle").as_bytes());
     let said = refusal(&["verify", &bag, "--property", "phi1", "--map-channels", &foreign, "--scenario", "nominal"]);

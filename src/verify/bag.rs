@@ -28,8 +28,7 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let system = System { topology: compiled.topology.clone(), tick: mapping.tick };
     let mut properties = load(args, &system)?;
     let mut events = Events::new(&bag, &mapping, compiled);
-    let start =
-        bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {} s", bags::seconds(first)));
+    let start = bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let about = format!("A ROS 2 bag{start}");
     let end = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
@@ -54,7 +53,7 @@ pub(super) fn in_words(contents: &Contents) -> String {
     let (names, kinds) = (width(|topic| &topic.name), width(|topic| &topic.kind));
     // Writing to a string cannot fail.
     if let Some(start_ns) = contents.start_ns {
-        let _ = writeln!(text, "# {:.3} s, since {} s", contents.duration_s, bags::seconds(start_ns));
+        let _ = writeln!(text, "# {:.3} s, since {}", contents.duration_s, bags::moment(start_ns));
     }
     for Listed { name, kind, messages, rate_hz, fields, .. } in &contents.topics {
         let rate = rate_hz.map_or_else(String::new, |rate_hz| format!("{rate_hz:.2} Hz"));

@@ -31,6 +31,8 @@ pub struct Events {
     is_over: bool,
     tick_ns: i64,
     reorder_ns: i64,
+    /// When the first message of the bag was recorded.
+    first_ns: i64,
     start_ns: Option<i64>,
     last_ns: i64,
     ticks: u64,
@@ -71,6 +73,7 @@ impl Events {
             is_over: false,
             tick_ns: ns(mapping.tick).max(1),
             reorder_ns: ns(mapping.reorder),
+            first_ns: bag.survey().first_ns(),
             start_ns: None,
             last_ns: 0,
             ticks: 0,
@@ -93,7 +96,7 @@ impl Events {
             let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
             let why = match reason {
                 Reason::Mismatch(mismatch) => {
-                    format!("their bytes do not fit the definition: {mismatch}; the first is from {first}")
+                    format!("their bytes do not fit the definition: {mismatch}; the first is {first}")
                 }
                 Reason::Stamp => format!("their stamps are 0, or far from those of other messages; the first: {first}"),
                 Reason::Symbol => format!("the mapping has no symbol for their value; the first: {first}"),
@@ -103,10 +106,10 @@ impl Events {
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
-                "{} messages come up to {} s too late and get the time of the message before them; `reorder_s` sets \
-                 how long to wait for them",
+                "{} messages come up to {:.3} s too late and get the time of the message before them; `reorder_s` \
+                 sets how long to wait for them",
                 self.late.0,
-                crate::seconds(self.late.1)
+                self.late.1 as f64 * 1e-9
             )
         });
         self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
@@ -119,7 +122,10 @@ impl Events {
             return;
         };
         for (channel, entry) in &self.compiled.entries[head.topic] {
-            match event(entry, head, &self.body, &mut self.decoded[head.topic]) {
+            let first = |mismatch| (Reason::Mismatch(mismatch), crate::after_first(head.log_ns, self.first_ns));
+            let decoded = &mut self.decoded[head.topic];
+            let decoding = entry.decoder.decode_into(&self.body, decoded).map_err(first);
+            match decoding.and_then(|()| event(entry, head, decoded)) {
                 Ok(None) => {}
                 Ok(Some((time_ns, message))) => {
                     let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
@@ -127,15 +133,18 @@ impl Events {
                     let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
                     let longest_ns = self.tick_ns.saturating_mul(LONGEST_PAUSE);
                     if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause_ns > longest_ns {
-                        note(&mut self.left_out, head.topic, Reason::Stamp, || {
-                            format!("{} s", crate::seconds(time_ns))
-                        });
+                        note(&mut self.left_out, head.topic, Reason::Stamp, || crate::moment(time_ns));
                     } else if !self.compiled.topology.carries(*channel, &message) {
                         note(&mut self.left_out, head.topic, Reason::Channel, || message.to_string());
                     } else {
                         self.newest_ns = self.newest_ns.max(time_ns);
                         let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
-                        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, *channel, message));
+                        let place = place.map_or(0, |place| place + 1);
+                        if place == self.waiting.len() {
+                            self.waiting.push_back((time_ns, *channel, message));
+                        } else {
+                            self.waiting.insert(place, (time_ns, *channel, message));
+                        }
                     }
                 }
                 Err((reason, first)) => note(&mut self.left_out, head.topic, reason, || first),
@@ -193,16 +202,7 @@ fn note(
 }
 
 /// The time and the message of an event; none if the mapping's conditions exclude it.
-fn event(
-    entry: &Entry,
-    head: Head,
-    body: &[u8],
-    decoded: &mut cdr::Value,
-) -> Result<Option<(i64, Message)>, (Reason, String)> {
-    entry
-        .decoder
-        .decode_into(body, decoded)
-        .map_err(|mismatch| (Reason::Mismatch(mismatch), format!("{} s", crate::seconds(head.log_ns))))?;
+fn event(entry: &Entry, head: Head, decoded: &cdr::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
     let holds = entry.tests.iter().all(|test| {
         let value = value_at(decoded, &test.path, None);
         test.values.iter().any(|wanted| is_same(wanted, &value))

@@ -87,6 +87,21 @@ impl Error {
     }
 }
 
+/// A moment as people write it: a date, or seconds if the clock apparently does not count from 1970.
+#[must_use]
+pub fn moment(ns: i64) -> String {
+    const YEAR_2000_NS: i64 = 946_684_800_000_000_000;
+    if ns < YEAR_2000_NS {
+        return format!("{:.3} s", ns as f64 * 1e-9);
+    }
+    chrono::DateTime::from_timestamp_nanos(ns).format("%Y-%m-%d %H:%M:%S%.3f UTC").to_string()
+}
+
+/// How long after the first message of a bag something was recorded, in words.
+fn after_first(ns: i64, first_ns: i64) -> String {
+    format!("{:.3} s after the first message of the bag", ns.saturating_sub(first_ns) as f64 * 1e-9)
+}
+
 /// Nanoseconds since 1970 as seconds, without rounding.
 #[must_use]
 pub fn seconds(ns: i64) -> String {

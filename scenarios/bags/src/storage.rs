@@ -56,6 +56,7 @@ impl Bag {
             files: self.files.clone().into_iter(),
             topics: self.survey.topics.clone(),
             wanted,
+            first_ns: self.survey.first_ns(),
             current: None,
             lost: Vec::new(),
         }
@@ -67,6 +68,8 @@ pub struct Messages {
     files: std::vec::IntoIter<(PathBuf, Format)>,
     topics: Vec<Topic>,
     wanted: Vec<bool>,
+    /// When the first message of the bag was recorded.
+    first_ns: i64,
     current: Option<Reader>,
     lost: Vec<String>,
 }
@@ -78,11 +81,15 @@ enum Reader {
 }
 
 impl Reader {
-    fn open(path: &Path, format: Format, topics: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+    fn open(path: &Path, format: Format, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         match format {
-            Format::Mcap => mcap::Reader::open(path, topics, wanted).map(|reader| Self::Mcap(Box::new(reader))),
+            Format::Mcap => {
+                mcap::Reader::open(path, topics, wanted, first_ns).map(|reader| Self::Mcap(Box::new(reader)))
+            }
             #[cfg(feature = "sqlite")]
-            Format::Sqlite => sqlite::Reader::open(path, topics, wanted).map(|reader| Self::Sqlite(Box::new(reader))),
+            Format::Sqlite => {
+                sqlite::Reader::open(path, topics, wanted, first_ns).map(|reader| Self::Sqlite(Box::new(reader)))
+            }
             #[cfg(not(feature = "sqlite"))]
             Format::Sqlite => Err(Error::NoSqlite(path.to_owned())),
         }
@@ -96,7 +103,7 @@ impl Messages {
             let next = match &mut self.current {
                 None => {
                     let (path, format) = self.files.next()?;
-                    match Reader::open(&path, format, &self.topics, &self.wanted) {
+                    match Reader::open(&path, format, &self.topics, &self.wanted, self.first_ns) {
                         Ok(reader) => self.current = Some(reader),
                         Err(error) => self.lost.push(error.to_string()),
                     }

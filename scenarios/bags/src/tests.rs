@@ -185,10 +185,16 @@ fn messages_become_events_with_ticks_between_them() {
     assert_eq!(events, expected);
     let expected = [
         "1 message of /cmd_vel is left out: their bytes do not fit the definition: they end before their definition does; \
-         the first is from 7.500000000 s",
+         the first is 2.500 s after the first message of the bag",
         "1 message of /odd is left out: the mapping has no symbol for their value; the first: `mode` is 2",
     ];
     assert_eq!(notes, expected);
+}
+
+#[test]
+fn a_clock_that_does_not_count_from_1970_has_no_dates() {
+    let moments = [0, 5_250_000_000, 1_760_000_000_030_000_000].map(moment);
+    assert_eq!(moments, ["0.000 s", "5.250 s", "2025-10-09 08:53:20.030 UTC"]);
 }
 
 #[test]

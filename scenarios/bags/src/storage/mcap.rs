@@ -69,8 +69,9 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    pub(super) fn open(path: &Path, topics: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+    pub(super) fn open(path: &Path, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         let mut walk = Walk::open(path)?;
+        walk.first_ns = first_ns;
         if let Some(summary) = walk.summary() {
             let is_wanted = |channel: &u16| {
                 let topic =
@@ -136,6 +137,8 @@ struct Walk {
     /// The positions of chunks without wanted messages.
     needless: BTreeSet<u64>,
     known: Known,
+    /// When the first message of the bag was recorded.
+    first_ns: i64,
     /// When the last message was recorded.
     last: Option<u64>,
     is_over: bool,
@@ -177,6 +180,7 @@ impl Walk {
             after_chunk: 0,
             needless: BTreeSet::new(),
             known: Known::default(),
+            first_ns: 0,
             last: None,
             is_over: false,
         })
@@ -260,7 +264,7 @@ impl Walk {
     fn damage(&self, goes_on: bool, error: &io::Error) -> String {
         let since = self.last.map_or_else(
             || "before its first message".to_owned(),
-            |last| format!("after the message of {} s", crate::seconds(last as i64)),
+            |last| crate::after_first(last as i64, self.first_ns),
         );
         let (what, rest) = if goes_on { ("has a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
         let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };

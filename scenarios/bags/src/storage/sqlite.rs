@@ -102,12 +102,14 @@ pub(super) struct Reader {
     /// The wanted topics by their ids in the file.
     topics: BTreeMap<i64, usize>,
     query: String,
+    /// When the first message of the bag was recorded.
+    first_ns: i64,
     /// The last row read, and when its message was recorded.
     last: (i64, Option<i64>),
 }
 
 impl Reader {
-    pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool]) -> Result<Self, Error> {
+    pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         let opened = open(path)?;
         let known = topics(&opened.file)
             .map_err(|error| Error::Sqlite { path: path.to_owned(), problem: error.to_string() })?;
@@ -118,7 +120,7 @@ impl Reader {
             "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 AND topic_id IN ({}) ORDER BY id LIMIT 1",
             ids.join(", ")
         );
-        Ok(Self { path: path.to_owned(), opened, topics, query, last: (i64::MIN, None) })
+        Ok(Self { path: path.to_owned(), opened, topics, query, first_ns, last: (i64::MIN, None) })
     }
 
     pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
@@ -151,10 +153,10 @@ impl Reader {
     }
 
     fn breaks_off(&self, reason: &str) -> String {
-        let since = self.last.1.map_or_else(
-            || "before its first message".to_owned(),
-            |last| format!("after the message of {} s", crate::seconds(last)),
-        );
+        let since = self
+            .last
+            .1
+            .map_or_else(|| "before its first message".to_owned(), |last| crate::after_first(last, self.first_ns));
         format!("{} breaks off {since}{reason}: the rest is lost", self.path.display())
     }
 }

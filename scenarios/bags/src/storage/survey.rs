@@ -46,6 +46,11 @@ impl Survey {
         })
     }
 
+    /// When the first message was recorded; 0 without any.
+    pub(crate) fn first_ns(&self) -> i64 {
+        self.span_ns.map_or(0, |(first, _)| first)
+    }
+
     pub(super) fn note_times(&mut self, first_ns: i64, last_ns: i64) {
         let (first, last) = self.span_ns.unwrap_or((first_ns, last_ns));
         self.span_ns = Some((first.min(first_ns), last.max(last_ns)));

@@ -35,7 +35,7 @@ impl<W: Write> Output<W> {
             .profile("ros2")
             .library(concat!("steward/", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
-            // The records have a checksum of their own, and another of everything would cost as much as the rest.
+            // The records have a checksum of their own.
             .calculate_chunk_crcs(false)
             .calculate_data_section_crc(false);
         let output = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, output));
