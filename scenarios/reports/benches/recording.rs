@@ -1,8 +1,11 @@
 //! The cost of a recording: `cargo bench -p reports [-- ROUNDS]`.
 //!
 //! Each round runs `nominal` bare, then with full details that nobody uses, then recorded in both formats; then it
-//! reads the recording and makes its report. Other load on the computer affects consecutive measurements equally, so
-//! times are compared within a round, and the medians are those of the rounds' ratios.
+//! reads the recording and makes its report. Last, it runs `nominal` as `steward run` does, with report, page and
+//! pictures, first without and then with a recording in MCAP.
+//!
+//! Times are processor times where Linux tells them. Other load on the computer affects consecutive measurements
+//! equally, so times are compared within a round, and the medians are those of the rounds' ratios.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -11,7 +14,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use recording::{Detail, Recording, RunView};
-use reports::{Outputs, report_recording};
+use reports::{Outputs, Presentation, report_recording};
 use scenarios::conduct::conduct;
 use scenarios::live::Live;
 use scenarios::scenario::{Scenario, find};
@@ -24,6 +27,8 @@ struct Round {
     mcap: f64,
     read: f64,
     reported: f64,
+    shown: f64,
+    shown_and_mcap: f64,
 }
 
 #[expect(clippy::print_stdout, reason = "a program that measures")]
@@ -63,6 +68,10 @@ fn main() {
     row("  of which is writing", |round| round.mcap - round.told, |round| (round.mcap - round.told) / round.bare);
     row("reading the recording", |round| round.read, |round| round.read / round.bare);
     row("the report of the recording", |round| round.reported, |round| round.reported / round.bare);
+    row("with page and pictures", |round| round.shown, |round| round.shown / round.bare);
+    row("  and recorded in MCAP", |round| round.shown_and_mcap, |round| round.shown_and_mcap / round.bare);
+    let added = median(|round| round.shown_and_mcap / round.shown - 1.0);
+    println!("so recording in MCAP adds {:.1} % to `steward run nominal`", 100.0 * added);
 }
 
 fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
@@ -75,6 +84,8 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
         reported: seconds(|| {
             drop(report_recording(path, &Outputs::default(), None).expect("the recording is complete"))
         }),
+        shown: seconds(|| show(scenario, path, None)),
+        shown_and_mcap: seconds(|| show(scenario, path, Some(&path.with_extension("mcap")))),
     }
 }
 
@@ -82,6 +93,22 @@ fn run(scenario: &Arc<Scenario>, detail: Detail, record: Option<&Path>) {
     let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
     let follow = |_: &RunView| Ok::<_, scenarios::Error>(ControlFlow::Continue(()));
     conduct(live, detail, record, follow).expect("the run comes to its end");
+}
+
+/// Runs the scenario with report, page and pictures, beside the recording at `path`.
+fn show(scenario: &Arc<Scenario>, path: &Path, record: Option<&Path>) {
+    let outputs = Outputs { folder: Some(path.with_extension("out")), snapshots: true, ..Outputs::default() };
+    let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
+    let mut begun = None;
+    let view = conduct(live, Detail::Full, record, |view| {
+        match &mut begun {
+            None => begun = Some(Presentation::begin(view, &outputs).expect("there is room for a report")),
+            Some(presentation) => presentation.follow(view).expect("there is room for a report"),
+        }
+        Ok::<_, scenarios::Error>(ControlFlow::Continue(()))
+    });
+    let presentation = begun.expect("a run is followed from its start");
+    presentation.finish(&view.expect("the run comes to its end")).expect("there is room for a report");
 }
 
 /// Reads a recording to its end.
@@ -96,7 +123,16 @@ fn go_through(path: &Path) -> RunView {
 
 #[expect(clippy::disallowed_methods, reason = "this measures time")]
 fn seconds(work: impl FnOnce()) -> f64 {
-    let began = Instant::now();
+    let (began, used) = (Instant::now(), processor_seconds());
     work();
-    began.elapsed().as_secs_f64()
+    match (used, processor_seconds()) {
+        (Some(before), Some(after)) => after - before,
+        _ => began.elapsed().as_secs_f64(),
+    }
+}
+
+/// The processor time of this thread so far.
+fn processor_seconds() -> Option<f64> {
+    let told = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    told.split(' ').next()?.parse::<f64>().ok().map(|ns| ns * 1e-9)
 }
