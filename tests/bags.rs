@@ -82,7 +82,7 @@ fn a_bag_is_checked_against_the_channels_of_a_scenario() {
     let command = ["verify", &bag, "--property", "phi1", "--map-channels", &mapping, "--scenario", "nominal"];
     let said = String::from_utf8(steward(&command).stdout).unwrap();
     assert!(
-        said.starts_with("30 messages, 59 ticks since 2025-10-09 08:53:20.030 UTC\n")
+        said.starts_with("30 messages, 59 ticks since 2025-10-09 08:53:20.040 UTC\n")
             && said.contains("phi1         violated"),
         "{said}"
     );
