@@ -176,7 +176,8 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
 fn show(progress: &campaigns::Progress<'_>, board: &Board) {
     let run = progress.run.filter(|run| run.unexpected());
     let unexpected = run.map(|run| {
-        let why = run.failure.iter().chain(&run.unmet).map(String::as_str).collect::<Vec<_>>().join("; ");
+        let unmet = (!run.unmet.is_empty()).then(|| format!("unmet: {}", run.unmet.join("; ")));
+        let why = run.failure.iter().cloned().chain(unmet).collect::<Vec<_>>().join("; ");
         format!("run {}: {why}", run.k)
     });
     let tally = |(name, count): (&String, &Count)| {

@@ -31,7 +31,6 @@ function show({ done, all, before, elapsed_s, unexpected, named, tallies }) {
   $('probability').hidden = !tallies.some(({ interval }) => interval);
   const runs = unexpected === 1 ? 'run' : 'runs';
   $('unexpected').textContent = unexpected ? `${unexpected} ${runs} since the command started; the latest:` : 'none';
-  $('named').start = unexpected;
   $('named').replaceChildren(...named.toReversed().map(text => element('li', { textContent: text })));
 }
 
