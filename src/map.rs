@@ -27,14 +27,14 @@ pub(crate) struct MapArgs {
     #[arg(long)]
     force: bool,
     /// Side of a cell, in meters
-    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = metres)]
+    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = meters)]
     resolution: f64,
     /// Uses beams up to this range, in meters
-    #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = metres)]
+    #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = meters)]
     max_range: f64,
 }
 
-fn metres(text: &str) -> Result<f64, String> {
+fn meters(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|_| "not a number".to_owned())?;
     if (0.005..=1000.0).contains(&value) { Ok(value) } else { Err("not from 0.005 to 1000".to_owned()) }
 }

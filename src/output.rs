@@ -147,8 +147,8 @@ pub(crate) fn warn(diagnostic: &dyn Diagnostic) {
 
 fn show<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) {
     let stderr = io::stderr();
-    let coloured = anstream::AutoStream::choice(&stderr) != anstream::ColorChoice::Never;
-    let theme = if stderr.is_terminal() || coloured { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
+    let colored = anstream::AutoStream::choice(&stderr) != anstream::ColorChoice::Never;
+    let theme = if stderr.is_terminal() || colored { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
     let width = width_of(&stderr).map_or(LONGEST_HELP, |width| width.min(LONGEST_HELP));
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_break_words(false);
     // Nobody is left to read it.

@@ -170,8 +170,8 @@ def compare_with_each_other(topics):
     assert {(0, 254), (100, 0)} <= set(zip(cells.flat, grey.flat)) <= {(0, 254), (100, 0), (-1, 205)}
     rows, columns = numpy.nonzero(cells == 100)
     origin = numpy.array([info["origin"]["position"][axis] for axis in "xy"])
-    centres = origin + info["resolution"] * (numpy.stack([columns, rows], 1) + 0.5)
-    assert numpy.allclose(points(topics["/map/points"][0][1]), centres, atol=1e-3)
+    centers = origin + info["resolution"] * (numpy.stack([columns, rows], 1) + 0.5)
+    assert numpy.allclose(points(topics["/map/points"][0][1]), centers, atol=1e-3)
     for name in ["/places", "/robot", "/bodies"]:
         for (_, markers), (_, cloud) in zip(topics[name], topics[f"{name}/points"], strict=True):
             corners = [[p["x"], p["y"]] for m in markers["markers"] for p in m["points"]]

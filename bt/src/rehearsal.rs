@@ -288,7 +288,7 @@ impl Tree {
             };
             let shape = if node.kind().is_leaf() { "ellipse" } else { "box" };
             let outcome = states.and_then(|states| states.get(id.index())?.outcome);
-            let fill = colour(outcome).map_or(String::new(), |fill| format!(" style=filled fillcolor=\"{fill}\""));
+            let fill = color(outcome).map_or(String::new(), |fill| format!(" style=filled fillcolor=\"{fill}\""));
             writeln!(dot, "  n{id} [label=\"{}\" shape={shape}{fill}];", quoted(&label)).expect("writing succeeds");
             if let Some(parent) = node.parent() {
                 writeln!(dot, "  n{parent} -> n{id};").expect("writing to a string succeeds");
@@ -300,7 +300,7 @@ impl Tree {
 }
 
 /// A color on which dark letters are legible.
-fn colour(outcome: Option<Outcome>) -> Option<&'static str> {
+fn color(outcome: Option<Outcome>) -> Option<&'static str> {
     Some(match outcome? {
         Outcome::Answered(Status::Success) => "#b7e1b0",
         Outcome::Answered(Status::Failure) => "#f4b9b3",

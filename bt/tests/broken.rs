@@ -141,10 +141,10 @@ fn broken_5_ports_that_are_missing_or_misspelled() {
       <SkipUnlessUpdated> <Script/> </SkipUnlessUpdated>
       <LoopInt> <Precondition> <ScriptCondition/> </Precondition> </LoopInt>
       <GoTo gaol="home"/>
-      <Sequence colour="red"> <AlwaysSuccess/> </Sequence>
+      <Sequence color="red"> <AlwaysSuccess/> </Sequence>
       <Repeat num_cycles="2" foo="3" onSuccess="x := 1"> <AlwaysSuccess _skipIff="x" _secret="7" _uid="4"/> </Repeat>
-      <GoTo goal="home" colour="red"/>
-      <SubTree ID="Other" colour="red" _description="any name may be remapped" _autoremp="true"/>
+      <GoTo goal="home" color="red"/>
+      <SubTree ID="Other" color="red" _description="any name may be remapped" _autoremp="true"/>
     </Sequence>
   </BehaviorTree>
   <TreeNodesModel>
@@ -160,7 +160,7 @@ fn an_unknown_script_attribute_is_a_warning() {
     let text = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Main">
     <Sequence _skipIff="x" _onsuccess="x := 1" _secret="7" _description="a" _fullpath="b" _uid="1" _skipIf="false">
-      <Action ID="Undeclared" colour="red" _while="true"/>
+      <Action ID="Undeclared" color="red" _while="true"/>
     </Sequence>
   </BehaviorTree>
 </root>"#;

@@ -237,9 +237,9 @@ fn attributes_and_ports_are_written_unchanged() {
 #[test]
 fn annotations_of_tools_are_written_unchanged() {
     let text = r#"<root BTCPP_format="4" project_name="Door" xmlns:my="urn:mine" my:author="Ann"><BehaviorTree ID="A" _fullpath="" _description="opens">
-        <Sequence my:colour="red"><Condition ID="C1" msg="hi" my:colour="blue"/><C2 there="{x}"/></Sequence></BehaviorTree>
+        <Sequence my:color="red"><Condition ID="C1" msg="hi" my:color="blue"/><C2 there="{x}"/></Sequence></BehaviorTree>
         <TreeNodesModel><Condition ID="C2" editable="false"><description>looks &lt;twice&gt;</description><output_port name="there" type="bool" my:unit="1"/>
-            <MetadataFields><Metadata colour="red"/></MetadataFields></Condition>
+            <MetadataFields><Metadata color="red"/></MetadataFields></Condition>
           <Control ID="Sequence"><description>one after the other</description></Control><Control ID="Fallback"/>
           <SubTree ID="A"><description>the door</description></SubTree></TreeNodesModel></root>"#;
     let tree = Tree::from_xml("a.xml", text).unwrap();
@@ -247,8 +247,8 @@ fn annotations_of_tools_are_written_unchanged() {
     <?xml version="1.0" encoding="UTF-8"?>
     <root BTCPP_format="4" main_tree_to_execute="A" xmlns:my="urn:mine" project_name="Door" my:author="Ann">
       <BehaviorTree ID="A" _fullpath="" _description="opens">
-        <Sequence my:colour="red">
-          <C1 msg="hi" my:colour="blue"/>
+        <Sequence my:color="red">
+          <C1 msg="hi" my:color="blue"/>
           <C2 there="{x}"/>
         </Sequence>
       </BehaviorTree>
@@ -262,7 +262,7 @@ fn annotations_of_tools_are_written_unchanged() {
         <Condition ID="C2" editable="false">
           <output_port name="there" type="bool" my:unit="1"/>
           <description>looks &lt;twice&gt;</description>
-          <MetadataFields><Metadata colour="red"/></MetadataFields>
+          <MetadataFields><Metadata color="red"/></MetadataFields>
         </Condition>
         <Control ID="Sequence">
           <description>one after the other</description>
@@ -291,7 +291,7 @@ fn a_written_file_declares_the_namespaces_of_all_files() {
     let main = r#"<root BTCPP_format="4" main_tree_to_execute="M"><include path="part.xml"/>
         <BehaviorTree ID="M"><SubTree ID="P"/></BehaviorTree></root>"#;
     let part = r#"<root BTCPP_format="4" project_name="Part"><BehaviorTree ID="P">
-        <AlwaysSuccess xmlns:my="urn:mine" my:colour="red"/></BehaviorTree></root>"#;
+        <AlwaysSuccess xmlns:my="urn:mine" my:color="red"/></BehaviorTree></root>"#;
     let tree = Loader::default().load_with("main.xml", main, reader(&[("part.xml", part)])).unwrap();
     let written = tree.to_xml();
     assert!(written.contains(r#"main_tree_to_execute="M" xmlns:my="urn:mine">"#), "{written}");

@@ -109,7 +109,7 @@ pub(crate) fn shown(value: Option<&Value>) -> String {
 }
 
 /// One test per behavior: its name, the body, and the lines.
-macro_rules! behaviours {
+macro_rules! behaviors {
     ($($name:ident: $body:expr => [$($line:expr),* $(,)?];)*) => {
         $(
             #[test]
@@ -120,4 +120,4 @@ macro_rules! behaviours {
     };
 }
 
-pub(crate) use behaviours;
+pub(crate) use behaviors;

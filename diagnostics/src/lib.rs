@@ -9,10 +9,10 @@
 //! ```
 //! use diagnostics::{FileProblems, Source, did_you_mean};
 //!
-//! let source = Source::new("robot.conf", "colour=red\nspede=3\n");
+//! let source = Source::new("robot.conf", "color=red\nspede=3\n");
 //! let key = source.span(11..16);
 //! let problem = key.problem("unknown key `spede`").with_label("unknown key");
-//! let problem = problem.with_help_if(did_you_mean(key.text(), ["colour", "speed"]));
+//! let problem = problem.with_help_if(did_you_mean(key.text(), ["color", "speed"]));
 //! let problems = FileProblems::none_of(vec![problem]).unwrap_err();
 //! assert_eq!(problems.plain(), "robot.conf:2:1: unknown key `spede` (did you mean `speed`?)\n");
 //! ```

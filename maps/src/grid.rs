@@ -76,7 +76,7 @@ impl OccupancyGrid {
         self.height
     }
 
-    /// Side of a cell, in metres.
+    /// Side of a cell, in meters.
     #[must_use]
     pub fn resolution_m(&self) -> f64 {
         self.resolution_m

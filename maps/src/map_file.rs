@@ -13,7 +13,7 @@ pub use save::{ImageFormat, MapFiles, map_files, save_map};
 use crate::raster::{Raster, RasterError};
 use crate::{OccupancyGrid, Pose, pose};
 
-/// Coordinates beyond this, in metres, are refused as mistakes.
+/// Coordinates beyond this, in meters, are refused as mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
@@ -21,7 +21,7 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 ///
 /// ```yaml
 /// image: house.pgm            # PGM or PNG, relative to this file
-/// resolution: 0.05            # metres per cell
+/// resolution: 0.05            # meters per cell
 /// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the picture's lower left corner
 /// negate: 0                   # 1: black is free
 /// occupied_thresh: 0.65

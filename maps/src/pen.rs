@@ -1,4 +1,4 @@
-//! Drawing on a grid in metres.
+//! Drawing on a grid in meters.
 
 use nalgebra::Vector2;
 

@@ -11,7 +11,7 @@ pub enum Place {
     Point {
         /// Position and heading in the `map` frame.
         pose: Pose,
-        /// How far from the position a robot may be and still be at the place, in metres.
+        /// How far from the position a robot may be and still be at the place, in meters.
         position_tolerance_m: f64,
         /// How far its heading may deviate, in radians.
         heading_tolerance_rad: f64,

@@ -1,4 +1,4 @@
-//! A plan of a floor: rooms, doorways and furniture, in metres in the `map` frame.
+//! A plan of a floor: rooms, doorways and furniture, in meters in the `map` frame.
 
 use crate::pen::{Pen, Rect};
 use crate::{Cell, OccupancyGrid};
@@ -15,7 +15,7 @@ pub(crate) type Position = (f64, f64);
 /// A floor. Later shapes are drawn over earlier ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
-    /// The area that the map covers: the floor and a metre of unknown space around it.
+    /// The area that the map covers: the floor and a meter of unknown space around it.
     pub(crate) sheet: Rect,
     pub(crate) rooms: &'static [Rect],
     pub(crate) doorways: &'static [Rect],

@@ -7,7 +7,7 @@ use crate::Point;
 /// More corners are refused, because each edge is compared with every other.
 const MAX_CORNERS: usize = 1000;
 
-/// Smaller areas, in square metres, count as empty.
+/// Smaller areas, in square meters, count as empty.
 const MIN_AREA_M2: f64 = 1e-4;
 
 /// The problems of a polygon: too few corners, coinciding corners, edges that cross or touch, no area. `whole` is the
@@ -35,7 +35,7 @@ fn on_one_line(corners: &[Spanned<Point>]) -> bool {
     corners.iter().all(|corner| along.perp(&(corner.value - from)) == 0.0)
 }
 
-/// The area, positive if the corners go counter-clockwise, in square metres.
+/// The area, positive if the corners go counter-clockwise, in square meters.
 fn area(corners: &[Spanned<Point>]) -> f64 {
     // Computed relative to a corner, so that rounding does not swallow an area far from the origin.
     let from = corners[0].value;
@@ -58,8 +58,8 @@ fn crossings(corners: &[Spanned<Point>]) -> Vec<Problem> {
     let mut problems = Vec::new();
     for (i, (a, b)) in edges.iter().enumerate() {
         for (j, (c, d)) in edges.iter().enumerate().skip(i + 1) {
-            let neighbours = j == i + 1 || (i == 0 && j == edges.len() - 1);
-            let crosses = if neighbours {
+            let neighbors = j == i + 1 || (i == 0 && j == edges.len() - 1);
+            let crosses = if neighbors {
                 let (before, corner, after) = if j == i + 1 { (a, b, d) } else { (c, a, b) };
                 turns_back(&before.value, &corner.value, &after.value)
             } else {

@@ -1,8 +1,8 @@
-//! Poses and angles, in metres and radians (ROS REP-103: x forward, y left, angles counter-clockwise).
+//! Poses and angles, in meters and radians (ROS REP-103: x forward, y left, angles counter-clockwise).
 
 use std::f64::consts::PI;
 
-/// A point in the plane, in metres, in the frame that its name or context indicates.
+/// A point in the plane, in meters, in the frame that its name or context indicates.
 pub type Point = nalgebra::Point2<f64>;
 
 /// A position and heading in the plane; as a transform, it maps points of the body's frame to the outer frame.

@@ -84,7 +84,7 @@ fn the_station_is_on_the_way_but_not_in_the_way() {
 
 /// The lengths of the shortest paths from one cell to all others, through cells with room for the robot.
 struct Distances {
-    /// In millimetres, weighted near walls; `None` if there is no path.
+    /// In millimeters, weighted near walls; `None` if there is no path.
     cost: Vec<Option<u64>>,
     before: Vec<Option<CellIndex>>,
 }
@@ -102,9 +102,9 @@ impl Distances {
                 continue;
             }
             (found.cost[offset], found.before[offset]) = (Some(cost), before);
-            for (neighbour, length_mm) in neighbours(index) {
-                let Some(weight) = map.offset(neighbour).and_then(|offset| weights[offset]) else { continue };
-                queue.push((Reverse(cost + length_mm * weight), neighbour, Some(index)));
+            for (neighbor, length_mm) in neighbors(index) {
+                let Some(weight) = map.offset(neighbor).and_then(|offset| weights[offset]) else { continue };
+                queue.push((Reverse(cost + length_mm * weight), neighbor, Some(index)));
             }
         }
         found
@@ -133,7 +133,7 @@ fn weights(map: &OccupancyGrid, shyness: u64) -> Vec<Option<u64>> {
     indices.map(weight).collect()
 }
 
-fn neighbours(index: CellIndex) -> impl Iterator<Item = (CellIndex, u64)> {
+fn neighbors(index: CellIndex) -> impl Iterator<Item = (CellIndex, u64)> {
     let sides = [(1, 0), (0, 1), (-1, 0), (0, -1)].map(|step| (step, 50));
     let corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)].map(|step| (step, 71));
     sides.into_iter().chain(corners).filter_map(move |((dx, dy), length_mm)| {

@@ -114,7 +114,7 @@ impl Costmap {
     }
 
     /// The distance from the cell that contains a point of the `map` frame to the surface of the nearest obstacle, in
-    /// metres: exact to a quarter of a cell, obstacles seen by lasers only up to the inflation radius. Zero in
+    /// meters: exact to a quarter of a cell, obstacles seen by lasers only up to the inflation radius. Zero in
     /// obstacles, in unknown space and outside the map.
     #[must_use]
     pub fn clearance_m(&self, point: &Point) -> f64 {

@@ -46,8 +46,8 @@ pub(crate) fn squared_half_cells(width: usize, height: usize, is_target: impl Fn
         }
         lower_envelope(&halves, &mut envelope);
         fill_from(&envelope, &mut halves);
-        for (distance, centre) in row.iter_mut().zip(halves.iter().skip(1).step_by(2)) {
-            *distance = *centre;
+        for (distance, center) in row.iter_mut().zip(halves.iter().skip(1).step_by(2)) {
+            *distance = *center;
         }
     }
     field

@@ -24,7 +24,7 @@ pub(crate) use route::Route;
 pub(crate) use smoothing::VelocitySmoother;
 pub(crate) use surroundings::Surroundings;
 
-/// Within this distance of the goal, the robot drives straight towards it, in metres.
+/// Within this distance of the goal, the robot drives straight towards it, in meters.
 const CLOSING_M: f64 = 0.3;
 
 /// Fastest approach to the goal within that distance, in m/s.
@@ -43,10 +43,10 @@ const AIM_AGAIN_RAD: f64 = 0.4;
 const AT_REST_MPS: f64 = 0.02;
 const AT_REST_RADPS: f64 = 0.03;
 
-/// Shorter paths are not driven, in metres.
+/// Shorter paths are not driven, in meters.
 const SHORTEST_WAY_M: f64 = 0.03;
 
-/// Distance to check beyond the braking distance, in metres.
+/// Distance to check beyond the braking distance, in meters.
 const LOOK_BEYOND_M: f64 = 0.15;
 
 /// Shares of the lookahead distance that are tried, until the arc is free.
@@ -96,7 +96,7 @@ pub(crate) struct Situation<'a> {
 pub(crate) struct Progress {
     /// The desired velocity, whether or not the robot can reach it by the next step.
     pub(crate) wanted: VelocityCommand,
-    /// How far the robot is from its path, in metres.
+    /// How far the robot is from its path, in meters.
     pub(crate) off_path_m: f64,
     /// The obstacle that keeps the robot from moving.
     pub(crate) obstacle: Option<Point>,
@@ -284,18 +284,18 @@ impl Follower {
         (2.0 * braking * way_m.max(0.0)).sqrt()
     }
 
-    /// The braking distance, in metres.
+    /// The braking distance, in meters.
     fn braking_m(&self, speed_mps: f64) -> f64 {
         braking_m(&self.model, &self.parameters, speed_mps)
     }
 }
 
-/// The greatest distance that a follower looks ahead on its arc, in metres.
+/// The greatest distance that a follower looks ahead on its arc, in meters.
 pub(crate) fn farthest_look_m(model: &RobotModel, parameters: &FollowingParameters) -> f64 {
     CLOSING_M.max(braking_m(model, parameters, model.max_linear_mps) + LOOK_BEYOND_M)
 }
 
-/// The braking distance, in metres.
+/// The braking distance, in meters.
 fn braking_m(model: &RobotModel, parameters: &FollowingParameters, speed_mps: f64) -> f64 {
     speed_mps * speed_mps / (2.0 * parameters.braking_share * model.max_linear_acceleration_mps2)
 }

@@ -26,7 +26,7 @@ impl GridFrame {
         self.origin * (point * self.resolution_m)
     }
 
-    /// A pose of the `map` frame in metres from the origin's corner, along the grid's axes.
+    /// A pose of the `map` frame in meters from the origin's corner, along the grid's axes.
     pub(crate) fn pose_in_grid(&self, pose: &Pose) -> Pose {
         self.origin.inv_mul(pose)
     }

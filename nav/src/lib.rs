@@ -11,7 +11,7 @@
 //! The robot may be real or simulated. No clock is read: times come with the readings, as
 //! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to
 //! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target.
-//! Lengths are in metres, angles in radians, poses in the map's frame unless a name says otherwise.
+//! Lengths are in meters, angles in radians, poses in the map's frame unless a name says otherwise.
 //!
 //! Distances on grids are exact. Those of localization run between cell centers, and a surface lies half a cell before
 //! the center of the cell behind it; clearances run to the nearest point of an obstacle's cell.

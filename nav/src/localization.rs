@@ -69,12 +69,12 @@ pub struct PoseEstimate {
     pub time: Duration,
     /// The pose of `base_link` in the `map` frame.
     pub pose: Pose,
-    /// Covariance of x, y (metres, `map` frame) and heading (radians).
+    /// Covariance of x, y (meters, `map` frame) and heading (radians).
     ///
     /// It covers the uncertainty that the scan leaves, judged by how well it fits, and the drift of odometry since
     /// then, judged by how far recent scans have corrected it. On simulated drives, the normalized squared error (NEES,
     /// 3 if it were exact) is about 4, so deviations are 15 % too small. Among much unmapped furniture it is about 8,
-    /// because beams are misled consistently for metres. Errors of the map itself are not covered.
+    /// because beams are misled consistently for meters. Errors of the map itself are not covered.
     pub covariance: Matrix3<f64>,
 }
 
@@ -83,7 +83,7 @@ pub struct PoseEstimate {
 pub struct Hypothesis {
     /// The mean pose of `base_link` in the `map` frame.
     pub pose: Pose,
-    /// Covariance of x, y (metres, `map` frame) and heading (radians).
+    /// Covariance of x, y (meters, `map` frame) and heading (radians).
     pub covariance: Matrix3<f64>,
     /// Its probability: the share of the particles' weight, from 0 to 1.
     pub weight: f64,
@@ -96,7 +96,7 @@ pub enum InitialPose {
     Near {
         /// The pose.
         pose: Pose,
-        /// Covariance of x, y (metres) and heading (radians).
+        /// Covariance of x, y (meters) and heading (radians).
         covariance: Matrix3<f64>,
     },
     /// Anywhere in the map's free space.
@@ -147,7 +147,7 @@ impl InitialPose {
 /// let mut localization =
 ///     Localization::new(&map, &RobotModel::default(), LocalizationParameters::default(), &start, rng)?;
 ///
-/// // The wheels say that the robot has driven half a metre; a scan would correct them.
+/// // The wheels say that the robot has driven half a meter; a scan would correct them.
 /// let odometry = |time_s, x_m| Odometry {
 ///     time: Duration::from_secs(time_s), pose: pose(x_m, 0.0, 0.0), linear_mps: 0.5, angular_radps: 0.0,
 /// };

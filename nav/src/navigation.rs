@@ -44,7 +44,7 @@ pub use status::{GiveUpReason, NavigationStatus};
 /// rest.
 const LONGEST_STEP_S: f64 = 0.1;
 
-/// The estimate has jumped if it is this far from that at the last scan, in metres: the robot was believed to be
+/// The estimate has jumped if it is this far from that at the last scan, in meters: the robot was believed to be
 /// elsewhere.
 const JUMP_M: f64 = 1.0;
 
@@ -183,7 +183,7 @@ impl Navigator {
         follower.map_or(&[], |follower| follower.route().points())
     }
 
-    /// The remaining length of the path, in metres, if there is one.
+    /// The remaining length of the path, in meters, if there is one.
     #[must_use]
     pub fn remaining_m(&self) -> Option<f64> {
         let follower = self.trip.as_ref().and_then(|trip| trip.follower.as_ref());

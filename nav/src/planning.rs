@@ -17,13 +17,13 @@ use standing::{Ground, nearest_cell};
 pub use reach::Reach;
 pub use reachability::largest_part;
 
-/// The distance within which a robot too near to an obstacle searches for a way out, in metres.
+/// The distance within which a robot too near to an obstacle searches for a way out, in meters.
 const ESCAPE_M: f64 = 1.0;
 
 /// The distance from a goal where the robot just fits to a cell that it fits anywhere in, in cells.
 const BESIDE_CELLS: f64 = 1.5;
 
-/// The distance from the centroid of an area within which a goal inside it is searched for, in metres.
+/// The distance from the centroid of an area within which a goal inside it is searched for, in meters.
 const WITHIN_AREA_M: f64 = 10.0;
 
 /// Why there is no path.
@@ -45,9 +45,9 @@ pub enum PlanError {
     /// The goal is in an obstacle, or nearer to one than the robot's radius.
     #[error("the goal is {clearance_m:.2} m from an obstacle, but the robot needs {needed_m:.2} m")]
     GoalInObstacle {
-        /// Distance from the goal to the obstacle, in metres.
+        /// Distance from the goal to the obstacle, in meters.
         clearance_m: f64,
-        /// Distance that the robot needs, in metres.
+        /// Distance that the robot needs, in meters.
         needed_m: f64,
     },
     /// Both ends are acceptable, but obstacles or unknown space lie between them.
@@ -189,7 +189,7 @@ mod tests {
         map.origin() * Point::new(x_m, y_m)
     }
 
-    /// The exact distance from a point to the nearest obstacle of the map, in metres.
+    /// The exact distance from a point to the nearest obstacle of the map, in meters.
     fn distance_m(map: &OccupancyGrid, point: &Point) -> f64 {
         let from = map.to_grid(point);
         let beside = |at: f64, cell: usize| (cell as f64 - at).max(at - (cell + 1) as f64).max(0.0);

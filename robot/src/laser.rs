@@ -19,9 +19,9 @@ pub struct LaserSpec {
     pub beams: usize,
     /// Time between scans.
     pub period: Duration,
-    /// Shortest distance that can be measured, in metres.
+    /// Shortest distance that can be measured, in meters.
     pub range_min_m: f64,
-    /// Longest distance that can be measured, in metres.
+    /// Longest distance that can be measured, in meters.
     pub range_max_m: f64,
 }
 
@@ -35,7 +35,7 @@ impl LaserSpec {
 
 /// One sweep of a laser scanner.
 ///
-/// Ranges follow ROS REP-117: a distance in metres from the scanner, `+∞` if nothing was hit within range, `−∞` if
+/// Ranges follow ROS REP-117: a distance in meters from the scanner, `+∞` if nothing was hit within range, `−∞` if
 /// something was nearer than the shortest range, NaN if the measurement failed.
 ///
 /// ```

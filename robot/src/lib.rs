@@ -2,7 +2,7 @@
 //!
 //! Sensor data arrives as a stream of [`Reading`]s; the software commands the base with a [`VelocityCommand`]. Software
 //! above this interface (localization, navigation, components) cannot tell a simulated robot from a recorded or a real
-//! one. Units are metres, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`, `base_link`)
+//! one. Units are meters, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`, `base_link`)
 //! and axes those of REP-103. Times are since the start of the run.
 
 mod laser;

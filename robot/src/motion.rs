@@ -9,7 +9,7 @@ use crate::LaserSpec;
 /// What the software knows about a differential-drive robot's hardware.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
-    /// Radius of the body, in metres: its footprint is a disc.
+    /// Radius of the body, in meters: its footprint is a disc.
     pub radius_m: f64,
     /// Largest forward (and backward) speed, in m/s.
     pub max_linear_mps: f64,

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quarter_circle_ends_beside_its_centre() {
+    fn a_quarter_circle_ends_beside_its_center() {
         let end = arc(FRAC_PI_2 * 2.0, FRAC_PI_2);
         assert!((end.translation.vector - Vector2::new(2.0, 2.0)).norm() < 1e-12, "{end}");
     }

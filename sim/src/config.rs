@@ -89,7 +89,7 @@ impl Default for BodyConfig {
 /// The two driven wheels. The limits of the whole body are in [`RobotModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig {
-    /// Distance between the wheels, in metres. Default 0.40: two thirds of the default model's diameter.
+    /// Distance between the wheels, in meters. Default 0.40: two thirds of the default model's diameter.
     pub wheel_separation_m: f64,
     /// Largest speed of a wheel's rim, in m/s. Default 0.65: just enough for the default model's largest forward speed
     /// and turning rate at once.
@@ -147,7 +147,7 @@ pub struct OdometryConfig {
     pub distance_bias: f64,
     /// Systematic error of the angle, as a fraction of it. Default 0.
     pub angle_bias: f64,
-    /// Excess angle reported per metre driven (wheels of unequal diameter), in rad/m. Default 0.
+    /// Excess angle reported per meter driven (wheels of unequal diameter), in rad/m. Default 0.
     pub angle_bias_rad_per_m: f64,
 }
 
@@ -166,7 +166,7 @@ impl Default for OdometryConfig {
 /// The accuracy of the lasers; the lasers themselves are in [`RobotModel::lasers`].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct LaserConfig {
-    /// Standard deviation of a range, in metres. Default 0.
+    /// Standard deviation of a range, in meters. Default 0.
     pub range_sigma_m: f64,
 }
 
@@ -239,20 +239,20 @@ pub struct ObstacleConfig {
 pub enum Shape {
     /// A disc.
     Disc {
-        /// Radius, in metres.
+        /// Radius, in meters.
         radius_m: f64,
     },
     /// A rectangle.
     Box {
-        /// Extent along the body's x axis, in metres.
+        /// Extent along the body's x axis, in meters.
         length_m: f64,
-        /// Extent along the body's y axis, in metres.
+        /// Extent along the body's y axis, in meters.
         width_m: f64,
     },
 }
 
 impl Shape {
-    /// Radius of the smallest circle around the center that contains the shape, in metres.
+    /// Radius of the smallest circle around the center that contains the shape, in meters.
     #[must_use]
     pub fn bounding_radius_m(&self) -> f64 {
         match self {

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::obstacles::{Obstacle, Rest};
 use crate::physics::{Body, Physics, Touch};
 
-/// A contact ends when the gap is wider than this, in metres; otherwise a robot that vibrates at a wall would collide
+/// A contact ends when the gap is wider than this, in meters; otherwise a robot that vibrates at a wall would collide
 /// with it at every step.
 const RELEASE_GAP_M: f32 = 0.005;
 

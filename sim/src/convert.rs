@@ -4,12 +4,12 @@ use maps::{OccupancyGrid, Point, Pose};
 use nalgebra::{Complex, UnitComplex, Vector2};
 use parry2d::math::{Pose as GlamPose, Rotation as GlamRotation, Vector as GlamVector};
 
-/// Origins of [`LocalFrame`]s are multiples of this, in metres.
+/// Origins of [`LocalFrame`]s are multiples of this, in meters.
 const RASTER_M: f64 = 128.0;
 
 /// The frame for f32 computations: the `map` frame, moved near the middle of the building.
 ///
-/// An f32 has 24 bits: 5 km from the origin, neighboring numbers are half a millimetre apart. A starting robot moves
+/// An f32 has 24 bits: 5 km from the origin, neighboring numbers are half a millimeter apart. A starting robot moves
 /// less than that in a step, and maps with UTM coordinates are even farther away. So the precision must depend on the
 /// size of the building, not on its position.
 ///
@@ -17,7 +17,7 @@ const RASTER_M: f64 = 128.0;
 /// `map` frame's origin in x and y, so their results have the same bits as without this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LocalFrame {
-    /// In the `map` frame, in metres.
+    /// In the `map` frame, in meters.
     origin: Vector2<f64>,
 }
 
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn distant_poses_are_converted_and_back_within_micrometres() {
+    fn distant_poses_are_converted_and_back_within_micrometers() {
         for (x_m, y_m, heading_rad) in [(5000.0, -5000.0, 1.0), (688_000.0, 5_335_000.0, -2.0)] {
             let frame = frame_of(pose(x_m, y_m, heading_rad));
             let at = pose(x_m + 3.21, y_m + 6.54, 0.3);

@@ -15,7 +15,7 @@ use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 use crate::room::distance_to;
 
-/// A leaf that moves keeps this far from the robot, in metres.
+/// A leaf that moves keeps this far from the robot, in meters.
 const ROBOT_GAP_M: f64 = 0.02;
 
 /// A door's leaf.

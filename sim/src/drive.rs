@@ -1,6 +1,6 @@
 //! The two driven wheels, which carry out velocity commands.
 //!
-//! Physics computes in f32, in which a robot moves in steps of micrometres. So the wheels compute, in f64, the robot's
+//! Physics computes in f32, in which a robot moves in steps of micrometers. So the wheels compute, in f64, the robot's
 //! pose at the end of a step. The body gets the velocity that takes it there, and if it arrives, this is its pose. If
 //! something was in the way, the robot is where physics left it, the wheels have turned only as far as the body has
 //! moved (they grip, the motors stall), and they start again from the remaining speed. So a wall really stops the
@@ -24,7 +24,7 @@ use crate::noise::Drift;
 use crate::physics::{Body, Physics};
 use crate::wheels::{Roll, slipped, turned};
 
-/// A body within this distance of the pose to which its wheels take it was not blocked, in metres and in radians. The
+/// A body within this distance of the pose to which its wheels take it was not blocked, in meters and in radians. The
 /// rounding of physics stays below 15 µm and 20 µrad as long as the robot is within 128 m of the building's frame
 /// (`convert`) and turning rates are below 5 rad/s; beyond that, the robot has only the precision of physics.
 const HINDERED_BY: f64 = 5e-5;
@@ -72,7 +72,7 @@ impl Drive {
         self.powered
     }
 
-    /// Radius of the robot's body, in metres.
+    /// Radius of the robot's body, in meters.
     pub(crate) fn robot_radius_m(&self) -> f64 {
         self.model.radius_m
     }

@@ -14,13 +14,13 @@ pub enum SimError {
     OutsideMap {
         /// The thing that was to be placed there.
         what: Placement,
-        /// x of the place in the `map` frame, in metres.
+        /// x of the place in the `map` frame, in meters.
         x_m: f64,
-        /// y of the place in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in meters.
         y_m: f64,
-        /// Width of the map, in metres.
+        /// Width of the map, in meters.
         width_m: f64,
-        /// Height of the map, in metres.
+        /// Height of the map, in meters.
         height_m: f64,
     },
     /// The robot's body would overlap a wall.
@@ -31,17 +31,17 @@ pub enum SimError {
     InWall {
         /// The thing that was to be placed there.
         what: Placement,
-        /// x of the place in the `map` frame, in metres.
+        /// x of the place in the `map` frame, in meters.
         x_m: f64,
-        /// y of the place in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in meters.
         y_m: f64,
-        /// Radius of the robot, in metres.
+        /// Radius of the robot, in meters.
         radius_m: f64,
-        /// Distance from the place to the nearest occupied cell, in metres.
+        /// Distance from the place to the nearest occupied cell, in meters.
         distance_m: f64,
-        /// x of that cell's center in the `map` frame, in metres.
+        /// x of that cell's center in the `map` frame, in meters.
         wall_x_m: f64,
-        /// y of that cell's center in the `map` frame, in metres.
+        /// y of that cell's center in the `map` frame, in meters.
         wall_y_m: f64,
     },
     /// The robot's body would overlap an obstacle.
@@ -52,13 +52,13 @@ pub enum SimError {
     InObstacle {
         /// The thing that was to be placed there.
         what: Placement,
-        /// x of the place in the `map` frame, in metres.
+        /// x of the place in the `map` frame, in meters.
         x_m: f64,
-        /// y of the place in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in meters.
         y_m: f64,
-        /// Radius of the robot, in metres.
+        /// Radius of the robot, in meters.
         radius_m: f64,
-        /// Distance from the place to the obstacle, in metres.
+        /// Distance from the place to the obstacle, in meters.
         distance_m: f64,
         /// Name of the obstacle.
         obstacle: String,
@@ -83,9 +83,9 @@ pub enum BoxError {
     NoRoom {
         /// Name of the box.
         name: String,
-        /// x of the place in the `map` frame, in metres.
+        /// x of the place in the `map` frame, in meters.
         x_m: f64,
-        /// y of the place in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in meters.
         y_m: f64,
         /// The first thing in the way.
         obstruction: Obstruction,

@@ -12,13 +12,13 @@ pub(crate) struct RobotPose(pub(crate) Pose);
 /// The robot's true motion in the last step.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct Motion {
-    /// The distance along its arc, in metres.
+    /// The distance along its arc, in meters.
     pub(crate) forward_m: f64,
     /// Its turn, in radians.
     pub(crate) turn_rad: f64,
     /// The motion of the wheels: the same, unless they slipped.
     pub(crate) rolled: Roll,
-    /// Distance traveled by the robot's center since the start of the run, in metres.
+    /// Distance traveled by the robot's center since the start of the run, in meters.
     pub(crate) travelled_m: f64,
     /// Whether the robot was at rest.
     pub(crate) at_rest: bool,

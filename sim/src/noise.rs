@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     /// The standard deviation of the distance after driving 1 m in this many steps.
-    fn spread_after_a_metre(steps: u32) -> f64 {
+    fn spread_after_a_meter(steps: u32) -> f64 {
         let noise = DriftNoise { distance_per_sqrt_m: 0.02, ..DriftNoise::NONE };
         let mut drift = Drift::new(noise, Streams::new(3).stream("drift"));
         let mut ends = (0..2000).map(|_| (0..steps).map(|_| drift.disturb(1.0 / f64::from(steps), 0.0).0).sum::<f64>());
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn drift_depends_on_the_distance_and_not_on_the_number_of_steps() {
         for steps in [1, 100] {
-            let spread = spread_after_a_metre(steps);
+            let spread = spread_after_a_meter(steps);
             assert!((spread - 0.02).abs() < 0.001, "{spread} after {steps} steps");
         }
     }

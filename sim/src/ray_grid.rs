@@ -71,7 +71,7 @@ impl RayGrid {
         self.cells[offset] = if cell == Cell::Occupied { OCCUPIED } else { TRANSPARENT };
     }
 
-    /// The distances at which a scanner's beams hit a wall, in metres, in the order of the beams; infinite if there is
+    /// The distances at which a scanner's beams hit a wall, in meters, in the order of the beams; infinite if there is
     /// none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
     ///
     /// Beams are cast one by one: [`Walls::ranges`](crate::Walls::ranges) gives the same numbers much faster.
@@ -123,7 +123,7 @@ impl RayGrid {
         self.from_map.inverse_transform_point(&(point * self.resolution_m))
     }
 
-    /// Side of a cell, in metres.
+    /// Side of a cell, in meters.
     pub(crate) fn resolution_m(&self) -> f64 {
         self.resolution_m
     }

@@ -46,7 +46,7 @@ pub struct ObstacleTruth<'a> {
 }
 
 impl ObstacleTruth<'_> {
-    /// Its distance from a point in the `map` frame, in metres; 0 inside.
+    /// Its distance from a point in the `map` frame, in meters; 0 inside.
     #[must_use]
     pub fn distance_m(&self, point: &Point) -> f64 {
         distance_to(&self.shape, &self.pose, point)
@@ -78,7 +78,7 @@ impl<'a> Truth<'a> {
         self.of::<Motion>(self.robot).turn_rad / self.clock().dt_s()
     }
 
-    /// Distance traveled by the robot's center since the start of the run, in metres.
+    /// Distance traveled by the robot's center since the start of the run, in meters.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
         self.of::<Motion>(self.robot).travelled_m

@@ -56,7 +56,7 @@ impl Walls {
         }
     }
 
-    /// The distances at which a scanner's beams hit a wall, in metres, in the order of the beams; infinite if there is
+    /// The distances at which a scanner's beams hit a wall, in meters, in the order of the beams; infinite if there is
     /// none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
     ///
     /// For a scanner outside the grid or inside a wall, [`RayGrid::ranges`] casts the beams one by one.

@@ -2,7 +2,7 @@
 
 use crate::faults::BaseFaults;
 
-/// A distance along an arc, in metres, and the turn on it, in radians.
+/// A distance along an arc, in meters, and the turn on it, in radians.
 pub(crate) type Roll = (f64, f64);
 
 /// The actual motion of the wheels for an intended one.

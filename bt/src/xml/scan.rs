@@ -79,7 +79,7 @@ impl Scan<'_> {
         for child in children {
             self.read_node(child, None, 1, &mut definition.nodes);
         }
-        self.check_neighbours(&definition.nodes);
+        self.check_neighbors(&definition.nodes);
         definition
     }
 
@@ -107,7 +107,7 @@ impl Scan<'_> {
 
     /// Checks for names that several subtrees of a tree share, which would make their paths equal, and for asynchronous
     /// nodes that would halt each other forever.
-    fn check_neighbours(&mut self, nodes: &[Scanned]) {
+    fn check_neighbors(&mut self, nodes: &[Scanned]) {
         let (mut names, mut parents) = (BTreeMap::new(), BTreeMap::new());
         for node in nodes {
             let span = node.span;

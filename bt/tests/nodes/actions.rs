@@ -3,9 +3,9 @@
 use bt::{Execution, Status};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, tree};
+use crate::stage::{Script, behaviors, tree};
 
-behaviours! {
+behaviors! {
     always_success_succeeds: "<AlwaysSuccess/>" => ["-> S", "-> S"];
     always_failure_fails: "<AlwaysFailure/>" => ["-> F", "-> F"];
 

@@ -3,12 +3,12 @@
 use bt::{Execution, Status};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, tree};
+use crate::stage::{Script, behaviors, tree};
 
 const GUARDED: &str = "<ReactiveSequence><c/><AsyncSequence><a/><b/></AsyncSequence></ReactiveSequence>";
 const GUARDED_FALLBACK: &str = "<ReactiveSequence><c/><AsyncFallback><a/><b/></AsyncFallback></ReactiveSequence>";
 
-behaviours! {
+behaviors! {
     async_sequence_lets_conditions_be_asked_between_its_children: GUARDED => ["c=S a=S c=S b=S -> S"];
     async_sequence_is_left_when_a_condition_fails_between_its_children: GUARDED => ["c=S a=S c=F -> F", "c=S a=S c=S b=R -> R"];
     async_sequence_goes_on_at_once_after_a_child_that_was_running: GUARDED => ["c=S a=R -> R", "c=S a=S b=R -> R"];

@@ -2,9 +2,9 @@
 
 use bt::{Execution, Type, Value};
 
-use crate::stage::{behaviours, shown, tree};
+use crate::stage::{behaviors, shown, tree};
 
-behaviours! {
+behaviors! {
     an_at_sign_means_the_main_tree: r#"<Script code="@x := 1; y := @x + 1"/>"# => ["-> S | x=1 y=2.0 @x=1"];
     an_entry_keeps_the_kind_of_its_first_value: r#"<Script code="x := 1; x := 2.0; y := 1.0; y := 3"/>"# => ["-> S | x=2 y=3.0"];
     a_text_becomes_a_number_where_one_was: r#"<Script code="x := 1.5; x = '2.5'"/>"# => ["-> S | x=2.5"];

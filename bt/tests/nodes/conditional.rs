@@ -3,9 +3,9 @@
 use bt::{Execution, Status};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, tree};
+use crate::stage::{Script, behaviors, tree};
 
-behaviours! {
+behaviors! {
     if_then_else_ticks_the_second_child_if_the_first_succeeds: "<IfThenElse><a/><b/><c/></IfThenElse>" => ["a=S b=S -> S"];
     if_then_else_ticks_the_third_child_if_the_first_fails: "<IfThenElse><a/><b/><c/></IfThenElse>" => ["a=F c=S -> S"];
     if_then_else_answers_what_the_chosen_child_does: "<IfThenElse><a/><b/><c/></IfThenElse>" => ["a=S b=F -> F", "a=F c=F -> F"];

@@ -3,9 +3,9 @@
 use bt::{Execution, Status};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, play_with, tree};
+use crate::stage::{Script, behaviors, play_with, tree};
 
-behaviours! {
+behaviors! {
     inverter_passes_on_running_and_skipped: "<Fallback><Inverter><a/></Inverter><b/></Fallback>" => ["a=K b=S -> S", "a=R -> R"];
     inverter_of_an_inverter: "<Inverter><Inverter><a/></Inverter></Inverter>" => ["a=S -> S", "a=F -> F"];
     inverter_halts_its_child: "<Inverter><a/></Inverter>" => ["a=R -> R", "halt tree: a=halt"];

@@ -3,9 +3,9 @@
 use bt::{Part, Rehearsal, Status, table};
 
 use crate::NOW;
-use crate::stage::{behaviours, tree};
+use crate::stage::{behaviors, tree};
 
-behaviours! {
+behaviors! {
     an_action_that_was_not_ticked_is_not_halted: "<ReactiveFallback><c/><Sequence><a/><b/></Sequence></ReactiveFallback>" => [
         "c=F a=R -> R",
         "c=S a=halt -> S",

@@ -4,9 +4,9 @@
 use bt::{Execution, Status};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, play_with, tree};
+use crate::stage::{Script, behaviors, play_with, tree};
 
-behaviours! {
+behaviors! {
     failure_if_fails_without_a_tick: r#"<a _failureIf="true"/>"# => ["-> F"];
     failure_if_that_does_not_hold_lets_the_node_be_ticked: r#"<a _failureIf="false"/>"# => ["a=S -> S"];
     success_if_succeeds_without_a_tick: r#"<a _successIf="true"/>"# => ["-> S"];

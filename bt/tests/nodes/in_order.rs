@@ -1,8 +1,8 @@
 //! Sequence, Fallback, their reactive forms and SequenceWithMemory, with skipped children.
 
-use crate::stage::behaviours;
+use crate::stage::behaviors;
 
-behaviours! {
+behaviors! {
     sequence_succeeds_when_all_children_have: "<Sequence><a/><b/></Sequence>" => ["a=S b=S -> S"];
     sequence_fails_at_the_first_failure: "<Sequence><a/><b/></Sequence>" => ["a=F -> F"];
     sequence_passes_over_a_skipped_child: "<Sequence><a/><b/></Sequence>" => ["a=K b=S -> S"];

@@ -3,9 +3,9 @@
 use bt::{Execution, Status, Value};
 
 use crate::NOW;
-use crate::stage::{Script, behaviours, play_with, tree};
+use crate::stage::{Script, behaviors, play_with, tree};
 
-behaviours! {
+behaviors! {
     loop_int_takes_one_thing_a_tick: r#"<LoopInt queue="1;2" value="{x}"><a/></LoopInt>"# => [
         "a=S -> R | x=1",
         "a=S -> R | x=2",

@@ -1,8 +1,8 @@
 //! Parallel and ParallelAll.
 
-use crate::stage::behaviours;
+use crate::stage::behaviors;
 
-behaviours! {
+behaviors! {
     parallel_ticks_all_children: "<Parallel><a/><b/><c/></Parallel>" => ["a=R b=R c=R -> R"];
     parallel_succeeds_when_all_have_by_default: "<Parallel><a/><b/></Parallel>" => ["a=S b=R -> R", "b=S -> S"];
     parallel_does_not_tick_a_child_again_that_is_done:

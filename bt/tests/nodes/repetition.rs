@@ -1,8 +1,8 @@
 //! Repeat and RetryUntilSuccessful.
 
-use crate::stage::behaviours;
+use crate::stage::behaviors;
 
-behaviours! {
+behaviors! {
     repeat_succeeds_when_its_child_has_so_often: r#"<Repeat num_cycles="3"><a/></Repeat>"# => ["a=S a=S a=S -> S"];
     repeat_fails_when_its_child_fails: r#"<Repeat num_cycles="3"><a/></Repeat>"# => ["a=S a=F -> F", "a=S a=S a=S -> S"];
     repeat_waits_for_its_child: r#"<Repeat num_cycles="2"><a/></Repeat>"# => ["a=R -> R", "a=S a=R -> R", "a=S -> S"];

@@ -2,7 +2,7 @@
 
 use bt::Execution;
 
-use crate::stage::{behaviours, play_with, tree};
+use crate::stage::{behaviors, play_with, tree};
 
 const BY_X: &str = r#"<Switch2 variable="{x}" case_1="1" case_2="two"><a/><b/><c/></Switch2>"#;
 
@@ -35,7 +35,7 @@ fn switch_compares_numbers_as_numbers() {
     play_with_x(&[("1.0", "a=S -> S"), ("1.00000001", "a=S -> S"), ("01", "a=S -> S"), ("1a", "c=S -> S")]);
 }
 
-behaviours! {
+behaviors! {
     switch_without_a_value_ticks_the_last_child: BY_X => ["c=S -> S"];
     switch_reads_numbers_that_a_script_wrote:
         r#"<Sequence><Script code="x := 2"/><Switch3 variable="{x}" case_1="1" case_2="2" case_3="3"><a/><b/><c/><d/></Switch3></Sequence>"# => ["b=S -> S"];

@@ -1,8 +1,8 @@
 //! Delay, Timeout and Sleep, in the time of the run.
 
-use crate::stage::behaviours;
+use crate::stage::behaviors;
 
-behaviours! {
+behaviors! {
     delay_answers_running_until_its_time_has_come: r#"<Delay delay_msec="100"><a/></Delay>"# => [
         "@0 -> R",
         "@99 -> R",

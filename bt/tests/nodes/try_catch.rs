@@ -1,12 +1,12 @@
 //! TryCatch.
 
-use crate::stage::behaviours;
+use crate::stage::behaviors;
 
 const PLAIN: &str = "<TryCatch><a/><b/><c/></TryCatch>";
 const ON_HALT: &str =
     r#"<ReactiveFallback><f/><TryCatch catch_on_halt="true"><a/><b/><c/></TryCatch></ReactiveFallback>"#;
 
-behaviours! {
+behaviors! {
     try_catch_succeeds_when_all_but_the_last_child_have: PLAIN => ["a=S b=S -> S"];
     try_catch_goes_on_with_the_child_that_was_running: PLAIN => ["a=S b=R -> R", "b=S -> S"];
     try_catch_ticks_its_last_child_after_a_failure_and_fails: PLAIN => ["a=F c=S -> F"];

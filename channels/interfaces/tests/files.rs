@@ -239,8 +239,8 @@ fn packages_are_searched_beside_above_and_where_the_file_says() {
         ("/opt/ros/share/far_msgs/msg/X.msg", "Y y"),
         ("/opt/ros/share/far_msgs/msg/Y.msg", "int8 far"),
         ("/opt/ros/share/std_msgs/msg/B.msg", "int8 b"),
-        ("robot/Alone.msg", "Neighbour n"),
-        ("robot/Neighbour.msg", "int8 x"),
+        ("robot/Alone.msg", "Neighbor n"),
+        ("robot/Neighbor.msg", "int8 x"),
     ]);
     let interface = interface.unwrap();
     let names = ["a_beside: int", "b_above: int", "c_top: int", "d_y_far: int", "own_own: int"];

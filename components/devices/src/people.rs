@@ -16,7 +16,7 @@ pub(crate) struct People {
 
 impl People {
     pub(crate) fn new(within_m: f64, only: &[String]) -> Self {
-        let within_mm = millimetres(within_m);
+        let within_mm = millimeters(within_m);
         Self { within_mm, only: only.to_vec(), count: 0, nearest_mm: within_mm }
     }
 
@@ -27,7 +27,7 @@ impl People {
 
     pub(crate) fn look(&mut self, surroundings: &dyn Surroundings, is_blind: bool, lines: &mut Lines<'_>) {
         let distances = if is_blind { Vec::new() } else { surroundings.people_in_view(&self.only) };
-        let distances = distances.into_iter().map(millimetres).filter(|distance_mm| *distance_mm <= self.within_mm);
+        let distances = distances.into_iter().map(millimeters).filter(|distance_mm| *distance_mm <= self.within_mm);
         let distances: Vec<u32> = distances.collect();
         self.nearest_mm = distances.iter().copied().min().unwrap_or(self.within_mm);
         if self.count != distances.len() {
@@ -53,6 +53,6 @@ impl People {
     }
 }
 
-fn millimetres(metres: f64) -> u32 {
-    (metres * 1000.0).round() as u32
+fn millimeters(meters: f64) -> u32 {
+    (meters * 1000.0).round() as u32
 }

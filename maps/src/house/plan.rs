@@ -1,4 +1,4 @@
-//! The plan of the house: rooms, doorways and furniture, in metres in the `map` frame, on the 0.05 m grid.
+//! The plan of the house: rooms, doorways and furniture, in meters in the `map` frame, on the 0.05 m grid.
 
 use crate::pen::{Rect, rect};
 use crate::plan::{Plan, Position};

@@ -25,15 +25,15 @@ impl Meaning {
     /// The kind of cell that a pixel represents. The pixel has one to four samples of at most `white`, as in a
     /// [`Raster`](crate::raster::Raster).
     pub(super) fn cell(&self, pixel: &[u16], white: u16) -> Cell {
-        let (colours, alpha) = match pixel {
-            [colours @ .., alpha] if pixel.len().is_multiple_of(2) => (colours, Some(*alpha)),
-            colours => (colours, None),
+        let (colors, alpha) = match pixel {
+            [colors @ .., alpha] if pixel.len().is_multiple_of(2) => (colors, Some(*alpha)),
+            colors => (colors, None),
         };
         match self.mode {
             Mode::Trinary => self.trinary(self.occupancy(shade(pixel, white))),
             Mode::Scale if alpha.is_some_and(|alpha| alpha < white) => Cell::Unknown,
-            Mode::Scale => self.percents(self.scaled(self.occupancy(shade(colours, white)))),
-            Mode::Raw => self.percents((shade(colours, white) * 255.0).round()),
+            Mode::Scale => self.percents(self.scaled(self.occupancy(shade(colors, white)))),
+            Mode::Raw => self.percents((shade(colors, white) * 255.0).round()),
         }
     }
 
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn trinary_counts_alpha_as_a_colour_and_scale_as_transparency() {
+    fn trinary_counts_alpha_as_a_color_and_scale_as_transparency() {
         let glass = [255, 0];
         assert_eq!(meaning(Mode::Trinary, false).cell(&glass, 255), Unknown);
         assert_eq!(meaning(Mode::Scale, false).cell(&glass, 255), Unknown);

@@ -9,7 +9,7 @@
 //! kitchen office 4 -13.2 15.6 -10.0 15.4 -10.2 12.6 -13.4 13.0
 //! ```
 //!
-//! A location has a name, a map, x and y in metres and a heading in degrees. An area has a name, a map, the number of
+//! A location has a name, a map, x and y in meters and a heading in degrees. An area has a name, a map, the number of
 //! its corners, and the corners.
 
 use std::collections::BTreeMap;
@@ -141,7 +141,7 @@ impl Reader {
 
     fn location(&mut self, numbers: &[Word], span: &Span) -> Option<Place> {
         let [x_m, y_m, heading_deg] = numbers else {
-            let problem = span.problem("a location needs x and y in metres and a heading in degrees");
+            let problem = span.problem("a location needs x and y in meters and a heading in degrees");
             self.problems.push(problem.with_label(format!("expected three numbers, found {}", numbers.len())));
             return None;
         };
@@ -214,7 +214,7 @@ mod tests {
     fn every_mistake_is_reported_with_its_location() {
         for (from, to, words) in [
             ("\n1\n", "\n7\n", "locations.ini:2:1: unknown version of the format"),
-            ("9.0 180.0", "9.0", "locations.ini:4:13: a location needs x and y in metres"),
+            ("9.0 180.0", "9.0", "locations.ini:4:13: a location needs x and y in meters"),
             ("9.0 180.0", "nine 180.0", "locations.ini:4:18: expected a number"),
             ("office 4", "office 5", "locations.ini:6:16: an area needs its number of corners"),
             ("kitchen office", "kitchen garden", "`kitchen` belongs to a different map"),

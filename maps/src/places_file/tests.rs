@@ -51,7 +51,7 @@ fn problems_with_the_position_of_a_place_can_be_reported_later() {
 #[test]
 fn all_problems_of_a_places_file_are_reported_at_once() {
     let text = "\
-colour = \"blue\"
+color = \"blue\"
 
 [start]
 position_m = [0.0, nan]

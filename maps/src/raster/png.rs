@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_colour_type_keeps_its_samples() {
+    fn every_color_type_keeps_its_samples() {
         for (color, channels) in
             [(ColorType::Grayscale, 1), (ColorType::GrayscaleAlpha, 2), (ColorType::Rgb, 3), (ColorType::Rgba, 4)]
         {

@@ -7,19 +7,19 @@ use crate::{Error, error::check};
 /// Parameters of a [`Costmap`](crate::Costmap). Names are those of Nav2's costmap where it has the parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostmapParameters {
-    /// Radius of the robot's body, in metres. Default 0.30.
+    /// Radius of the robot's body, in meters. Default 0.30.
     pub robot_radius: f64,
-    /// Up to this distance from an obstacle, cells have a cost, in metres. Default 0.80 (Nav2: 0.55): with the slower
+    /// Up to this distance from an obstacle, cells have a cost, in meters. Default 0.80 (Nav2: 0.55): with the slower
     /// decay below, the robot drives in the middle of corridors and doorways. At most 60 cells.
     pub inflation_radius: f64,
-    /// How fast the cost decays with the distance beyond the robot's radius, per metre. Default 5.0 (Nav2: 10.0).
+    /// How fast the cost decays with the distance beyond the robot's radius, per meter. Default 5.0 (Nav2: 10.0).
     pub cost_scaling_factor: f64,
-    /// Lasers mark obstacles up to this range, in metres. Default 3.0 (Nav2: 2.5): beyond it, an error of one degree in
+    /// Lasers mark obstacles up to this range, in meters. Default 3.0 (Nav2: 2.5): beyond it, an error of one degree in
     /// heading moves a wall into a free cell.
     pub obstacle_max_range: f64,
-    /// Lasers clear marks up to this range, in metres. Default 3.5 (Nav2: 3.0).
+    /// Lasers clear marks up to this range, in meters. Default 3.5 (Nav2: 3.0).
     pub raytrace_max_range: f64,
-    /// A hit this close to an obstacle of the map counts as that obstacle, in metres. Default 0.12: the typical error
+    /// A hit this close to an obstacle of the map counts as that obstacle, in meters. Default 0.12: the typical error
     /// of pose and range. Nav2 has no such parameter.
     pub map_tolerance: f64,
 }

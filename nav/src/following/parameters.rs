@@ -12,23 +12,23 @@ pub struct FollowingParameters {
     /// The robot looks ahead as far as it drives in this time, in seconds, within the two limits below. Default 1.2
     /// (Nav2: 1.5).
     pub lookahead_time: f64,
-    /// Nearest point to steer for, in metres. Default 0.25 (Nav2: 0.3).
+    /// Nearest point to steer for, in meters. Default 0.25 (Nav2: 0.3).
     pub min_lookahead_dist: f64,
-    /// Farthest point to steer for, in metres. Default 0.5 (Nav2: 0.9): corners are cut by about its square divided by
+    /// Farthest point to steer for, in meters. Default 0.5 (Nav2: 0.9): corners are cut by about its square divided by
     /// eight times the radius of the corner.
     pub max_lookahead_dist: f64,
     /// The robot turns in place if the point to steer for is farther to the side than this, in radians. Default 0.785.
     pub rotate_to_heading_min_angle: f64,
-    /// The robot slows down in curves tighter than this radius, in proportion, in metres. Default 0.9.
+    /// The robot slows down in curves tighter than this radius, in proportion, in meters. Default 0.9.
     pub regulated_linear_scaling_min_radius: f64,
     /// The lowest speed in curves and near obstacles, in m/s. Default 0.15 (Nav2: 0.25).
     pub regulated_linear_scaling_min_speed: f64,
-    /// The robot slows down if an obstacle is nearer to the body than this, in proportion, in metres. Default 0.25.
+    /// The robot slows down if an obstacle is nearer to the body than this, in proportion, in meters. Default 0.25.
     pub cost_scaling_dist: f64,
     /// Share of the robot's acceleration used for slowing down in time. Default 0.7: the rest compensates for the delay
     /// between a command and its effect.
     pub braking_share: f64,
-    /// Distance to keep from obstacles seen by lasers, in addition to the radius, in metres. Default 0.015.
+    /// Distance to keep from obstacles seen by lasers, in addition to the radius, in meters. Default 0.015.
     pub collision_margin: f64,
 }
 

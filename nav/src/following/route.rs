@@ -2,7 +2,7 @@
 
 use maps::Point;
 
-/// How far ahead of the last projection the next one is searched for, in metres: enough for a robot that was pushed,
+/// How far ahead of the last projection the next one is searched for, in meters: enough for a robot that was pushed,
 /// too little to jump to a later part of the path that happens to be near.
 const SEARCH_M: f64 = 1.0;
 
@@ -10,7 +10,7 @@ const SEARCH_M: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Route {
     points: Vec<Point>,
-    /// From each point to the end, in metres.
+    /// From each point to the end, in meters.
     to_end_m: Vec<f64>,
     /// The segment that the robot is on, and its position along it, from 0 to 1.
     segment: usize,
@@ -37,7 +37,7 @@ impl Route {
         self.points[self.points.len() - 1]
     }
 
-    /// Advances to the position nearest to the robot and returns the distance to the robot, in metres.
+    /// Advances to the position nearest to the robot and returns the distance to the robot, in meters.
     pub(crate) fn advance(&mut self, at: &Point) -> f64 {
         let farthest = self.to_end_m[self.segment] - SEARCH_M;
         let mut best = (f64::INFINITY, self.segment, self.along);
@@ -59,7 +59,7 @@ impl Route {
         best.0
     }
 
-    /// The remaining distance, in metres.
+    /// The remaining distance, in meters.
     pub(crate) fn remaining_m(&self) -> f64 {
         let (from, to) = (self.to_end_m[self.segment], self.to_end_m[self.segment + 1]);
         from + (to - from) * self.along
@@ -78,7 +78,7 @@ impl Route {
         self.points[to] + (self.points[to - 1] - self.points[to]) * back
     }
 
-    /// The points of the path ahead up to this distance, each with its distance from here, in metres.
+    /// The points of the path ahead up to this distance, each with its distance from here, in meters.
     pub(crate) fn points_ahead(&self, way_m: f64) -> impl Iterator<Item = (f64, Point)> {
         let remaining_m = self.remaining_m();
         let ahead = self.points.iter().zip(&self.to_end_m).skip(self.segment + 1);

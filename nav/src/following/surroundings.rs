@@ -11,24 +11,24 @@ use robot::{LaserScan, LaserSpec, RobotModel};
 
 use crate::beams::Beams;
 
-/// Hits farther from the laser than this are ignored, in metres, unless the robot needs longer to brake.
+/// Hits farther from the laser than this are ignored, in meters, unless the robot needs longer to brake.
 const FARTHEST_M: f64 = 1.3;
 
 /// Objects too near to be measured are assumed to be at this distance, as a share of the shortest range: a laser is
 /// mounted behind the body's edge, and an obstacle that vanishes just before contact must not seem to leave room.
 const TOO_NEAR_SHARE: f64 = 0.5;
 
-/// Distance between the positions along an arc that are checked, in metres.
+/// Distance between the positions along an arc that are checked, in meters.
 const LOOK_M: f64 = 0.04;
 
-/// An obstacle is still there while there is a hit within this distance of it, in metres.
+/// An obstacle is still there while there is a hit within this distance of it, in meters.
 const STILL_THERE_M: f64 = 0.1;
 
-/// How much nearer the robot may get to an obstacle that is already too near, in metres: ranges are noisy, and a wall
+/// How much nearer the robot may get to an obstacle that is already too near, in meters: ranges are noisy, and a wall
 /// along the path seems to come and go. But it never gets nearer than its radius.
 const NEARER_M: f64 = 0.005;
 
-/// A laser sees where the robot would drive if it sees positions at this distance from the body's edge, in metres, in
+/// A laser sees where the robot would drive if it sees positions at this distance from the body's edge, in meters, in
 /// these directions, in radians.
 const BEFORE_BODY_M: f64 = 0.05;
 const AROUND_RAD: [f64; 3] = [-0.5, 0.0, 0.5];
@@ -57,14 +57,14 @@ struct View {
 /// The free distance of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FreeWay {
-    /// Distance along the arc, in metres; at most the checked distance.
+    /// Distance along the arc, in meters; at most the checked distance.
     pub(crate) way_m: f64,
     /// The obstacle.
     pub(crate) obstacle: Option<Point>,
 }
 
 impl Surroundings {
-    /// `horizon_m` is the greatest distance for which [`free_way`](Self::free_way) will be asked, in metres.
+    /// `horizon_m` is the greatest distance for which [`free_way`](Self::free_way) will be asked, in meters.
     pub(crate) fn new(model: &RobotModel, horizon_m: f64) -> Self {
         let sees = |laser: &LaserSpec, direction_rad: f64| {
             AROUND_RAD.map(|around_rad| {
@@ -157,7 +157,7 @@ impl Surroundings {
         self.views.iter().flat_map(|view| &view.hits)
     }
 
-    /// The hit nearest to a point, and how far it is, in metres.
+    /// The hit nearest to a point, and how far it is, in meters.
     fn nearest(&self, at: &Point) -> Option<(Point, f64)> {
         let mut best: Option<(Point, f64)> = None;
         for hit in self.hits() {

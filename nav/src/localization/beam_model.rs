@@ -21,17 +21,17 @@ use super::particle::Particle;
 /// A beam in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ray {
-    /// Where it starts, in metres.
+    /// Where it starts, in meters.
     pub(crate) eye: [f32; 2],
     /// Its direction, of length one.
     pub(crate) direction: [f32; 2],
-    /// Its length in metres; infinite if it hit nothing.
+    /// Its length in meters; infinite if it hit nothing.
     pub(crate) range_m: f32,
-    /// The maximum range of its laser, in metres.
+    /// The maximum range of its laser, in meters.
     pub(crate) range_max_m: f32,
 }
 
-/// The length of a ray according to the map, in metres.
+/// The length of a ray according to the map, in meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Expected {
     /// It ends at an obstacle.
@@ -80,7 +80,7 @@ impl BeamModel {
         rays.iter().map(of).sum()
     }
 
-    /// The likelihood of a ray's length: a density per metre, but a probability if nothing was hit.
+    /// The likelihood of a ray's length: a density per meter, but a probability if nothing was hit.
     fn likelihood(&self, ray: &Ray, expected: Expected) -> f64 {
         let (range_m, range_max_m) = (f64::from(ray.range_m), f64::from(ray.range_max_m));
         if range_m >= range_max_m {
@@ -104,12 +104,12 @@ impl BeamModel {
     }
 }
 
-/// The length of a ray according to the map, from a point of the grid's frame, in metres, in a direction of length one.
+/// The length of a ray according to the map, from a point of the grid's frame, in meters, in a direction of length one.
 ///
 /// Source: J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
 pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2], range_max_m: f64) -> Expected {
     let resolution_m = map.resolution_m();
-    let at = from.map(|metres| metres / resolution_m);
+    let at = from.map(|meters| meters / resolution_m);
     let mut cell = at.map(|cells| cells.floor() as i64);
     let axis = |along: f64, at: f64, cell: i64| match along {
         0.0 => (0, f64::INFINITY, f64::INFINITY),

@@ -29,7 +29,7 @@ const WINS_NATS: f64 = 30.0;
 /// How much less likely than usual, in nats, they may have been from it.
 const LOSES_NATS: f64 = -5.0;
 
-/// How far a challenger may be from its best match (standard deviation, in metres and radians).
+/// How far a challenger may be from its best match (standard deviation, in meters and radians).
 const DEVIATION: f64 = 0.2;
 
 /// The challengers, in the grid's frame.

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::particle::{Gaussian, Particle};
 use maps::wrap_angle;
 
-/// Side of a bin, in metres.
+/// Side of a bin, in meters.
 const BIN_M: f64 = 0.5;
 
 /// Bins in a full turn: 10° each.
@@ -108,11 +108,11 @@ impl Clusters {
         self.bins[first].cluster = cluster;
         while let Some(bin) = self.open.pop() {
             weight += self.bins[bin].weight;
-            for key in neighbours(self.bins[bin].key) {
-                let Ok(neighbour) = self.bins.binary_search_by_key(&key, |bin| bin.key) else { continue };
-                if self.bins[neighbour].cluster.is_none() {
-                    self.bins[neighbour].cluster = cluster;
-                    self.open.push(neighbour);
+            for key in neighbors(self.bins[bin].key) {
+                let Ok(neighbor) = self.bins.binary_search_by_key(&key, |bin| bin.key) else { continue };
+                if self.bins[neighbor].cluster.is_none() {
+                    self.bins[neighbor].cluster = cluster;
+                    self.open.push(neighbor);
                 }
             }
         }
@@ -132,15 +132,15 @@ fn key(column: i64, row: i64, heading: i64) -> u64 {
 }
 
 /// The keys of the 26 neighbors of a bin; headings wrap around.
-fn neighbours(key: u64) -> impl Iterator<Item = u64> {
+fn neighbors(key: u64) -> impl Iterator<Item = u64> {
     let mask = (1 << KEY_BITS) - 1;
     let (column, row, heading) = (key >> (2 * KEY_BITS), (key >> KEY_BITS) & mask, key & mask);
-    let around = |centre: u64| centre - 1..=centre + 1;
+    let around = |center: u64| center - 1..=center + 1;
     let turns = HEADING_BINS as u64;
     around(column)
         .flat_map(move |column| around(row).map(move |row| column << (2 * KEY_BITS) | row << KEY_BITS))
         .flat_map(move |place| [turns - 1, 0, 1].map(|turn| place | ((heading + turn) % turns)))
-        .filter(move |neighbour| *neighbour != key)
+        .filter(move |neighbor| *neighbor != key)
 }
 
 /// The weighted mean of particles, headings as directions, and their covariance around it.

@@ -15,12 +15,12 @@ use super::particle::{Gaussian, Particle};
 /// Time between two looks.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// A beam passes through a wall if it ends this far behind it, in metres, or by this share of the distance to it: small
+/// A beam passes through a wall if it ends this far behind it, in meters, or by this share of the distance to it: small
 /// heading errors, or walls at a flat angle, cause smaller differences.
 const THROUGH_M: f64 = 0.4;
 const THROUGH_SHARE: f64 = 0.1;
 
-/// A beam ends exactly at a wall if it does so within this distance, in metres, or within this share of its length.
+/// A beam ends exactly at a wall if it does so within this distance, in meters, or within this share of its length.
 const EXACT_M: f64 = 0.15;
 const EXACT_SHARE: f64 = 0.05;
 

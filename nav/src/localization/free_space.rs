@@ -42,7 +42,7 @@ impl FreeSpace {
         (cells > 0).then_some(Self { width: map.width(), resolution_m: map.resolution_m(), runs, cells })
     }
 
-    /// The area of the free space, in square metres.
+    /// The area of the free space, in square meters.
     pub(crate) fn area_m2(&self) -> f64 {
         self.cells as f64 * self.resolution_m * self.resolution_m
     }

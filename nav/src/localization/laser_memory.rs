@@ -12,7 +12,7 @@ use super::parameters::LocalizationParameters;
 /// A laser and its latest scan.
 #[derive(Clone, Debug)]
 pub(crate) struct LaserMemory {
-    /// The position of the laser in the robot's frame, in metres.
+    /// The position of the laser in the robot's frame, in meters.
     mount: [f32; 2],
     /// Cosine and sine of each beam's angle in the robot's frame.
     directions: Vec<[f32; 2]>,

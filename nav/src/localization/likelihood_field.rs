@@ -12,7 +12,7 @@ use super::parameters::LocalizationParameters;
 use super::particle::{Gaussian, Particle};
 use super::surface_field::{SurfaceField, cell};
 
-/// The largest cell of the field, in metres, as far as memory allows. Finer cells do not improve the estimate, because
+/// The largest cell of the field, in meters, as far as memory allows. Finer cells do not improve the estimate, because
 /// it is matched to the map's surfaces afterwards.
 const LARGEST_M: f64 = 0.025;
 
@@ -25,7 +25,7 @@ const LANES: usize = 8;
 /// 2²³: adding it to a number from 0 to 2²² leaves the nearest integer in the lowest bits.
 const TO_INTEGER: f32 = 8_388_608.0;
 
-/// The points where beams end, in the robot's frame, in metres.
+/// The points where beams end, in the robot's frame, in meters.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Endpoints {
     pub(crate) x_m: Vec<f32>,
@@ -266,7 +266,7 @@ mod tests {
             assert!(field.penalty(&other, &ends) >= at_truth, "{other:?} is likelier than the truth");
         }
         let near = Particle::new(truth.x_m + 0.03, truth.y_m, truth.heading_rad);
-        assert!(field.penalty(&near, &ends) > at_truth, "three centimetres off is less likely");
+        assert!(field.penalty(&near, &ends) > at_truth, "three centimeters off is less likely");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::particle::Particle;
 
-/// Below this distance, the first turn is noise of the odometry, in metres.
+/// Below this distance, the first turn is noise of the odometry, in meters.
 const SHORTEST_WAY_M: f64 = 0.01;
 
 /// A motion according to odometry, and its noise.

@@ -33,7 +33,7 @@ impl OdometryTrust {
         Self { share: 1.0 }
     }
 
-    /// Records how far a scan has moved the estimate from the prediction by odometry: `off` (x and y in metres, heading
+    /// Records how far a scan has moved the estimate from the prediction by odometry: `off` (x and y in meters, heading
     /// in radians), the noise of the motion according to the model, and the uncertainties of the poses before and
     /// after.
     pub(crate) fn observe(&mut self, off: &Vector3<f64>, noise: &Matrix3<f64>, poses: &Matrix3<f64>) {

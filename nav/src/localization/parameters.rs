@@ -38,7 +38,7 @@ pub struct LocalizationParameters {
     /// Turning noise from turning: variance in rad² per rad². Default 0.01 (Nav2: 0.2): 10 % of a turn. The alphas
     /// cover odometry with errors of a few percent; larger ones spread the particles more than the lasers require.
     pub alpha1: f64,
-    /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad per metre.
+    /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad per meter.
     pub alpha2: f64,
     /// Driving noise from driving: variance in m² per m². Default 0.01 (Nav2: 0.2): 10 % of the distance.
     pub alpha3: f64,
@@ -54,23 +54,23 @@ pub struct LocalizationParameters {
     pub z_short: f64,
     /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
     pub z_max: f64,
-    /// How fast the likelihood of a beam that ends too early decays with its length, per metre; for the beam model.
+    /// How fast the likelihood of a beam that ends too early decays with its length, per meter; for the beam model.
     /// Default 0.1, as in Nav2.
     pub lambda_short: f64,
-    /// Standard deviation of a hit's distance from the surface, in metres. Default 0.1 (Nav2: 0.2): map cells, laser
+    /// Standard deviation of a hit's distance from the surface, in meters. Default 0.1 (Nav2: 0.2): map cells, laser
     /// noise and the dependence of neighboring beams, for which a wider distribution compensates.
     pub sigma_hit: f64,
-    /// All distances from a surface beyond this count as equal, in metres. Default 0.5 (Nav2: 2.0): five `sigma_hit`,
+    /// All distances from a surface beyond this count as equal, in meters. Default 0.5 (Nav2: 2.0): five `sigma_hit`,
     /// where a hit is already as unlikely as a stray beam.
     pub laser_likelihood_max_dist: f64,
     /// The sensor model. Default [`LaserModel::LikelihoodFieldProb`] (Nav2: `likelihood_field`).
     pub laser_model_type: LaserModel,
-    /// Beams longer than this are ignored, in metres, regardless of the laser's range. Default 100, as in Nav2.
+    /// Beams longer than this are ignored, in meters, regardless of the laser's range. Default 100, as in Nav2.
     pub laser_max_range: f64,
-    /// Beams shorter than this are ignored, in metres, regardless of the laser's range. Default 0: the laser's own
+    /// Beams shorter than this are ignored, in meters, regardless of the laser's range. Default 0: the laser's own
     /// limit applies (Nav2: −1, with the same meaning).
     pub laser_min_range: f64,
-    /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: the walls of a simulated
+    /// How far behind the face of its cell a surface is hit, on average, in meters. Default 0: the walls of a simulated
     /// robot are the map's cells themselves. A map made from scans has a wall in every cell in which beams ended,
     /// anywhere in the cell, so half a cell's side is right for it. Nav2 has no such parameter: it measures from cell
     /// centers, which has the same effect as half a cell.
@@ -80,7 +80,7 @@ pub struct LocalizationParameters {
     pub independent_beams: f64,
     /// Beams of each scan that weight the particles, evenly spread. Default 60, as in Nav2.
     pub max_beams: usize,
-    /// Distance until the next update, in metres. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate drifts
+    /// Distance until the next update, in meters. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate drifts
     /// with the odometry in between.
     pub update_min_d: f64,
     /// Turn until the next update, in radians. Default 0.1 (Nav2: 0.2).

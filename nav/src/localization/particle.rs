@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 const SAME_M: f64 = 0.5;
 const SAME_RAD: f64 = 0.3;
 
-/// A guess of the pose in the grid's frame (metres from the map's origin, along the grid's axes), and its weight.
+/// A guess of the pose in the grid's frame (meters from the map's origin, along the grid's axes), and its weight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Particle {
     pub(crate) x_m: f64,

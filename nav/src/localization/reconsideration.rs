@@ -40,7 +40,7 @@ const ENOUGH_THAT_FIT: u32 = 3;
 /// After this many looks in a row that see nothing of the map, the only place that fits a scan exactly is believed.
 const ENOUGH_WITHOUT_MAP: u32 = 10;
 
-/// A pose is remembered until its deviation by odometry reaches this, in metres.
+/// A pose is remembered until its deviation by odometry reaches this, in meters.
 const VAGUE_M: f64 = 1.0;
 
 /// Which of a scan's beams to use.

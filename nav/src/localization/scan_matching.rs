@@ -13,22 +13,22 @@ use maps::wrap_angle;
 /// Maximum number of steps; two or three are usually enough.
 const STEPS: usize = 6;
 
-/// A step shorter than this, in metres and radians, is the last.
+/// A step shorter than this, in meters and radians, is the last.
 const CONVERGED: f64 = 1e-4;
 
-/// Distance at which a beam has a quarter of its weight, in metres.
+/// Distance at which a beam has a quarter of its weight, in meters.
 const OUTLIER_M: f64 = 0.1;
 
-/// Deviation of a beam's end from the surface, in metres: the map's cells, and the dependence of beams.
+/// Deviation of a beam's end from the surface, in meters: the map's cells, and the dependence of beams.
 const DEVIATION_M: f64 = 0.03;
 
-/// The smallest deviation of beams from surfaces, in metres: the position of a cell's face is not known better.
+/// The smallest deviation of beams from surfaces, in meters: the position of a cell's face is not known better.
 const LEAST_DEVIATION_M: f64 = 0.01;
 
 /// A match farther from the guess than this many deviations is another place.
 const FARTHEST_DEVIATIONS: f64 = 5.0;
 
-/// The smallest deviation of the prior, in metres and radians, squared: collapsed particles must not prevent a
+/// The smallest deviation of the prior, in meters and radians, squared: collapsed particles must not prevent a
 /// correction.
 const LEAST_VARIANCE: [f64; 3] = [6.25e-4, 6.25e-4, 6.25e-4];
 

@@ -1,6 +1,6 @@
 //! Global localization: a robot that may be anywhere is located with several hypotheses at a time.
 //!
-//! Particles spread over a whole map are far too few: the one nearest to the truth is off by half a metre and half a
+//! Particles spread over a whole map are far too few: the one nearest to the truth is off by half a meter and half a
 //! right angle, and loses against another that happens to fit. So here random poses are only candidates. Those that fit
 //! a scan best are matched to it and become hypotheses: they move with the odometry, are matched to every scan, and
 //! gather evidence, until one is far ahead of all others. New candidates may join at any time, since the first scan may
@@ -23,8 +23,8 @@ use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
 use crate::Atlas;
 
-/// Number of poses drawn for the first scan per square metre of free floor, with its minimum and maximum: a few of them
-/// lie within a quarter of a metre and 10° of the truth.
+/// Number of poses drawn for the first scan per square meter of free floor, with its minimum and maximum: a few of them
+/// lie within a quarter of a meter and 10° of the truth.
 const DRAWN_PER_M2: f64 = 400.0;
 const FEWEST_DRAWN: usize = 20_000;
 const MOST_DRAWN: usize = 600_000;
@@ -53,17 +53,17 @@ const GIVEN_UP_NATS: f64 = 40.0;
 const HANDICAP_NATS: f64 = 5.0;
 
 /// The believed pose is kept unless the best has been ahead of it by this much, in nats, in this many scans in a row,
-/// over this distance, in metres; a radian counts as this many metres.
+/// over this distance, in meters; a radian counts as this many meters.
 const DOUBTED_NATS: f64 = 15.0;
 const DOUBTED_SCANS: u32 = 5;
 const DOUBTED_M: f64 = 1.0;
-const METRES_A_RADIAN: f64 = 0.5;
+const METERS_A_RADIAN: f64 = 0.5;
 
 /// The pose believed before the robot was lost is this much more likely initially, in nats: robots are seldom
 /// kidnapped.
 const HEAD_START_NATS: f64 = 10.0;
 
-/// The best wins once it has been ahead of all others by this much, in nats, over this distance, in metres, and this
+/// The best wins once it has been ahead of all others by this much, in nats, over this distance, in meters, and this
 /// many scans.
 const AHEAD_NATS: f64 = 15.0;
 const AHEAD_M: f64 = 2.0;
@@ -72,7 +72,7 @@ const AHEAD_SCANS: u32 = 6;
 /// Places less than this far behind the best, in nats, look like it.
 const ALIKE_NATS: f64 = 10.0;
 
-/// How far a hypothesis may be from its best match: the squared deviations of the first guess, in metres and radians.
+/// How far a hypothesis may be from its best match: the squared deviations of the first guess, in meters and radians.
 const GUESS_VARIANCE: [f64; 3] = [0.04, 0.04, 0.02];
 
 /// A search for a robot that may be anywhere. Poses are in the grid's frame.
@@ -189,7 +189,7 @@ impl Search {
         self.merge_and_give_up();
         self.admit(expected - HANDICAP_NATS, sighting, rng);
         self.scans += 1;
-        let turned_m = METRES_A_RADIAN * heading(sighting.moved).abs();
+        let turned_m = METERS_A_RADIAN * heading(sighting.moved).abs();
         self.doubt_incumbent(sighting.moved.translation.vector.norm() + turned_m);
         let leads_still = match (leader, self.hypotheses.first()) {
             (Some(before), Some(now)) => are_same(&driven(&before.at, sighting.moved), &now.at),

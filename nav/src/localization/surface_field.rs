@@ -50,8 +50,8 @@ impl SurfaceField {
         (self.width, self.height, self.column, self.row)
     }
 
-    /// The distance at a point in grid coordinates (cells from the map's corner), in metres, and its gradient along the
-    /// grid's axes, in metres per metre. `None` far from all surfaces.
+    /// The distance at a point in grid coordinates (cells from the map's corner), in meters, and its gradient along the
+    /// grid's axes, in meters per meter. `None` far from all surfaces.
     pub(crate) fn sample(&self, column: f64, row: f64) -> Option<(f64, [f64; 2])> {
         // The corner of the four cell centers around the point.
         let (u, v) = (column - self.column as f64 - 0.5, row - self.row as f64 - 0.5);
@@ -71,12 +71,12 @@ impl SurfaceField {
         Some((lower + (upper - lower) * along, gradient))
     }
 
-    /// Side of a cell, in metres.
+    /// Side of a cell, in meters.
     pub(crate) fn resolution_m(&self) -> f64 {
         self.resolution_m
     }
 
-    /// The greatest distance in the field, in metres.
+    /// The greatest distance in the field, in meters.
     pub(crate) fn farthest_m(&self) -> f64 {
         f64::from(self.farthest_m)
     }
@@ -123,7 +123,7 @@ mod tests {
             assert!((found - distance_m).abs() < 1e-6, "{found} instead of {distance_m} at {column}");
             assert!(gradient[1].abs() < 1e-6);
         }
-        assert!((field.sample(19.3, 15.0).unwrap().1[0] + 1.0).abs() < 1e-5, "one metre nearer per metre");
+        assert!((field.sample(19.3, 15.0).unwrap().1[0] + 1.0).abs() < 1e-5, "one meter nearer per meter");
         assert!(field.sample(8.0, 15.0).is_none(), "far away");
     }
 

@@ -2,7 +2,7 @@
 
 use maps::{Place, Point};
 
-/// The default tolerances of a goal, in metres and radians: 0.05 m and 0.6°, as in the original system.
+/// The default tolerances of a goal, in meters and radians: 0.05 m and 0.6°, as in the original system.
 const POSITION_TOLERANCE_M: f64 = 0.05;
 const HEADING_TOLERANCE_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
 
@@ -13,7 +13,7 @@ pub struct Goal {
     pub position: Point,
     /// The heading, in radians in the `map` frame, if it matters.
     pub heading_rad: Option<f64>,
-    /// Distance from the position within which the goal is reached, in metres; positive.
+    /// Distance from the position within which the goal is reached, in meters; positive.
     pub position_tolerance_m: f64,
     /// Deviation from the heading within which the goal is reached, in radians; positive.
     pub heading_tolerance_rad: f64,

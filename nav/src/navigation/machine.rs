@@ -12,13 +12,13 @@ use crate::Costmap;
 use crate::following::{Arrival, Follower, Phase, Progress, Route, Situation};
 use crate::planning::{PlanError, plan, plan_into};
 
-/// The path is blocked if there is an obstacle on it up to this distance ahead, in metres.
+/// The path is blocked if there is an obstacle on it up to this distance ahead, in meters.
 const LOOK_AHEAD_M: f64 = 2.5;
 
-/// The path is checked again when the robot has advanced by this distance, in metres.
+/// The path is checked again when the robot has advanced by this distance, in meters.
 const LOOK_AGAIN_M: f64 = 0.1;
 
-/// The robot stops and waits if the path is blocked nearer than this, in metres.
+/// The robot stops and waits if the path is blocked nearer than this, in meters.
 const STOP_BEFORE_M: f64 = 0.6;
 
 /// A waiting robot accepts a detour that is longer by this multiple of the distance that it could have driven
@@ -37,7 +37,7 @@ const TRY_AGAIN: Duration = Duration::from_secs(1);
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
 pub(crate) const SHARE_OF_PLAN: f64 = 0.6;
 
-/// Coming nearer to the goal by this much is progress, in metres.
+/// Coming nearer to the goal by this much is progress, in meters.
 const PROGRESS_M: f64 = 0.1;
 
 impl Navigator {

@@ -16,7 +16,7 @@ pub struct NavigationParameters {
     /// How long to wait for an obstacle to go away before searching for another path. Default 4 s: a person walking by
     /// takes less.
     pub obstacle_patience: Duration,
-    /// A detour that is longer than the rest of the path by at most this is taken without waiting, in metres. Default
+    /// A detour that is longer than the rest of the path by at most this is taken without waiting, in meters. Default
     /// 2.
     pub detour_m: f64,
     /// Shortest time between two searches for a detour. Default 1 s.
@@ -36,7 +36,7 @@ pub struct NavigationParameters {
     /// cannot continue without a laser that looks ahead, nor back up without one that looks behind. Default 1 s: ten
     /// scans of the default robot; at least three scans of the slowest laser.
     pub scan_patience: Duration,
-    /// The path is replanned if the robot is farther from it than this, in metres. Default 0.5: it was pushed or driven
+    /// The path is replanned if the robot is farther from it than this, in meters. Default 0.5: it was pushed or driven
     /// away.
     pub off_path_m: f64,
 }

@@ -7,7 +7,7 @@ use super::recovery::{Attempt, Recovery};
 use super::trip::Trip;
 use super::{Navigator, Now};
 
-/// The distance behind the robot that is checked while it backs up, in metres; it stops when less than the second is
+/// The distance behind the robot that is checked while it backs up, in meters; it stops when less than the second is
 /// free.
 const LOOK_BEHIND_M: f64 = 0.25;
 const FREE_BEHIND_M: f64 = 0.1;

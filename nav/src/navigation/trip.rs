@@ -8,7 +8,7 @@ use super::Goal;
 use super::recovery::Attempt;
 use crate::following::Follower;
 
-/// The robot waits in the same place again if it has moved less than this, in metres.
+/// The robot waits in the same place again if it has moved less than this, in meters.
 const SAME_PLACE_M: f64 = 0.5;
 
 /// This many futile waits in the same place are enough.
@@ -40,7 +40,7 @@ pub(super) struct Trip {
     /// Where the robot last waited in vain, and how often it has waited there.
     waited_at: Option<Point>,
     waits_in_vain: u32,
-    /// The costmap's generation and the remaining distance at the last check of the path, in metres, and the result:
+    /// The costmap's generation and the remaining distance at the last check of the path, in meters, and the result:
     /// the distance to the blockage.
     pub(super) looked: Option<(u64, f64)>,
     pub(super) blocked_m: Option<f64>,

@@ -48,12 +48,12 @@ pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Opti
 pub(crate) fn successors(ground: &Ground<'_>, cell: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
     let (width, height) = (ground.costmap.frame.width as u32, ground.costmap.frame.height as u32);
     let (column, row) = (cell % width, cell / width);
-    let cost = |inside: bool, neighbour: u32| if inside { ground.cost(neighbour as usize) } else { 0 };
+    let cost = |inside: bool, neighbor: u32| if inside { ground.cost(neighbor as usize) } else { 0 };
     let east = cost(column + 1 < width, cell.wrapping_add(1));
     let west = cost(column > 0, cell.wrapping_sub(1));
     let north = cost(row + 1 < height, cell.wrapping_add(width));
     let south = cost(row > 0, cell.wrapping_sub(width));
-    let diagonal = |a: u32, b: u32, neighbour: u32| cost(a > 0 && b > 0, neighbour) * DIAGONAL;
+    let diagonal = |a: u32, b: u32, neighbor: u32| cost(a > 0 && b > 0, neighbor) * DIAGONAL;
     let steps = [
         (cell.wrapping_add(1), east * STRAIGHT),
         (cell.wrapping_sub(1), west * STRAIGHT),

@@ -9,7 +9,7 @@ use super::{End, PlanError, beginning, end_at, end_inside};
 use crate::navigation::SHARE_OF_PLAN;
 use crate::{Costmap, CostmapParameters, Error, Goal};
 
-/// The distance from an unreachable goal within which another is suggested, in metres.
+/// The distance from an unreachable goal within which another is suggested, in meters.
 const INSTEAD_M: f64 = 5.0;
 
 /// The part of a map that robots of one model can reach, with no obstacles other than those of the map.

@@ -26,13 +26,13 @@ pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool 
             return false;
         }
         for cell in shore {
-            for neighbour in neighbours(frame, cell) {
-                if flooded[neighbour] == 1 - side as u8 {
+            for neighbor in neighbors(frame, cell) {
+                if flooded[neighbor] == 1 - side as u8 {
                     return true;
                 }
-                if flooded[neighbour] == NONE && ground.can_stand(neighbour) {
-                    flooded[neighbour] = side as u8;
-                    floods[side].push(neighbour);
+                if flooded[neighbor] == NONE && ground.can_stand(neighbor) {
+                    flooded[neighbor] = side as u8;
+                    floods[side].push(neighbor);
                 }
             }
         }
@@ -43,7 +43,7 @@ pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool 
 const NONE: u8 = 2;
 
 /// Centers, in the `map` frame, of the cells of the largest connected part of a costmap in which a body with this
-/// radius (in metres) touches nothing, in the order of the grid.
+/// radius (in meters) touches nothing, in the order of the grid.
 #[must_use]
 pub fn largest_part(costmap: &Costmap, radius_m: f64) -> Vec<Point> {
     let parts = parts(&costmap.frame, costmap.clearances().len(), |cell| costmap.clearance_at_m(cell) >= radius_m);
@@ -68,10 +68,10 @@ pub(super) fn parts(frame: &GridFrame, cells: usize, is_open: impl Fn(usize) -> 
         parts[first] = count;
         shore.push(first);
         while let Some(cell) = shore.pop() {
-            for neighbour in neighbours(frame, cell) {
-                if parts[neighbour] == 0 && is_open(neighbour) {
-                    parts[neighbour] = count;
-                    shore.push(neighbour);
+            for neighbor in neighbors(frame, cell) {
+                if parts[neighbor] == 0 && is_open(neighbor) {
+                    parts[neighbor] = count;
+                    shore.push(neighbor);
                 }
             }
         }
@@ -79,7 +79,7 @@ pub(super) fn parts(frame: &GridFrame, cells: usize, is_open: impl Fn(usize) -> 
     parts
 }
 
-fn neighbours(frame: &GridFrame, cell: usize) -> impl Iterator<Item = usize> + use<> {
+fn neighbors(frame: &GridFrame, cell: usize) -> impl Iterator<Item = usize> + use<> {
     let (width, height) = (frame.width, frame.height);
     let (column, row) = frame.column_and_row(cell);
     let beside = [

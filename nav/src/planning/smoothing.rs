@@ -6,7 +6,7 @@ use maps::Point;
 
 use super::standing::Ground;
 
-/// Distance between the points of a path, in metres.
+/// Distance between the points of a path, in meters.
 const SPACING_M: f64 = 0.1;
 
 /// How many times every point is pulled towards the midpoint of its neighbors.

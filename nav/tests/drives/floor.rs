@@ -4,18 +4,18 @@ use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
 
 /// A floor of `width_m` × `height_m` at 0.05 m, free inside its outer walls, with its lower left corner at the origin.
 pub(crate) fn hall(width_m: f64, height_m: f64) -> OccupancyGrid {
-    let cells = |metres: f64| (metres / 0.05).round() as usize;
+    let cells = |meters: f64| (meters / 0.05).round() as usize;
     let mut map = OccupancyGrid::new(cells(width_m), cells(height_m), 0.05, pose(0.0, 0.0, 0.0));
     fill(&mut map, [0.0, 0.0, width_m, height_m], Cell::Occupied);
     fill(&mut map, [0.1, 0.1, width_m - 0.1, height_m - 0.1], Cell::Free);
     map
 }
 
-/// Sets the cells whose centers lie in a rectangle: left, bottom, right, top in metres from the lower left corner.
+/// Sets the cells whose centers lie in a rectangle: left, bottom, right, top in meters from the lower left corner.
 pub(crate) fn fill(map: &mut OccupancyGrid, [left, bottom, right, top]: [f64; 4], cell: Cell) {
     let resolution_m = map.resolution_m();
     let cells = |from: f64, to: f64, most: usize| {
-        let first = |metres: f64| (metres / resolution_m - 0.5 + 1e-9).ceil().max(0.0) as usize;
+        let first = |meters: f64| (meters / resolution_m - 0.5 + 1e-9).ceil().max(0.0) as usize;
         first(from)..first(to).min(most)
     };
     for row in cells(bottom, top, map.height()) {
@@ -25,13 +25,13 @@ pub(crate) fn fill(map: &mut OccupancyGrid, [left, bottom, right, top]: [f64; 4]
     }
 }
 
-/// Occupies the cells whose centers lie in a disc around a point in metres from the lower left corner.
+/// Occupies the cells whose centers lie in a disc around a point in meters from the lower left corner.
 pub(crate) fn fill_disc(map: &mut OccupancyGrid, [x, y]: [f64; 2], radius_m: f64) {
     let resolution_m = map.resolution_m();
-    let centre = |cell: usize| (cell as f64 + 0.5) * resolution_m;
+    let center = |cell: usize| (cell as f64 + 0.5) * resolution_m;
     let (width, height) = (map.width(), map.height());
     for index in (0..height).flat_map(|row| (0..width).map(move |column| CellIndex { column, row })) {
-        let (x, y) = (centre(index.column) - x, centre(index.row) - y);
+        let (x, y) = (center(index.column) - x, center(index.row) - y);
         if x * x + y * y < radius_m * radius_m {
             map.set(index, Cell::Occupied);
         }

@@ -28,7 +28,7 @@ impl Drive {
         Self { robot, localization }
     }
 
-    /// Drives with this command for some time. Returns the largest error of the estimate, in metres.
+    /// Drives with this command for some time. Returns the largest error of the estimate, in meters.
     fn go(&mut self, seconds: u32, command: VelocityCommand) -> f64 {
         let mut worst_m = 0.0_f64;
         for _ in 0..50 * seconds {
@@ -156,7 +156,7 @@ fn a_robot_moved_into_a_small_changed_room_is_found_as_it_drives() {
 /// A world in which the walls on the map around `there` also stand around `here`.
 fn walled_in(map: &OccupancyGrid, there: [f64; 4], here: [f64; 2]) -> OccupancyGrid {
     let mut world = map.clone();
-    let cells = |metres: f64| (metres / map.resolution_m()).round() as usize;
+    let cells = |meters: f64| (meters / map.resolution_m()).round() as usize;
     let [left, bottom, right, top] = there.map(cells);
     for (row, column) in (bottom..top).flat_map(|row| (left..right).map(move |column| (row, column))) {
         let cell = map.cell(CellIndex { column, row }).expect("it is on the map");

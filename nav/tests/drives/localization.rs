@@ -89,7 +89,7 @@ fn drive(robot: &mut Unicycle, localization: &mut Localization) -> Errors {
 }
 
 #[test]
-fn with_exact_sensors_the_error_is_millimetres() {
+fn with_exact_sensors_the_error_is_millimeters() {
     let start = pose(2.7, 3.5, 1.0);
     for seed in 0..3 {
         let mut robot = Unicycle::new(office(), start, Noise::default());
@@ -102,7 +102,7 @@ fn with_exact_sensors_the_error_is_millimetres() {
 }
 
 #[test]
-fn with_bad_odometry_and_noisy_lasers_the_error_is_below_a_centimetre() {
+fn with_bad_odometry_and_noisy_lasers_the_error_is_below_a_centimeter() {
     let start = pose(2.7, 3.5, 1.0);
     for seed in 0..3 {
         let noise = Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 };
@@ -168,7 +168,7 @@ fn unmapped_furniture_does_little_harm() {
     let errors = drive(&mut robot, &mut localization);
     println!("{:.1} m: {errors}", robot.driven_m);
     assert!(errors.rmse_m() < 0.05 && errors.rmse_rad() < 0.01 && errors.greatest_m < 0.2, "{errors}");
-    // The effect of furniture on a scan is not noise: it is consistent for metres.
+    // The effect of furniture on a scan is not noise: it is consistent for meters.
     assert!(errors.normalized_squared / errors.count < 12.0, "{errors}");
 }
 

@@ -7,7 +7,7 @@ use robot::Streams;
 use crate::floor::{fill, office, round_trip};
 use crate::unicycle::{Noise, Unicycle, towards};
 
-/// Distance between two scans, in metres: as in logs with few scans.
+/// Distance between two scans, in meters: as in logs with few scans.
 const BETWEEN_SCANS_M: f64 = 1.0;
 
 /// The office after a wall along each of two corridors was removed, with new furniture in the rooms, which look alike.
@@ -23,7 +23,7 @@ fn rebuilt_office() -> OccupancyGrid {
     world
 }
 
-/// The largest error of the estimate on the round trip, in metres, and whether there was a search.
+/// The largest error of the estimate on the round trip, in meters, and whether there was a search.
 fn drive(robot: &mut Unicycle, localization: &mut Localization) -> (f64, bool) {
     let (path, mut next) = (round_trip(), 0);
     let (mut worst_m, mut is_sought) = (0.0_f64, false);

@@ -19,7 +19,7 @@ pub(crate) struct Noise {
     pub(crate) drift: f64,
     /// Random error, as a share of the motion.
     pub(crate) scatter: f64,
-    /// Standard deviation of a range, in metres.
+    /// Standard deviation of a range, in meters.
     pub(crate) laser_m: f64,
 }
 
@@ -101,15 +101,15 @@ impl Unicycle {
 
     /// The distance between the robot's body and the nearest wall; negative means a collision.
     pub(crate) fn clearance_m(&self) -> f64 {
-        let centre = self.world.to_grid(&self.truth.translation.vector.into());
+        let center = self.world.to_grid(&self.truth.translation.vector.into());
         let reach = 20;
-        let (column, row) = (centre.x as i64, centre.y as i64);
+        let (column, row) = (center.x as i64, center.y as i64);
         let mut nearest = f64::INFINITY;
         for r in row - reach..=row + reach {
             for c in column - reach..=column + reach {
                 if is_occupied(&self.world, c, r) {
-                    let dx = (c as f64 - centre.x).max(centre.x - (c + 1) as f64).max(0.0);
-                    let dy = (r as f64 - centre.y).max(centre.y - (r + 1) as f64).max(0.0);
+                    let dx = (c as f64 - center.x).max(center.x - (c + 1) as f64).max(0.0);
+                    let dy = (r as f64 - center.y).max(center.y - (r + 1) as f64).max(0.0);
                     nearest = nearest.min((dx * dx + dy * dy).sqrt());
                 }
             }

@@ -69,7 +69,7 @@ pub enum Flaw {
     },
     /// Odometry lines usually differ from the odometry of the scans.
     OtherFrame {
-        /// The difference in metres.
+        /// The difference in meters.
         by_m: f64,
     },
     /// The clock was set back and continues from there.
@@ -89,12 +89,12 @@ pub enum Flaw {
     },
     /// Odometry is farther from the previous line's than a robot can have driven.
     OdometryJumps {
-        /// The distance in metres.
+        /// The distance in meters.
         by_m: f64,
     },
     /// The corrected pose is far from those of the scans before and after it.
     StrayPose {
-        /// The distance in metres.
+        /// The distance in meters.
         by_m: f64,
     },
 }

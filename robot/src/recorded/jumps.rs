@@ -5,7 +5,7 @@ use maps::{Pose, pose};
 use super::complaint::{Complaints, Flaw};
 use super::lines::Line;
 
-/// A jump is at least this long, in metres, and this many times as long as most motions between two lines.
+/// A jump is at least this long, in meters, and this many times as long as most motions between two lines.
 const LEAST_M: f64 = 2.0;
 const TIMES: f64 = 5.0;
 
@@ -51,7 +51,7 @@ pub(super) fn leave_out_stray_poses(lines: &mut [Line], complaints: &mut Complai
     }
 }
 
-/// The distance, in metres, from which a motion between two poses counts as a jump.
+/// The distance, in meters, from which a motion between two poses counts as a jump.
 fn jump_m(poses: impl Iterator<Item = Pose>) -> f64 {
     let poses: Vec<Pose> = poses.collect();
     let mut ways_m: Vec<f64> = poses.windows(2).map(|pair| distance_m(&pair[0], &pair[1])).collect();

@@ -5,13 +5,13 @@ use maps::{Pose, pose};
 use super::complaint::{Complaints, Flaw, RecordingError};
 use crate::VelocityCommand;
 
-/// Coordinates beyond this, in metres, are treated as mistakes.
+/// Coordinates beyond this, in meters, are treated as mistakes.
 const FARTHEST_M: f64 = 1e6;
 
 /// More beams than this are treated as a mistake.
 const MOST_BEAMS: usize = 100_000;
 
-/// Odometry just before a scan is usually at most this far from the scan's own, in metres.
+/// Odometry just before a scan is usually at most this far from the scan's own, in meters.
 const SAME_FRAME_M: f64 = 1.0;
 
 /// A line with odometry.

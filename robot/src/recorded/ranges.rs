@@ -2,7 +2,7 @@
 
 use super::lines::Lines;
 
-/// A reading below this, in metres, is not a distance.
+/// A reading below this, in meters, is not a distance.
 pub(super) const LEAST_M: f64 = 0.02;
 
 /// The range that stands for "no hit" unless the log shows another: that of the lasers that recorded most logs.
@@ -13,7 +13,7 @@ const USUAL_M: f64 = 80.0;
 const FEWEST: usize = 20;
 const LEAST_SHARE: f64 = 0.002;
 
-/// The range that stands for "no hit", in metres.
+/// The range that stands for "no hit", in meters.
 pub(super) fn nothing_hit_from_m(lines: &Lines) -> f64 {
     let most_m = lines.range_max_m.unwrap_or(USUAL_M);
     let ranges_m = || [0, 1].into_iter().flat_map(|laser| lines.scans(laser)).flat_map(|scan| &scan.ranges_m);

@@ -307,7 +307,7 @@ fn the_log_has_the_laser_pose_and_the_record_the_robot_pose() {
     assert_eq!(record.odometry.translation.vector, nalgebra::vector![0.0, 0.0]);
 }
 
-/// The distance between the odometry of the first record and the last one, in metres.
+/// The distance between the odometry of the first record and the last one, in meters.
 fn driven_m(recording: &Recording) -> f64 {
     let [first, .., last] = recording.records() else { panic!("two records at least") };
     (last.odometry.translation.vector - first.odometry.translation.vector).norm()

@@ -6,7 +6,7 @@ use maps::{Pose, heading, pose};
 
 use crate::{LaserScan, Odometry};
 
-/// The range that a scan contains for "no hit", in metres: that of the lasers that recorded most logs.
+/// The range that a scan contains for "no hit", in meters: that of the lasers that recorded most logs.
 const NOTHING_HIT_M: f32 = 81.83;
 
 /// Writes a log in CARMEN's format, line by line.
@@ -31,7 +31,7 @@ const NOTHING_HIT_M: f32 = 81.83;
 pub struct LogWriter {
     host: String,
     text: String,
-    /// The positions of the front and the rear laser on the x axis, in metres.
+    /// The positions of the front and the rear laser on the x axis, in meters.
     offsets_m: [f64; 2],
 }
 

@@ -66,13 +66,13 @@ pub struct RunFacts {
     pub battery_minimum_pct: Option<f64>,
     /// Its charge at the end, in percent.
     pub battery_final_pct: Option<f64>,
-    /// Distance driven, in metres.
+    /// Distance driven, in meters.
     pub distance_m: Option<f64>,
     /// Contacts of the robot with anything else.
     pub collisions: Option<u64>,
-    /// Root mean square of the distance between the estimated and the true position, in metres.
+    /// Root mean square of the distance between the estimated and the true position, in meters.
     pub localization_rmse_m: Option<f64>,
-    /// The greatest such distance, in metres.
+    /// The greatest such distance, in meters.
     pub localization_max_m: Option<f64>,
     /// How many faults took effect.
     pub faults: u64,

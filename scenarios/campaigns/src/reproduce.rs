@@ -40,7 +40,7 @@ pub struct Settings {
     pub map: Option<PathBuf>,
     /// Other places than the project's own.
     pub places: Option<PathBuf>,
-    /// Another start than the places': x and y in metres, heading in degrees.
+    /// Another start than the places': x and y in meters, heading in degrees.
     pub start: Option<[f64; 3]>,
     /// Another form of the tree's process than in the scenarios.
     pub tree: Option<TreeForm>,

@@ -40,6 +40,6 @@ export class Details {
   }
 }
 
-export const metres = number => `${number.toFixed(2)} m`;
+export const meters = number => `${number.toFixed(2)} m`;
 export const degrees = radians => `${Math.round(((radians * 180 / Math.PI) % 360 + 360) % 360)}°`;
 export const point = ([x, y]) => `(${x.toFixed(2)}, ${y.toFixed(2)}) m`;

@@ -43,7 +43,7 @@ export class Floor {
     return [this.x0 + x * this.scale, this.y0 - y * this.scale];
   }
 
-  // The point of the map under the pointer, in metres.
+  // The point of the map under the pointer, in meters.
   point({ clientX, clientY }) {
     const at = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM().inverse());
     return [(at.x - this.x0) / this.scale, (this.y0 - at.y) / this.scale].map(m => Math.round(m * 100) / 100);

@@ -234,17 +234,17 @@ fn body(body: &Body) -> Value {
     }
 }
 
-/// x, y in metres and heading in radians.
+/// x, y in meters and heading in radians.
 fn pose(pose: &Pose) -> Value {
     json!([rounded(pose.translation.x), rounded(pose.translation.y), rounded(heading(pose))])
 }
 
-/// The coordinates of points one after the other, in metres.
+/// The coordinates of points one after the other, in meters.
 fn flat<'p>(points: impl Iterator<Item = &'p Point>) -> Vec<f64> {
     points.flat_map(|point| [rounded(point.x), rounded(point.y)]).collect()
 }
 
-/// Rounds to millimetres: nobody sees more.
+/// Rounds to millimeters: nobody sees more.
 fn rounded(number: f64) -> f64 {
     (number * 1000.0).round() / 1000.0
 }

@@ -7,7 +7,7 @@ use reports::html::live;
 use scenarios::session::Session;
 use serde_json::{Map, Value, json};
 
-/// The places, including the start and the station; corners in metres.
+/// The places, including the start and the station; corners in meters.
 pub(crate) fn places(header: &Header) -> Value {
     let Some(premises) = &header.premises else { return json!([]) };
     let place = |name: &str, corners: Vec<[f64; 2]>| json!({ "name": name, "corners": corners });

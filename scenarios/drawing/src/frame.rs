@@ -1,6 +1,6 @@
 //! The contents of a picture: one moment of a run, as plain data.
 //!
-//! Positions and poses are in the `map` frame, in metres and radians. Values that are not finite are left out of the
+//! Positions and poses are in the `map` frame, in meters and radians. Values that are not finite are left out of the
 //! picture, and so are parents, locations and transitions that do not exist.
 
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub struct Scene {
     pub map: Arc<MapPicture>,
     /// Where the robot truly is.
     pub robot: Pose,
-    /// Radius of the robot's body, in metres.
+    /// Radius of the robot's body, in meters.
     pub robot_radius_m: f64,
     /// Where the robot believes it is; drawn if it visibly differs from the truth.
     pub estimate: Option<Pose>,
@@ -86,7 +86,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A map with a robot of this radius (in metres) on it, and nothing else.
+    /// A map with a robot of this radius (in meters) on it, and nothing else.
     #[must_use]
     pub fn new(map: Arc<MapPicture>, robot: Pose, robot_radius_m: f64) -> Self {
         Self {
@@ -152,16 +152,16 @@ pub enum BodyShape {
     Disc {
         /// Its center.
         center: Point,
-        /// Its radius, in metres.
+        /// Its radius, in meters.
         radius_m: f64,
     },
     /// A rectangle.
     Rectangle {
         /// Its center; the heading points along its length.
         pose: Pose,
-        /// Extent along the heading, in metres.
+        /// Extent along the heading, in meters.
         length_m: f64,
-        /// Extent across the heading, in metres.
+        /// Extent across the heading, in meters.
         width_m: f64,
     },
 }

@@ -11,13 +11,13 @@ use super::view::{Bounds, View};
 /// With more blocks than this across, blocks would be finer than a pixel.
 const MOST_BLOCKS: usize = 900;
 
-/// Solid things thicker than this, in metres, have a lighter inside.
+/// Solid things thicker than this, in meters, have a lighter inside.
 const THICK_M: f64 = 0.3;
 
-/// Width of the dark outline of such things, in metres.
+/// Width of the dark outline of such things, in meters.
 const RIM_M: f64 = 0.1;
 
-/// Margin around the known cells, in metres.
+/// Margin around the known cells, in meters.
 const MARGIN_M: f64 = 0.6;
 
 /// A map prepared for drawing: the outlines of its floor and its walls, cropped to the known part.

@@ -27,7 +27,7 @@ pub(super) fn frame() -> Frame {
     }
 }
 
-/// Left, lower edge, width and height, in metres.
+/// Left, lower edge, width and height, in meters.
 type Rectangle = (f64, f64, f64, f64);
 
 const ROOMS: [Rectangle; 7] = [
@@ -138,7 +138,7 @@ fn scene() -> Scene {
     }
 }
 
-/// A path across the floor, with a point every few centimetres.
+/// A path across the floor, with a point every few centimeters.
 fn trail() -> Vec<Point> {
     const CORNERS: [(f64, f64); 8] =
         [(0.0, 0.0), (-1.6, 0.5), (-3.2, 1.0), (-4.6, 1.6), (-6.0, 1.8), (-6.9, 2.6), (-7.0, 4.0), (-7.0, 5.5)];

@@ -42,7 +42,7 @@ pub struct Trajectories<'a> {
     pub estimate: Vec<Point>,
     /// Where it was according to odometry.
     pub odometry: Vec<Point>,
-    /// Times in seconds, ascending, and the distance between belief and truth, in metres.
+    /// Times in seconds, ascending, and the distance between belief and truth, in meters.
     pub errors: Vec<(f64, f64)>,
 }
 
@@ -110,7 +110,7 @@ impl Trajectories<'_> {
         }
     }
 
-    /// Draws the error over time, on a logarithmic scale: both a centimetre and ten metres must be visible.
+    /// Draws the error over time, on a logarithmic scale: both a centimeter and ten meters must be visible.
     fn error_panel(&self, canvas: &mut Canvas, panel: Area) {
         panel::sheet(canvas, panel);
         let title = "distance of localization from the corrected pose";
@@ -140,7 +140,7 @@ impl Trajectories<'_> {
     }
 }
 
-/// The smallest error that the chart distinguishes from zero, in metres.
+/// The smallest error that the chart distinguishes from zero, in meters.
 const LEAST_M: f64 = 0.001;
 
 /// A trajectory and its style.

@@ -4,7 +4,7 @@ use maps::Point;
 
 use super::geometry::{Area, Spot};
 
-/// A rectangle along the axes of the `map` frame, in metres.
+/// A rectangle along the axes of the `map` frame, in meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The corner with the smallest coordinates.
@@ -24,7 +24,7 @@ impl Bounds {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// The rectangle with a margin in metres on every side.
+    /// The rectangle with a margin in meters on every side.
     pub fn grown(self, margin_m: f64) -> Self {
         let margin = nalgebra::Vector2::repeat(margin_m);
         Self { low: self.low - margin, high: self.high + margin }
@@ -48,7 +48,7 @@ impl View {
         Self { area, pixels_per_m, center: nalgebra::center(&bounds.low, &bounds.high) }
     }
 
-    /// A length in metres, in pixels.
+    /// A length in meters, in pixels.
     pub fn pixels(&self, length_m: f64) -> f64 {
         length_m * self.pixels_per_m
     }

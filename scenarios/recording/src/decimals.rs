@@ -10,8 +10,8 @@ pub fn decimals(number: f64, most: usize) -> String {
 
 /// A length: `0.3 mm`, `14.76 m`.
 #[must_use]
-pub fn length(metres: f64) -> String {
-    if metres < 0.1 { format!("{:.1} mm", metres * 1000.0) } else { format!("{metres:.2} m") }
+pub fn length(meters: f64) -> String {
+    if meters < 0.1 { format!("{:.1} mm", meters * 1000.0) } else { format!("{meters:.2} m") }
 }
 
 #[cfg(test)]

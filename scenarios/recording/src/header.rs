@@ -95,7 +95,7 @@ pub struct Premises {
 /// The body of a robot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RobotBody {
-    /// The radius of its footprint, in metres.
+    /// The radius of its footprint, in meters.
     pub radius_m: f64,
     /// The laser scanners.
     #[serde(with = "plain::lasers")]
@@ -228,9 +228,9 @@ pub enum Argument {
     Text(String),
     /// True or false.
     Flag(bool),
-    /// A point or a pose: x and y in metres in the `map` frame, and an optional heading in degrees.
+    /// A point or a pose: x and y in meters in the `map` frame, and an optional heading in degrees.
     Place(Vec<f64>),
-    /// Several points, each x and y in metres in the `map` frame.
+    /// Several points, each x and y in meters in the `map` frame.
     Places(Vec<Vec<f64>>),
 }
 
@@ -298,7 +298,7 @@ pub struct Expected {
     pub max_collisions: Option<u64>,
     /// The lowest permitted charge of the battery, in percent.
     pub min_battery_pct: Option<f64>,
-    /// The greatest permitted localization error, in metres.
+    /// The greatest permitted localization error, in meters.
     pub max_localization_m: Option<f64>,
 }
 

@@ -19,7 +19,7 @@
 //!
 //! # Units and frames
 //!
-//! Times are in whole nanoseconds since the start of the run. Lengths are in metres, angles in radians, charges in
+//! Times are in whole nanoseconds since the start of the run. Lengths are in meters, angles in radians, charges in
 //! percent; the suffix of a name gives the unit. Positions and poses are in the `map` frame, except the mounting pose
 //! of a laser, which is in `base_link`. Where a record refers to something by a number, the number is its index in the
 //! header.

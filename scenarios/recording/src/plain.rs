@@ -3,7 +3,7 @@
 use maps::{Cell, OccupancyGrid, Point, Pose};
 use nalgebra::{Complex, Translation2, UnitComplex};
 
-/// A pose as `[x, y, cos, sin]`: metres, and the heading's cosine and sine.
+/// A pose as `[x, y, cos, sin]`: meters, and the heading's cosine and sine.
 fn numbers(pose: &Pose) -> [f64; 4] {
     [pose.translation.x, pose.translation.y, pose.rotation.re, pose.rotation.im]
 }
@@ -92,7 +92,7 @@ pub(crate) mod lasers {
     use super::*;
 
     /// Name; pose in `base_link`; angle of the first beam and angle between beams, in radians; number of beams; time
-    /// between scans; shortest and longest range, in metres.
+    /// between scans; shortest and longest range, in meters.
     type Plain = (String, [f64; 4], f64, f64, usize, Duration, f64, f64);
 
     pub(crate) fn serialize<S: Serializer>(lasers: &[LaserSpec], serializer: S) -> Result<S::Ok, S::Error> {
@@ -120,7 +120,7 @@ pub(crate) mod scans {
     use robot::LaserScan;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    /// Time; the index of the laser; one range in metres per beam.
+    /// Time; the index of the laser; one range in meters per beam.
     type Plain = (Duration, usize, Vec<f32>);
 
     pub(crate) fn serialize<S: Serializer>(scans: &[Arc<LaserScan>], serializer: S) -> Result<S::Ok, S::Error> {
@@ -141,7 +141,7 @@ pub(crate) mod grid {
 
     use super::*;
 
-    /// Columns, rows, the side of a cell in metres, the pose of the corner of cell (0, 0), and the cells.
+    /// Columns, rows, the side of a cell in meters, the pose of the corner of cell (0, 0), and the cells.
     type Plain = (usize, usize, f64, [f64; 4], Vec<u8>);
 
     pub(crate) fn serialize<S: Serializer>(map: &OccupancyGrid, serializer: S) -> Result<S::Ok, S::Error> {

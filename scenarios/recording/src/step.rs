@@ -75,7 +75,7 @@ pub struct Truth {
     /// Where the robot is, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
-    /// How far it has driven, in metres.
+    /// How far it has driven, in meters.
     pub distance_m: f64,
     /// The number of contacts with anything else so far.
     pub collisions: u64,
@@ -258,14 +258,14 @@ pub struct Body {
 pub enum BodyShape {
     /// A disc.
     Disc {
-        /// Its radius, in metres.
+        /// Its radius, in meters.
         radius_m: f64,
     },
     /// A rectangle.
     Box {
-        /// Its length along x, in metres.
+        /// Its length along x, in meters.
         length_m: f64,
-        /// Its width along y, in metres.
+        /// Its width along y, in meters.
         width_m: f64,
     },
 }

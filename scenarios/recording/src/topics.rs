@@ -338,10 +338,10 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     let topic = output.latched("/map/image")?;
     output.write(&topic, Duration::ZERO, &image)?;
     let cells = map.cells().iter().enumerate().filter(|(_, cell)| **cell == Cell::Occupied);
-    let centres =
+    let centers =
         cells.map(|(place, _)| map.center(maps::CellIndex { column: place % map.width(), row: place / map.width() }));
     let topic = output.latched("/map/points")?;
-    output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centres))
+    output.write(&topic, Duration::ZERO, &PointCloud::new(Duration::ZERO, MAP, centers))
 }
 
 fn laser_scan(laser: &LaserSpec, scan: &LaserScan) -> ros::LaserScan {

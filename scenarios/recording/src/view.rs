@@ -604,9 +604,9 @@ pub struct BatteryTally {
 /// The error of localization over the steps of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalizationError {
-    /// Root mean square of the error in position, in metres.
+    /// Root mean square of the error in position, in meters.
     pub rmse_m: f64,
-    /// Its maximum, in metres.
+    /// Its maximum, in meters.
     pub max_m: f64,
     /// Root mean square of the error in heading, in radians.
     pub rmse_rad: f64,

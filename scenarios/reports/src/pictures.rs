@@ -11,7 +11,7 @@ use recording::{
     BodyShape, FaultCourse, Graph, Header, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
 };
 
-/// The trail has a point this often, in metres.
+/// The trail has a point this often, in meters.
 const TRAIL_STEP_M: f64 = 0.10;
 /// The component that reports the battery's level.
 const BATTERY: &str = "BatteryReader";

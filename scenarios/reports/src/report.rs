@@ -238,9 +238,9 @@ pub struct BatteryReport {
 /// The results of the robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct RobotReport {
-    /// True pose at the end: x and y in metres, heading in radians.
+    /// True pose at the end: x and y in meters, heading in radians.
     pub final_pose: [f64; 3],
-    /// Distance driven, in metres.
+    /// Distance driven, in meters.
     pub distance_m: f64,
     /// Contacts of the robot with anything else.
     pub collisions: u64,
@@ -280,9 +280,9 @@ pub struct GivenUpReport {
 /// The error of the estimated pose relative to the true one, over all steps.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LocalizationReport {
-    /// Root mean square of the distance, in metres.
+    /// Root mean square of the distance, in meters.
     pub rmse_m: f64,
-    /// Greatest distance, in metres.
+    /// Greatest distance, in meters.
     pub max_m: f64,
     /// Root mean square of the heading's error, in radians.
     pub rmse_rad: f64,

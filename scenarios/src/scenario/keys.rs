@@ -353,7 +353,7 @@ fn world() -> Vec<Key> {
         "then": { "propertyNames": { "enum": of_followers } },
         "else": { "propertyNames": { "not": { "enum": following } } },
     });
-    let metres = |default| or(number(0.1, 20.0), plain(default));
+    let meters = |default| or(number(0.1, 20.0), plain(default));
     vec![
         Key::new(
             "people[]",
@@ -399,13 +399,13 @@ fn world() -> Vec<Key> {
         Key::new(
             "people[].distance_m",
             "With `follows`: the distance that the person keeps from the robot's center, in meters.",
-            metres(1.2),
+            meters(1.2),
         ),
         Key::new(
             "people[].meets_within_m",
             "With `follows`: the maximum distance from the robot's center at which they meet, in meters. Nothing may \
              be between them.",
-            metres(2.0),
+            meters(2.0),
         ),
         Key::new(
             "people[].stands_s",

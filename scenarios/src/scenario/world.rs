@@ -73,11 +73,11 @@ fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
         table.report(problem.with_label("this route").with_help("leave out either `route` or `follows`"));
     }
     let defaults = Follow::default();
-    let metres = |key, default| table.number(key).within(0.1..=20.0).or(default);
+    let meters = |key, default| table.number(key).within(0.1..=20.0).or(default);
     let stands = table.get::<Vec<Spanned<Vec<f64>>>>("stands_s");
     Follow {
-        distance_m: metres("distance_m", defaults.distance_m),
-        meets_within_m: metres("meets_within_m", defaults.meets_within_m),
+        distance_m: meters("distance_m", defaults.distance_m),
+        meets_within_m: meters("meets_within_m", defaults.meets_within_m),
         speed_mps,
         stands: stands.try_map(|spans, _| spans.iter().map(read_span).collect()).or(Vec::new()),
     }

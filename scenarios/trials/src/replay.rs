@@ -48,14 +48,14 @@ pub struct Waypoint {
     pub corrected: Pose,
     /// The estimated pose after the scan, in the `map` frame.
     pub estimate: Pose,
-    /// Covariance of the estimate: x, y in metres, heading in radians.
+    /// Covariance of the estimate: x, y in meters, heading in radians.
     pub covariance: Matrix3<f64>,
     /// Odometry as given to localization, shifted so that it starts at the first corrected pose.
     pub odometry: Pose,
 }
 
 impl Waypoint {
-    /// Error of the estimated position, in metres.
+    /// Error of the estimated position, in meters.
     #[must_use]
     pub fn error_m(&self) -> f64 {
         (self.estimate.translation.vector - self.corrected.translation.vector).norm()
@@ -90,7 +90,7 @@ pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Condi
 pub struct Part {
     /// The scan at which it begins, among those with a corrected pose, counted from 0.
     pub first: usize,
-    /// It ends when the robot has driven this far, in metres.
+    /// It ends when the robot has driven this far, in meters.
     pub way_m: f64,
 }
 

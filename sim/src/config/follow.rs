@@ -13,10 +13,10 @@ use std::time::Duration;
 /// People walk through each other: give those who follow together different distances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Follow {
-    /// The distance that they keep from the robot's center, in metres, or slightly more than it takes not to touch it,
+    /// The distance that they keep from the robot's center, in meters, or slightly more than it takes not to touch it,
     /// if that is larger. Default 1.2.
     pub distance_m: f64,
-    /// How near the robot's center must be for them to meet it, in metres. Default 2.
+    /// How near the robot's center must be for them to meet it, in meters. Default 2.
     pub meets_within_m: f64,
     /// Their highest speed, in m/s. Default 1.
     pub speed_mps: f64,

@@ -38,9 +38,9 @@ pub enum Pauses {
 /// How a person reacts to a robot in the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Manners {
-    /// Below this gap to the robot ahead, they slow down, in metres. Default 1.2.
+    /// Below this gap to the robot ahead, they slow down, in meters. Default 1.2.
     pub slow_within_m: f64,
-    /// The smallest gap that they keep, in metres. Default 0.3.
+    /// The smallest gap that they keep, in meters. Default 0.3.
     pub stop_within_m: f64,
     /// How long the robot may block them, or face them from nearby as if it waited for them. After that time, they step
     /// aside to clear the robot's path, let it pass, and continue. If there is no suitable place nearby, or if stepping

@@ -11,7 +11,7 @@ pub struct OdometryFaults {
     pub distance_bias: f64,
     /// Systematic error of the angle, as a fraction of it. Default 0.
     pub angle_bias: f64,
-    /// Excess angle reported per metre driven, in rad/m. Default 0.
+    /// Excess angle reported per meter driven, in rad/m. Default 0.
     pub angle_bias_rad_per_m: f64,
     /// The encoders count nothing: readings have new times, the same pose and zero speed. Afterwards they continue from
     /// there; motion during the fault is lost. Default false.

@@ -26,20 +26,20 @@ pub enum LaserTrouble {
     },
     /// Random errors of the ranges, in addition to those of [`LaserConfig`](crate::LaserConfig).
     Noise {
-        /// Standard deviation, in metres.
+        /// Standard deviation, in meters.
         sigma_m: f64,
     },
     /// Nothing beyond a distance is visible, as in fog or with a dirty window: such ranges are infinite.
     RangeLimit {
-        /// The longest measured distance, in metres.
+        /// The longest measured distance, in meters.
         max_m: f64,
     },
     /// The scanner is not mounted where the software believes. The displacement is in the frame of the correctly
     /// mounted scanner.
     Mount {
-        /// Displacement along the scanner's correct forward direction, in metres.
+        /// Displacement along the scanner's correct forward direction, in meters.
         x_m: f64,
-        /// Displacement to the left of that direction, in metres.
+        /// Displacement to the left of that direction, in meters.
         y_m: f64,
         /// The scanner's rotation, in radians, counter-clockwise.
         yaw_rad: f64,
@@ -47,7 +47,7 @@ pub enum LaserTrouble {
     /// A nonexistent object is visible: the beams of a sector measure a fixed distance, unless they hit something
     /// nearer.
     Ghost {
-        /// Distance from the scanner, in metres.
+        /// Distance from the scanner, in meters.
         distance_m: f64,
         /// The middle of the sector in the scanner's frame, in radians, counter-clockwise: 0 is forward.
         bearing_rad: f64,

@@ -9,15 +9,15 @@ use nalgebra::{UnitComplex, Vector2};
 use crate::floor::Floor;
 use crate::route::walk_to;
 
-/// The side clearance to the robot's path when stepping aside, in metres.
+/// The side clearance to the robot's path when stepping aside, in meters.
 const ROOM_M: f64 = 0.2;
 
-/// Places to step aside to are searched for in this many directions and at these distances, in metres, nearest first.
+/// Places to step aside to are searched for in this many directions and at these distances, in meters, nearest first.
 const DIRECTIONS: u32 = 24;
 const FARTHEST_M: f64 = 1.8;
 const STEP_M: f64 = 0.15;
 
-/// A robot this far away no longer needs the room, in metres.
+/// A robot this far away no longer needs the room, in meters.
 const FAR_M: f64 = 2.5;
 
 /// The longest time that people with a route stand aside.
@@ -32,7 +32,7 @@ pub(super) struct Meeting {
     pub(super) at: Pose,
     pub(super) robot: Pose,
     pub(super) radius_m: f64,
-    /// Distance of the two centers at which they touch, in metres.
+    /// Distance of the two centers at which they touch, in meters.
     pub(super) apart_m: f64,
 }
 
@@ -47,25 +47,25 @@ impl Meeting {
         self.robot.translation.vector.into()
     }
 
-    /// The distance of the two centers, in metres.
+    /// The distance of the two centers, in meters.
     pub(super) fn distance_m(&self) -> f64 {
         (self.at.translation.vector - self.robot.translation.vector).norm()
     }
 
-    /// Whether the robot faces the person across a gap of at most `gap_m` metres.
+    /// Whether the robot faces the person across a gap of at most `gap_m` meters.
     pub(super) fn is_faced_within(&self, gap_m: f64) -> bool {
         let seen = self.robot.inverse_transform_point(&self.at.translation.vector.into());
         seen.x > 0.0 && seen.y.abs() < self.apart_m && seen.coords.norm() <= self.apart_m + gap_m
     }
 
-    /// The distance of a place from the robot's path ahead, in metres; from the robot itself, if the place is behind
+    /// The distance of a place from the robot's path ahead, in meters; from the robot itself, if the place is behind
     /// it.
     fn beside_m(&self, place: &Vector2<f64>) -> f64 {
         let seen = self.robot.inverse_transform_point(&Point::from(*place));
         if seen.x > 0.0 { seen.y.abs() } else { seen.coords.norm() }
     }
 
-    /// The smallest distance to the robot on a straight path to a place, in metres.
+    /// The smallest distance to the robot on a straight path to a place, in meters.
     fn nearest_m(&self, place: &Vector2<f64>) -> f64 {
         let (from, robot) = (self.at.translation.vector, self.robot.translation.vector);
         let way = place - from;

@@ -16,7 +16,7 @@ use crate::motion::RobotPose;
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 
-/// They keep at least this far from the robot's body, in metres.
+/// They keep at least this far from the robot's body, in meters.
 const ROBOT_GAP_M: f64 = 0.02;
 
 /// How wide they are on the robot's trail, as a share of the robot: they pass where it did, and cut its bends a little.

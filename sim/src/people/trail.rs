@@ -6,10 +6,10 @@ use maps::{Point, Pose};
 
 use crate::route::walk_to;
 
-/// Distance between the recorded places, in metres.
+/// Distance between the recorded places, in meters.
 const SPACING_M: f64 = 0.1;
 
-/// A robot that is farther than this from its last recorded place, in metres, has not driven there.
+/// A robot that is farther than this from its last recorded place, in meters, has not driven there.
 const JUMP_M: f64 = 0.3;
 
 /// The places where the robot has been since somebody met it.
@@ -49,7 +49,7 @@ impl Trail {
         true
     }
 
-    /// The length of the way from here to the robot, in metres.
+    /// The length of the way from here to the robot, in meters.
     pub(super) fn length_m(&self, from: &Point, robot: &Point) -> f64 {
         let places = self.ahead.iter().chain([robot]);
         places.fold((0.0, *from), |(length_m, from), to| (length_m + (to - from).norm(), *to)).0

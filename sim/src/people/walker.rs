@@ -16,7 +16,7 @@ use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 use crate::route::Route;
 
-/// The side clearance to the robot when passing it, in metres.
+/// The side clearance to the robot when passing it, in meters.
 const BESIDE_M: f64 = 0.1;
 
 /// A person who could walk only at less than this share of their speed stands still.

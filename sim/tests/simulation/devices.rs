@@ -45,7 +45,7 @@ fn x_of(sim: &Simulation) -> f64 {
     sim.truth().pose().translation.x
 }
 
-/// The distance that the front laser measures straight ahead, in metres.
+/// The distance that the front laser measures straight ahead, in meters.
 fn ahead_m(sim: &mut Simulation) -> f32 {
     scans(&drive(sim, 0.0, 0.0, 5)).filter(|scan| scan.laser == 0).last().expect("a scan").ranges_m[180]
 }
@@ -207,7 +207,7 @@ fn corners(at: &Pose) -> [Point; 4] {
     [(0.2, 0.3), (-0.2, 0.3), (-0.2, -0.3), (0.2, -0.3)].map(|(x_m, y_m)| at * Point::new(x_m, y_m))
 }
 
-/// The gap between a crate and a disc, in metres; negative if they overlap.
+/// The gap between a crate and a disc, in meters; negative if they overlap.
 fn gap_m(at: &Pose, center: Point, radius_m: f64) -> f64 {
     let center = at.inverse_transform_point(&center);
     let outside = Point::new((center.x.abs() - 0.2).max(0.0), (center.y.abs() - 0.3).max(0.0));

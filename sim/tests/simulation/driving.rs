@@ -8,7 +8,7 @@ use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, Shape, SimConfig, Simulati
 use crate::{drive, in_a_room, room, scans};
 
 #[test]
-fn drives_straight_for_a_metre() {
+fn drives_straight_for_a_meter() {
     let mut sim = in_a_room(&SimConfig::default(), pose(1.0, 3.0, 0.0));
     // 0.2 m while accelerating to 0.4 m/s, 0.6 m at that speed, 0.2 m while braking (and half a step's worth each).
     drive(&mut sim, 0.4, 0.0, 40 + 75);

@@ -11,10 +11,10 @@ use sim::{Building, Door, Follow, ObstacleConfig, ObstacleMotion, Opening, Shape
 
 use crate::{drive, in_a_room};
 
-/// Radius of a person, in metres.
+/// Radius of a person, in meters.
 const ANN_M: f64 = 0.25;
 
-/// The distance of robot and person at which they touch, in metres.
+/// The distance of robot and person at which they touch, in meters.
 const TOUCH_M: f64 = 0.3 + ANN_M;
 
 fn seconds(spans: &[[u64; 2]]) -> Vec<(Duration, Duration)> {

@@ -15,7 +15,7 @@ use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
 use robot::{LaserScan, Reading, Robot, Streams, VelocityCommand};
 use sim::{SimConfig, Simulation};
 
-/// Thickness of the room's walls, in metres.
+/// Thickness of the room's walls, in meters.
 const WALL_M: f64 = 0.1;
 
 /// An empty room with the interior from (0, 0) to (`length_m`, `width_m`), surrounded by walls.

@@ -60,7 +60,7 @@ impl Outline {
         self.corners.iter().chain(self.corners.first().filter(|_| self.corners.len() > 1))
     }
 
-    fn centre(&self) -> Point {
+    fn center(&self) -> Point {
         let sum = self.corners.iter().fold(Vector2::zeros(), |sum, corner| sum + corner.coords);
         (sum / self.corners.len().max(1) as f64).into()
     }
@@ -91,7 +91,7 @@ pub(super) fn markers(time: Duration, frame: &str, outlines: &[Outline]) -> Mark
         let name = Marker {
             ns: "names".to_owned(),
             r#type: marker::TEXT,
-            pose: (&pose(outline.centre().x, outline.centre().y, 0.0)).into(),
+            pose: (&pose(outline.center().x, outline.center().y, 0.0)).into(),
             scale: Vector { x: 0.0, y: 0.0, z: LETTERS_M },
             text: outline.name.clone(),
             ..common

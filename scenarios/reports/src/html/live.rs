@@ -18,7 +18,7 @@ use super::{STYLE, chart, colors, figure, violations, words};
 use crate::pictures::{self, Camera};
 use crate::timeline::Timeline;
 
-/// Pixels per metre on the floor.
+/// Pixels per meter on the floor.
 const PIXELS_PER_M: f64 = 40.0;
 /// The maximum length of the floor's longer side, in pixels.
 const LONGEST: f64 = 4000.0;
@@ -35,7 +35,7 @@ pub struct Floor {
     pub svg: String,
     /// Its width and height, in pixels.
     pub size: [f64; 2],
-    /// The origin of the `map` frame in the picture, x₀ and y₀ in pixels, and the number of pixels per metre; x points
+    /// The origin of the `map` frame in the picture, x₀ and y₀ in pixels, and the number of pixels per meter; x points
     /// right, and y up.
     pub origin: [f64; 3],
 }

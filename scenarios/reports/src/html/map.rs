@@ -18,7 +18,7 @@ use crate::timeline::Timeline;
 
 /// If there are more stages than this, only those in which the robot drove have a number on the map.
 const MOST_NUMBERS: usize = 12;
-/// It drove if it covered at least this distance, in metres.
+/// It drove if it covered at least this distance, in meters.
 const LEAST_M: f64 = 0.5;
 
 /// The contents of the map: the run's last moment, without the robot's readings and plans. None without a map.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use maps::Point;
 
-/// The trail has a point this often, in metres.
+/// The trail has a point this often, in meters.
 const STEP_M: f64 = 0.10;
 /// What the tree does for no longer than this is not a separate stage, such as a leaf whose answer took one step.
 const IN_PASSING: Duration = Duration::from_millis(250);
@@ -18,13 +18,13 @@ pub struct Stage {
     pub from: Duration,
     /// When it ended.
     pub to: Duration,
-    /// The robot's positions with their times, in the `map` frame: the first, the last, and one every few centimetres
+    /// The robot's positions with their times, in the `map` frame: the first, the last, and one every few centimeters
     /// between them; empty without a robot.
     pub points: Vec<(Duration, Point)>,
 }
 
 impl Stage {
-    /// The length of the path, in metres.
+    /// The length of the path, in meters.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
         self.points.windows(2).map(|pair| (pair[1].1 - pair[0].1).norm()).sum()
@@ -103,7 +103,7 @@ impl Trail {
         stages
     }
 
-    /// Where the robot was at a time, to within a few centimetres.
+    /// Where the robot was at a time, to within a few centimeters.
     #[must_use]
     pub fn position(&self, time: Duration) -> Option<Point> {
         let points = self.stages.iter().flat_map(|stage| &stage.points).chain(&self.here);

@@ -7,16 +7,16 @@ use rand_chacha::ChaCha8Rng;
 use super::course::{Course, Task};
 
 /// Everything that stands still is at least this far from walls, and twice as far from other standing things, in
-/// metres: on both sides of a person, 0.75 m remain for the robot.
+/// meters: on both sides of a person, 0.75 m remain for the robot.
 const PASSABLE_M: f64 = 1.0;
 
-/// Nobody starts or stands closer than this to the robot's start, in metres.
+/// Nobody starts or stands closer than this to the robot's start, in meters.
 const START_FREE_M: f64 = 1.5;
 
-/// Nobody stands closer than this to the goal, in metres.
+/// Nobody stands closer than this to the goal, in meters.
 const GOAL_FREE_M: f64 = 1.2;
 
-/// People walk between places within this distance of the robot's path, in metres; boxes stand there.
+/// People walk between places within this distance of the robot's path, in meters; boxes stand there.
 const FROM_THE_WAY_M: f64 = 8.0;
 
 /// How many places are drawn at most to find a suitable one.

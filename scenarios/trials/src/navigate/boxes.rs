@@ -10,7 +10,7 @@ use sim::{ObstacleConfig, ObstacleMotion, Shape};
 use super::beside::passable;
 use super::course::{Course, Task};
 
-/// Length of a box's sides, in metres, and its mass, in kg.
+/// Length of a box's sides, in meters, and its mass, in kg.
 const SIDE_M: std::ops::Range<f64> = 0.3..0.5;
 const MASS_KG: f64 = 10.0;
 

@@ -10,10 +10,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::RobotModel;
 
-/// The least room to spare around the robot at starts and goals, in metres.
+/// The least room to spare around the robot at starts and goals, in meters.
 const SPARE_M: f64 = 0.05;
 
-/// A goal is at least this far from the start, in metres.
+/// A goal is at least this far from the start, in meters.
 const SHORTEST_TRIP_M: f64 = 3.0;
 
 /// How many trips are drawn at most to find one that is long enough. After that, only endpoints that are far enough
@@ -117,7 +117,7 @@ impl Course {
         &self.picture
     }
 
-    /// Distance from a place to the nearest obstacle of the map, in metres.
+    /// Distance from a place to the nearest obstacle of the map, in meters.
     pub(super) fn clearance_m(&self, place: &Point) -> f64 {
         self.costmap.clearance_m(place)
     }

@@ -15,10 +15,10 @@ use super::people::people;
 use super::picture::body;
 use super::{About, Outcome, Touched, Trip};
 
-/// Standard deviation of a range, in metres.
+/// Standard deviation of a range, in meters.
 const LASER_SIGMA_M: f64 = 0.01;
 
-/// Noise of the wheels' encoders: some 2 % of the distance, and 1° per metre.
+/// Noise of the wheels' encoders: some 2 % of the distance, and 1° per meter.
 const ODOMETRY_NOISE: DriftNoise = DriftNoise {
     angle_per_sqrt_rad: 0.02,
     angle_per_sqrt_m: 0.015,
@@ -30,13 +30,13 @@ const ODOMETRY_NOISE: DriftNoise = DriftNoise {
 const MOST_TIME: Duration = Duration::from_secs(300);
 const MOST_TIMES: f64 = 6.0;
 
-/// The robot has arrived if its true position is within this distance of its goal, in metres.
+/// The robot has arrived if its true position is within this distance of its goal, in meters.
 const THERE_M: f64 = 0.25;
 
 /// Somebody who has not moved for this long stands still.
 const STANDS_STILL: Duration = Duration::from_millis(500);
 
-/// Distance between the points of the trail, in metres.
+/// Distance between the points of the trail, in meters.
 const TRAIL_STEP_M: f64 = 0.1;
 
 /// Drives the trip of a root seed among people and boxes, as far as they can be placed, and shows how it ended.
@@ -214,8 +214,8 @@ mod tests {
         }
     }
 
-    /// Positions on a map this far away are rounded to a nanometre. Where localization and control decide between near
-    /// ties, rounding can change the trip by centimetres.
+    /// Positions on a map this far away are rounded to a nanometer. Where localization and control decide between near
+    /// ties, rounding can change the trip by centimeters.
     #[test]
     fn trips_do_not_depend_on_how_far_the_map_is_from_the_origin() {
         let plan = maps::house::draw();

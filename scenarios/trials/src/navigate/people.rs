@@ -10,7 +10,7 @@ use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk
 use super::beside::{near_the_way, passable};
 use super::course::{Course, Task};
 
-/// Radius of a person, in metres.
+/// Radius of a person, in meters.
 const RADIUS_M: f64 = 0.25;
 
 /// One out of this many people stands still.
@@ -20,7 +20,7 @@ const ONE_STANDS_OF: usize = 3;
 const SPEED_MPS: std::ops::Range<f64> = 0.5..1.2;
 const LONGEST_PAUSE_S: f64 = 5.0;
 
-/// How many walks are drawn at most to find one that avoids all boxes, and the minimum distance to boxes, in metres.
+/// How many walks are drawn at most to find one that avoids all boxes, and the minimum distance to boxes, in meters.
 const TRIES: usize = 20;
 const BESIDE_M: f64 = 0.1;
 

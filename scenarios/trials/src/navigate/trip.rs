@@ -47,7 +47,7 @@ pub struct Trip {
     pub seed: u64,
     /// The people and boxes that could be placed.
     pub about: About,
-    /// Where the robot started, in the `map` frame, in metres.
+    /// Where the robot started, in the `map` frame, in meters.
     pub start: [f64; 2],
     /// Its goal.
     pub goal: [f64; 2],
@@ -61,13 +61,13 @@ pub struct Trip {
     pub reason: Option<String>,
     /// How long it took, in seconds.
     pub time_s: f64,
-    /// How far the robot drove, in metres.
+    /// How far the robot drove, in meters.
     pub driven_m: f64,
-    /// Length of the shortest path for a robot of its size, in metres, ignoring people.
+    /// Length of the shortest path for a robot of its size, in meters, ignoring people.
     pub shortest_m: f64,
-    /// Distance from the goal at the end, in metres.
+    /// Distance from the goal at the end, in meters.
     pub off_m: f64,
-    /// Greatest distance between the estimated and the true position, in metres.
+    /// Greatest distance between the estimated and the true position, in meters.
     pub localization_max_m: f64,
     /// The contacts with walls, people and boxes, in order.
     pub contacts: Vec<Touched>,

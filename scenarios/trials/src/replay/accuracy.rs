@@ -11,26 +11,26 @@ use sim::{DriftNoise, LaserConfig, OdometryConfig, SimConfig};
 
 use super::drive::{Drive, route};
 
-/// Distance between the true pose and the initial pose given to localization, in metres.
+/// Distance between the true pose and the initial pose given to localization, in meters.
 const INITIAL_OFFSET_M: f64 = 0.2;
 
-/// Standard deviation of a range, in metres.
+/// Standard deviation of a range, in meters.
 const LASER_SIGMA_M: f64 = 0.01;
 
 /// The results of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
-    /// The distance driven, in metres.
+    /// The distance driven, in meters.
     pub driven_m: f64,
-    /// Error of odometry at the end, in metres.
+    /// Error of odometry at the end, in meters.
     pub odometry_off_m: f64,
     /// Error of its heading, in radians.
     pub odometry_off_rad: f64,
-    /// Root mean square of the distances between estimates and truth, over all scans, in metres.
+    /// Root mean square of the distances between estimates and truth, over all scans, in meters.
     pub rmse_m: f64,
     /// The same for headings, in radians.
     pub rmse_rad: f64,
-    /// The greatest distance, in metres.
+    /// The greatest distance, in meters.
     pub max_m: f64,
     /// Mean of the squared errors in units of the estimate's own covariance. Three is ideal; a larger number means that
     /// the estimate is overconfident, a smaller one that it is underconfident.

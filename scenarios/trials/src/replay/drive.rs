@@ -5,7 +5,7 @@ use nav::{Atlas, Costmap, CostmapParameters, PlanError, plan};
 use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 use sim::{SimConfig, SimError, Simulation};
 
-/// How far ahead on its path the robot aims, in metres.
+/// How far ahead on its path the robot aims, in meters.
 const AHEAD_M: f64 = 0.4;
 
 /// The robot turns on the spot if its target is this far to the side, in radians.
@@ -62,7 +62,7 @@ impl Drive {
         self.sim.truth().pose()
     }
 
-    /// How far it has driven, in metres.
+    /// How far it has driven, in meters.
     #[must_use]
     pub fn driven_m(&self) -> f64 {
         self.sim.truth().distance_m()

@@ -13,10 +13,10 @@ const SCANS: usize = 200;
 /// One out of this many beams of a scan is used.
 const STRIDE: usize = 4;
 
-/// A beam fits if it ends this close to an obstacle, in metres.
+/// A beam fits if it ends this close to an obstacle, in meters.
 const NEAR_M: f64 = 0.15;
 
-/// Step length along a beam in the search for the face of an obstacle, in metres.
+/// Step length along a beam in the search for the face of an obstacle, in meters.
 const LOOK_M: f64 = 0.005;
 
 /// How well scans fit a map, seen from their corrected poses.
@@ -26,7 +26,7 @@ pub struct Fit {
     pub beams: f64,
     /// The fraction of poses on free cells of the map.
     pub poses: f64,
-    /// How far behind the faces of cells beams end, in metres: the median of the beams that end near a face. At least
+    /// How far behind the faces of cells beams end, in meters: the median of the beams that end near a face. At least
     /// zero, at most half a cell: greater depths come from errors of the poses, which occur on both sides.
     pub surface_depth_m: f64,
 }
@@ -105,7 +105,7 @@ fn end_of(eye: &Pose, beam_rad: f64, range_m: f64) -> Point {
     eye * (Point::new(cos, sin) * range_m)
 }
 
-/// How far a beam ends behind the face that it hits, in metres, if that is close. Negative if it ends in front of it.
+/// How far a beam ends behind the face that it hits, in meters, if that is close. Negative if it ends in front of it.
 fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Option<f64> {
     let is_occupied = |depth_m: f64| {
         let at = map.index_of(&end_of(eye, beam_rad, range_m - depth_m));

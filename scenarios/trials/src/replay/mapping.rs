@@ -11,9 +11,9 @@ use robot::recorded::Recording;
 /// The parameters of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappingParameters {
-    /// Side of a cell, in metres. Default 0.05.
+    /// Side of a cell, in meters. Default 0.05.
     pub resolution_m: f64,
-    /// Beams count up to this range, in metres: farther away, a slight rotation of the pose moves their ends by whole
+    /// Beams count up to this range, in meters: farther away, a slight rotation of the pose moves their ends by whole
     /// cells. Default 20.
     pub range_max_m: f64,
     /// A cell is an obstacle if at least this fraction of the beams that reached it ended there. Default 0.2: grazing
@@ -114,7 +114,7 @@ fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<Occ
     if low.x > high.x {
         return Err(MappingError::NothingSeen);
     }
-    let cell = |metres: f64| (metres / parameters.resolution_m).floor();
+    let cell = |meters: f64| (meters / parameters.resolution_m).floor();
     let (left, bottom) = (cell(low.x) - MARGIN, cell(low.y) - MARGIN);
     let (width, height) =
         ((cell(high.x) + MARGIN + 1.0 - left) as usize, (cell(high.y) + MARGIN + 1.0 - bottom) as usize);

@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use super::{Course, Waypoint};
 
-/// An estimate with a greater error is considered lost, in metres and radians (30°).
+/// An estimate with a greater error is considered lost, in meters and radians (30°).
 const LOST_M: f64 = 1.0;
 const LOST_RAD: f64 = 0.524;
 
-/// An estimate with a smaller error is considered right, in metres and radians (15°).
+/// An estimate with a smaller error is considered right, in meters and radians (15°).
 const FOUND_M: f64 = 0.3;
 const FOUND_RAD: f64 = 0.262;
 
-/// The robot counts as found only if the error then stays that small for this distance, in metres, or to the end of a
+/// The robot counts as found only if the error then stays that small for this distance, in meters, or to the end of a
 /// shorter course.
 const STAYS_M: f64 = 5.0;
 
@@ -30,13 +30,13 @@ pub struct Stretch {
 pub struct Score {
     /// Number of scans that count.
     pub scans: usize,
-    /// Distance driven between the first and the last of them, in metres.
+    /// Distance driven between the first and the last of them, in meters.
     pub driven_m: f64,
-    /// Median error of position, in metres.
+    /// Median error of position, in meters.
     pub median_m: f64,
-    /// Root mean square of the distances, in metres.
+    /// Root mean square of the distances, in meters.
     pub rmse_m: f64,
-    /// The greatest distance, in metres.
+    /// The greatest distance, in meters.
     pub max_m: f64,
     /// Median error of heading, in radians.
     pub median_rad: f64,
@@ -47,7 +47,7 @@ pub struct Score {
     /// The first scan after which the estimate stayed within 0.3 m and 15° for at least 5 m (or to the end of a shorter
     /// course); none if there is no such scan.
     pub converged_at: Option<Duration>,
-    /// How far the robot had driven by then, in metres.
+    /// How far the robot had driven by then, in meters.
     pub converged_after_m: Option<f64>,
 }
 
@@ -58,14 +58,14 @@ impl Score {
         let all = &course.waypoints;
         let found = converged(all);
         let counted = &all[found.filter(|_| course.from_nothing).unwrap_or(0)..];
-        let metres = sorted(counted.iter().map(Waypoint::error_m));
+        let meters = sorted(counted.iter().map(Waypoint::error_m));
         let radians = sorted(counted.iter().map(Waypoint::error_rad));
         Self {
             scans: counted.len(),
             driven_m: way_m(counted),
-            median_m: median(&metres),
-            rmse_m: root_mean_square(&metres),
-            max_m: metres.last().copied().unwrap_or_default(),
+            median_m: median(&meters),
+            rmse_m: root_mean_square(&meters),
+            max_m: meters.last().copied().unwrap_or_default(),
             median_rad: median(&radians),
             rmse_rad: root_mean_square(&radians),
             lost: lost(counted),
@@ -75,7 +75,7 @@ impl Score {
     }
 }
 
-/// The distance along waypoints, in metres.
+/// The distance along waypoints, in meters.
 fn way_m(waypoints: &[Waypoint]) -> f64 {
     let step = |pair: &[Waypoint]| (pair[1].corrected.translation.vector - pair[0].corrected.translation.vector).norm();
     waypoints.windows(2).map(step).fold(0.0, |way_m, step_m| way_m + step_m)
@@ -128,7 +128,7 @@ mod tests {
 
     use super::*;
 
-    /// A drive along x, with one scan per metre and second and these errors to the side.
+    /// A drive along x, with one scan per meter and second and these errors to the side.
     fn course(errors_m: &[f64]) -> Course {
         let waypoint = |(second, error_m): (usize, &f64)| {
             let corrected = pose(second as f64, 0.0, 0.0);

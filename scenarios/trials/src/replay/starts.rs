@@ -8,10 +8,10 @@ use robot::recorded::Recording;
 
 use super::{Conditions, Part, Score, replay_part};
 
-/// A robot must be found within this distance, in metres.
+/// A robot must be found within this distance, in meters.
 pub const WITHIN_M: f64 = 15.0;
 
-/// The robot is followed for this much longer, in metres: it counts as found only if it stays found for 5 m, and the
+/// The robot is followed for this much longer, in meters: it counts as found only if it stays found for 5 m, and the
 /// next scan may come a little later.
 const FOLLOWED_M: f64 = 7.0;
 
@@ -22,7 +22,7 @@ pub struct Start {
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
-    /// The distance after which the estimate was right and stayed right, in metres; none if there was no such distance
+    /// The distance after which the estimate was right and stayed right, in meters; none if there was no such distance
     /// while the robot was followed.
     pub found_after_m: Option<f64>,
 }
