@@ -220,7 +220,7 @@ fn outcome(about: &Proof, question: &Question, limits: &Limits) -> Result<ProofO
     let search = |order, share| Limits { order, memory: limits.memory / share, ..limits.clone() };
     let mut reason = String::new();
     for (limits, is_last) in [
-        (search(Order::Depth, 64), (|_| false) as fn(bool) -> bool),
+        (search(Order::Depth, 16), (|_| false) as fn(bool) -> bool),
         (search(Order::Breadth, 16), |is_full| !is_full),
         (search(Order::Depth, 1), |is_full| is_full),
         (search(Order::Breadth, 1), |_| true),

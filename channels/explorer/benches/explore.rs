@@ -6,19 +6,20 @@ use std::process::Command;
 use std::sync::Arc;
 
 use channels::{
-    Capacity, ChannelId, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProcessId, ProgramGraph,
-    Shape, Topology,
+    Capacity, ChannelId, ChannelSystem, Domain, FieldKind, GraphMonitor, GraphProcess, Message, Process, ProcessId,
+    ProgramGraph, Shape, Topology,
 };
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use explorer::{Closed, Limits, Model, Reduction, explore, promela};
+use explorer::{Closed, Exploration, Limits, Model, Outcome, Reduction, explore, promela};
 
 fn main() {
     divan::main();
 }
 
-/// Guests at a round table with a fork between every two neighbors.
-fn table(guests: usize) -> ChannelSystem {
+/// Guests at a round table with a fork between every two neighbors, and the property that nobody is given the first fork
+/// while the other one of its guests holds it.
+fn table(guests: usize) -> (ChannelSystem, GraphMonitor) {
     let mut topology = Topology::default();
     let mut seat = |kind: &str, index: usize| topology.process(&format!("{kind}{index}")).expect("a new name");
     let people: Vec<ProcessId> = (0..guests).map(|index| seat("Guest", index)).collect();
@@ -58,15 +59,27 @@ fn table(guests: usize) -> ChannelSystem {
         let graph = graph.initial(free).build().expect("a sound graph");
         processes.push((forks[fork], Box::new(GraphProcess::new(Arc::new(graph)))));
     }
-    ChannelSystem::new(Arc::new(topology), processes).expect("a sound system")
+    let mut rule = ProgramGraph::builder("one at a time");
+    let [free, twice] = ["free", "taken twice"].map(|name| rule.location(name));
+    let asks = [lines[0][0][0], lines[guests - 1][1][0]];
+    let held = ["held by the first", "held by the last"].map(|name| rule.location(name));
+    for (holder, other) in [(0, 1), (1, 0)] {
+        rule.receive(free, asks[holder], take.clone(), held[holder]);
+        rule.receive(held[holder], asks[holder], put.clone(), free);
+        rule.receive(held[holder], asks[other], take.clone(), twice);
+    }
+    let rule = GraphMonitor::new(Arc::new(rule.initial(free).build().expect("a sound graph")), [twice]);
+    (ChannelSystem::new(Arc::new(topology), processes).expect("a sound system"), rule)
 }
 
 #[divan::bench(args = [(5, 1), (6, 1), (6, 2)], sample_count = 3)]
 fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
-    let model = Model::new(&table(guests), None, Arc::new(Closed));
+    let (system, rule) = table(guests);
+    let model = Model::new(&system, None, Arc::new(Closed));
     let limits = Limits { threads, reduction: Reduction::Off, ..Limits::default() };
-    let run = || explore(&model, None, &limits, &mut |_| ()).expect("a finite system");
-    let found = run().progress;
+    let run = || explore(&model, Some(&rule), &limits, &mut |_| ()).expect("a finite system");
+    let Exploration { outcome, progress: found, .. } = run();
+    assert!(matches!(outcome, Outcome::Proved), "{outcome:?}");
     eprintln!("{guests} guests: {} states, {:.1} bytes each", found.states, found.memory as f64 / found.states as f64);
     bencher.counter(ItemsCount::new(found.states)).bench(run);
 }
@@ -74,10 +87,11 @@ fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
 /// More than 100 million states within 4 GB: runs only on request, since it takes minutes.
 #[divan::bench(args = [8], sample_count = 1, sample_size = 1, ignore)]
 fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
-    let model = Model::new(&table(guests), None, Arc::new(Closed));
+    let (system, rule) = table(guests);
+    let model = Model::new(&system, None, Arc::new(Closed));
     let limits = Limits { memory: 4 << 30, reduction: Reduction::Off, ..Limits::default() };
     bencher.bench_local(|| {
-        let found = explore(&model, None, &limits, &mut |_| ()).expect("a finite system");
+        let found = explore(&model, Some(&rule), &limits, &mut |_| ()).expect("a finite system");
         let explorer::Progress { states, memory, depth, .. } = found.progress;
         let bytes = memory as f64 / states as f64;
         eprintln!("{guests} guests: {states} states to depth {depth}, {bytes:.1} bytes each, {memory} bytes in all");
@@ -88,8 +102,9 @@ fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
 /// The same model in SPIN, without SPIN's reduction: the states are the items, so rates can be compared.
 #[divan::bench(args = [5, 6], sample_count = 3)]
 fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
-    let model = Model::new(&table(guests), None, Arc::new(Closed));
-    let exported = promela(&model, None, &Limits::default(), &mut |_| ()).expect("a finite system");
+    let (system, rule) = table(guests);
+    let model = Model::new(&system, None, Arc::new(Closed));
+    let exported = promela(&model, Some(&rule), &Limits::default(), &mut |_| ()).expect("a finite system");
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("model.pml"), exported.text).expect("a file");
     let compile = "spin -a -o1 -o2 -o3 model.pml && cc -O2 -w -DSAFETY -DNOREDUCE -o pan pan.c";

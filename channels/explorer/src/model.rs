@@ -77,6 +77,9 @@ pub trait Environment: fmt::Debug + Send + Sync {
     /// a move, time stands still. `driven` are the processes that it drives, in their normal form.
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
 
+    /// The same moves in words: `the level falls below 30 %`. Empty where nothing worth mentioning changes.
+    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String>;
+
     /// Whether a move may enable a process that could not move. If not, the search never asks for the moves that are
     /// possible while time stands still.
     fn may_stir(&self, _state: &[i64], _driven: &[&dyn Process]) -> bool {
@@ -103,13 +106,11 @@ pub struct Move {
     pub state: Vec<i64>,
     /// Its effect on each process that it drives, in normal form or not.
     pub update: Update,
-    /// The move in words: `the level falls below 30 %`. Empty if nothing worth mentioning changes.
-    pub words: String,
 }
 
 impl fmt::Debug for Move {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Move").field("state", &self.state).field("words", &self.words).finish_non_exhaustive()
+        f.debug_struct("Move").field("state", &self.state).finish_non_exhaustive()
     }
 }
 
@@ -127,7 +128,11 @@ impl Environment for Closed {
     }
 
     fn moves(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<Move> {
-        vec![Move { state: Vec::new(), update: Arc::new(|_, _, _| ()), words: String::new() }]
+        vec![Move { state: Vec::new(), update: Arc::new(|_, _, _| ()) }]
+    }
+
+    fn words(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<String> {
+        vec![String::new()]
     }
 }
 

@@ -1,140 +1,20 @@
 //! What a system can do next: the rules of channel systems, on numbers.
 
+mod slots;
+mod successors;
+mod time;
+
 use std::time::Duration;
 
 use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 
+pub(crate) use self::slots::Slots;
+use self::successors::Draft;
+pub(crate) use self::successors::{Fate, Label, Successors};
 use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, entry};
 use crate::model::{Damage, Instant, Move};
 use crate::path::PathStep;
-use crate::store::Change;
-use crate::tables::{Clock, ENDLESS, Gap, Moved, Start, Tables, Transit};
-
-/// The position of each part of a system's state in a vector.
-#[derive(Debug)]
-pub(crate) struct Slots {
-    pub(crate) processes: Vec<u32>,
-    pub(crate) channels: Vec<u32>,
-    pub(crate) clock: u32,
-    pub(crate) transit: u32,
-    pub(crate) environment: u32,
-    pub(crate) monitor: u32,
-    pub(crate) len: usize,
-}
-
-impl Slots {
-    /// Each process is next to the channels on which it sends, since they often change together.
-    pub(crate) fn new(tables: &Tables) -> Self {
-        let mut next = 0..;
-        let mut slot = || next.next().unwrap_or_default();
-        let [monitor, clock, transit, environment] = [slot(), slot(), slot(), slot()];
-        let mut processes = Vec::new();
-        let mut channels = vec![0; tables.lines.len()];
-        for process in tables.topology.processes() {
-            processes.push(slot());
-            for channel in tables.topology.channels().filter(|id| tables.topology.get(*id).source == process) {
-                channels[channel.index()] = slot();
-            }
-        }
-        Self { processes, channels, clock, transit, environment, monitor, len: slot() as usize }
-    }
-
-    /// The vector of the initial state.
-    pub(crate) fn vector(&self, start: &Start) -> Vec<u32> {
-        let mut vector = vec![0; self.len];
-        let parts = self.processes.iter().zip(&start.processes).chain(self.channels.iter().zip(&start.contents));
-        parts.for_each(|(slot, value)| vector[*slot as usize] = *value);
-        let rest = [
-            (self.clock, start.clock),
-            (self.transit, start.transit),
-            (self.environment, start.environment),
-            (self.monitor, start.monitor),
-        ];
-        rest.into_iter().for_each(|(slot, value)| vector[slot as usize] = value);
-        vector
-    }
-}
-
-/// A step from one state to another. Indices are those of the steps that a process offers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Label {
-    Own {
-        process: u32,
-        own: u32,
-        damage: Damage,
-    },
-    Receive {
-        process: u32,
-        receive: u32,
-        damage: Damage,
-    },
-    Handshake {
-        process: u32,
-        own: u32,
-        receiver: u32,
-        receive: u32,
-    },
-    /// The environment moves while time stands still.
-    Drive {
-        index: u32,
-    },
-    /// The environment moves, time passes, timers that are due fire, and the tick arrives if it is due.
-    Wait {
-        index: u32,
-        delivered: bool,
-    },
-}
-
-/// How the search continues with a successor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fate {
-    GoOn,
-    /// The verdict is true, whatever follows.
-    Settled,
-    /// The verdict is false.
-    Violated,
-    /// Messages pile up without bound.
-    Endless,
-}
-
-/// The successors of a state.
-#[derive(Debug, Default)]
-pub(crate) struct Successors {
-    changes: Vec<Change>,
-    /// Where the changes of each successor end.
-    ends: Vec<usize>,
-    labels: Vec<Label>,
-    fates: Vec<Fate>,
-    /// Nothing can happen before time passes.
-    pub(crate) is_quiet: bool,
-}
-
-impl Successors {
-    fn clear(&mut self) {
-        self.changes.clear();
-        self.ends.clear();
-        self.labels.clear();
-        self.fates.clear();
-        self.is_quiet = false;
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.ends.len()
-    }
-
-    pub(crate) fn changes(&self, index: usize) -> &[Change] {
-        let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.changes[begin..self.ends[index]]
-    }
-
-    pub(crate) fn label(&self, index: usize) -> &Label {
-        &self.labels[index]
-    }
-
-    pub(crate) fn fate(&self, index: usize) -> Fate {
-        self.fates[index]
-    }
-}
+use crate::tables::{ENDLESS, Gap, Tables, Transit};
 
 /// The semantics of a model over its tables.
 #[derive(Debug)]
@@ -147,27 +27,6 @@ pub(crate) struct Semantics {
     pub(crate) hold: Duration,
     /// Whether a process that can only send does so before the others move.
     pub(crate) sends_first: bool,
-}
-
-/// A vector with changes that are being made.
-struct Draft<'a> {
-    from: &'a [u32],
-    changes: &'a mut Vec<Change>,
-    begin: usize,
-}
-
-impl Draft<'_> {
-    fn get(&self, slot: u32) -> u32 {
-        let changed = self.changes[self.begin..].iter().find(|(changed, _)| *changed == slot);
-        changed.map_or(self.from[slot as usize], |(_, value)| *value)
-    }
-
-    fn set(&mut self, slot: u32, value: u32) {
-        match self.changes[self.begin..].iter_mut().find(|(changed, _)| *changed == slot) {
-            Some((_, old)) => *old = value,
-            None => self.changes.push((slot, value)),
-        }
-    }
 }
 
 impl Semantics {
@@ -237,7 +96,9 @@ impl Semantics {
     /// The steps that a label stands for, in a state.
     pub(crate) fn path_steps(&self, state: &[u32], label: &Label) -> Vec<PathStep> {
         let moved = |instant, index: usize| {
-            let Move { state, update, words } = self.tables.told(&self.key(state), instant).swap_remove(index);
+            let key = self.key(state);
+            let Move { state, update } = self.tables.told(&key, instant).swap_remove(index);
+            let words = self.tables.words(&key, instant).swap_remove(index);
             PathStep::Environment { words, update, state }
         };
         let local = |process: u32| self.local(state, process as usize);
@@ -272,17 +133,6 @@ impl Semantics {
                 [moved(instant, index as usize), PathStep::Wait(span)].into_iter().chain(tick).collect()
             }
         }
-    }
-
-    /// The time until the next timer or tick, and which of the two it is.
-    fn next_instant(&self, state: &[u32]) -> Option<(Duration, Instant)> {
-        let clock = self.tables.clocks.get(state[self.slots.clock as usize]);
-        let timers = self.populated().filter_map(|process| self.local(state, process).timer);
-        let held = self.transit(state).held.iter().map(|(_, until)| *until);
-        let timer = timers.chain(held).min();
-        let tick = self.tables.ticks.map(|_| clock.until_tick);
-        let span = timer.into_iter().chain(tick).min()?;
-        Some((span, if tick == Some(span) { Instant::Tick } else { Instant::Between }))
     }
 
     fn transit<'a>(&'a self, state: &[u32]) -> &'a Transit {
@@ -406,155 +256,6 @@ impl Semantics {
         Ok(())
     }
 
-    /// Nothing more happens at this time: the environment moves, and time passes until the next timer or tick.
-    fn wait(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<(), Gap> {
-        let Some((span, instant)) = self.next_instant(state) else { return Ok(()) };
-        let clock = *self.tables.clocks.get(state[self.slots.clock as usize]);
-        let is_tick = instant == Instant::Tick;
-        let until_tick = match self.tables.ticks {
-            Some(ticks) if is_tick => ticks.period,
-            _ => clock.until_tick.saturating_sub(span),
-        };
-        let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
-        let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
-        for (index, moved) in self.moves(state, instant)?.iter().enumerate() {
-            let begin = out.changes.len();
-            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let mut fate = self.apply(&mut draft, moved)?;
-            fate = fate.and(self.pass_time(&mut draft, span)?);
-            if !transit.held.is_empty() {
-                self.set_transit(&mut draft, transit.after(span))?;
-            }
-            let (delivered, told) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
-            draft.set(self.slots.clock, next);
-            out.finish(Label::Wait { index: index as u32, delivered }, fate.and(told));
-        }
-        Ok(())
-    }
-
-    /// Lets time pass in all processes; timers that are due fire.
-    fn pass_time(&self, draft: &mut Draft<'_>, span: Duration) -> Result<Fate, Gap> {
-        let mut fate = Fate::GoOn;
-        if span.is_zero() && self.populated().all(|process| self.local_of(draft, process).timer.is_none()) {
-            return Ok(fate);
-        }
-        let number = self.tables.spans.find_value(&span);
-        for process in self.populated() {
-            let local = self.local_of(draft, process);
-            if local.is_timeless {
-                continue;
-            }
-            let step = number.map_or(Step::UNKNOWN, |number| entry(&local.later, number, Step::UNKNOWN));
-            if step == Step::UNKNOWN {
-                let state = draft.get(self.slots.processes[process]);
-                return Err(Gap::Later { process, state, span });
-            }
-            fate = fate.and(self.follow(draft, process, step)?);
-        }
-        Ok(fate)
-    }
-
-    /// The tick arrives. Returns whether it is delivered.
-    fn tick(&self, draft: &mut Draft<'_>, clock: Clock) -> Result<(bool, Fate), Gap> {
-        let Some(ticks) = self.tables.ticks else { return Ok((false, Fate::GoOn)) };
-        let generator = ticks.generator.index();
-        let state = draft.get(self.slots.processes[generator]);
-        let local = self.tables.locals[generator].get(state);
-        let output = self.tables.tick_channel;
-        let is_idle = local.own.is_empty() && draft.get(self.slots.channels[output]) == 0;
-        let delivered = is_idle && self.populated().any(|process| self.local_of(draft, process).awaits_any(output));
-        if delivered {
-            match local.ticked {
-                UNKNOWN => return Err(Gap::Ticked { process: generator, state }),
-                ticked => draft.set(self.slots.processes[generator], ticked),
-            }
-        }
-        if !self.has_monitor {
-            return Ok((delivered, Fate::GoOn));
-        }
-        let number = draft.get(self.slots.monitor);
-        let next = self.tables.monitors.get(number).ticked[usize::from(clock.has_ticked)];
-        if next == UNKNOWN {
-            return Err(Gap::ObservedTick { state: number, has_ticked: clock.has_ticked });
-        }
-        draft.set(self.slots.monitor, next);
-        Ok((delivered, self.judged(next)))
-    }
-
-    /// The environment moves while time stands still: in any state if `anywhere`, otherwise in quiet states if a
-    /// process can move then.
-    fn drive(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
-        if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
-            return Ok(());
-        }
-        if !self.anywhere && !self.tables.may_stir(&self.key(state)) {
-            return Ok(());
-        }
-        let mut vector = state.to_vec();
-        for (index, moved) in self.moves(state, Instant::Between)?.iter().enumerate() {
-            if moved.processes.is_empty() && !self.anywhere {
-                continue;
-            }
-            let begin = out.changes.len();
-            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let fate = self.apply(&mut draft, moved)?;
-            let changes = &out.changes[begin..];
-            changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved)? };
-            changes.iter().for_each(|(slot, _)| vector[*slot as usize] = state[*slot as usize]);
-            if is_told {
-                out.finish(Label::Drive { index: index as u32 }, fate);
-            } else {
-                out.changes.truncate(begin);
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether a move of the environment enables a process of a quiet system: one that has changed, or one that waits
-    /// for it in a handshake.
-    fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
-        let transit = self.transit(vector);
-        let mut out = Successors::default();
-        let changed = moved.processes.iter().map(|(process, _)| *process as usize);
-        for process in changed.chain(self.tables.shakers.iter().copied()) {
-            let number = vector[self.slots.processes[process] as usize];
-            let local = self.tables.locals[process].get(number);
-            for own in 0..local.own.len() {
-                self.take_own(vector, transit, process, (number, local), own, &mut out)?;
-            }
-            for receive in 0..local.receives.len() {
-                self.take_receive(vector, transit, process, (number, local), receive, &mut out)?;
-            }
-            if out.len() > 0 {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[Moved], Gap> {
-        let key = self.key(state);
-        match self.tables.moves[instant as usize].get(&key) {
-            Some(moves) => Ok(moves),
-            None => Err(Gap::Moves { key, instant }),
-        }
-    }
-
-    /// Everything on which the moves of the environment depend: its state, and those of the processes that it drives.
-    fn key(&self, state: &[u32]) -> Vec<u32> {
-        let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
-        std::iter::once(state[self.slots.environment as usize]).chain(driven).collect()
-    }
-
-    fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {
-        draft.set(self.slots.environment, moved.state);
-        let steps = moved.processes.iter();
-        steps
-            .map(|(process, step)| self.follow(draft, *process as usize, *step))
-            .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))
-    }
-
     /// Adds a successor.
     fn push(
         &self,
@@ -662,23 +363,5 @@ impl Local {
     /// Whether it waits for a tick on this channel.
     pub(crate) fn awaits_any(&self, channel: usize) -> bool {
         self.receives.iter().any(|receive| receive.channel == channel && receive.pattern == Pattern::Any)
-    }
-}
-
-impl Successors {
-    fn finish(&mut self, label: Label, fate: Fate) {
-        self.ends.push(self.changes.len());
-        self.labels.push(label);
-        self.fates.push(fate);
-    }
-}
-
-impl Fate {
-    /// The worse one.
-    fn and(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::GoOn, other) => other,
-            (first, _) => first,
-        }
     }
 }

@@ -61,7 +61,7 @@ pub(crate) struct Line {
     pub(crate) renamed: Vec<Vec<u32>>,
 }
 
-/// A move of the environment: the slots that it changes. There may be millions of moves, so their words are not kept.
+/// A move of the environment: the slots that it changes.
 #[derive(Debug)]
 pub(crate) struct Moved {
     pub(crate) state: u32,
@@ -499,6 +499,11 @@ impl Tables {
     /// The moves of the environment. The key is its state and the states of the processes that it drives.
     pub(crate) fn told(&self, key: &[u32], instant: Instant) -> Vec<Move> {
         self.environment.moves(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
+    }
+
+    /// The same moves in words.
+    pub(crate) fn words(&self, key: &[u32], instant: Instant) -> Vec<String> {
+        self.environment.words(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
     }
 
     /// Whether the environment may let a process move.

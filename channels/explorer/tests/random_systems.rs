@@ -322,12 +322,15 @@ impl Environment for Weather {
                 let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
                 (sensor.level, sensor.waits) = (level, sensor.waits || waits);
             }),
-            words: format!("the level is {level}"),
         };
         match instant {
             Instant::Between => vec![to(sensor.level, false), to(state[0], true)],
             Instant::Tick => [-1, 0, 1].map(|by| to((state[0] + by).clamp(0, 2), false)).to_vec(),
         }
+    }
+
+    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
+        self.moves(state, driven, instant).iter().map(|told| format!("the level is {}", told.state[0])).collect()
     }
 }
 

@@ -24,7 +24,7 @@ pub const WALL: Color = "#2f3a45";
 pub const SOLID: Color = "#bcc5ce";
 
 /// Success, and the planned path.
-pub const GOOD: Color = "#1a8a4c";
+pub const GOOD: Color = "#157a43";
 /// A light background for [`GOOD`].
 pub const GOOD_LIGHT: Color = "#d9f2e3";
 /// Failure, and faults.

@@ -229,19 +229,29 @@ impl RobotEnvironment {
         readings
     }
 
-    fn made(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> Move {
+    /// What may happen to the trip and to the battery.
+    fn choices(
+        &self,
+        state: State,
+        driven: &[&dyn Process],
+        instant: Instant,
+    ) -> impl Iterator<Item = (Leg, Option<Reading>)> {
+        let legs = self.legs(state, driven, instant).into_iter();
+        legs.flat_map(move |leg| self.readings(state, leg, instant).into_iter().map(move |reading| (leg, reading)))
+    }
+
+    fn made(&self, leg: Leg, reading: Option<Reading>) -> Move {
         let charge = reading.map(|reading| reading.charge).unwrap_or_default();
         let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
-        let words = self.words(before, leg, reading, told);
         let level = reading.zip(self.battery.as_ref());
         let battery = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
         let place = leg.at.map(|at| self.places[at].clone());
         let update = DriverData { battery, place, trip: leg.status }.update(Arc::clone(&self.known));
-        Move { state: state.encoded(), update, words }
+        Move { state: state.encoded(), update }
     }
 
     /// The changes for the processes, in words.
-    fn words(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> String {
+    fn in_words(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> String {
         let mut parts = Vec::new();
         let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
         let to = told.navigation.and_then(Navigation::trip_place);
@@ -333,17 +343,17 @@ impl Environment for RobotEnvironment {
     }
 
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
+        let choices = self.choices(State::decoded(state), driven, instant);
+        choices.map(|(leg, reading)| self.made(leg, reading)).collect()
+    }
+
+    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
         let state = State::decoded(state);
         let navigation = self.process(driven, self.trips.process);
         let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
         let told = Told { battery, navigation };
-        let mut moves = Vec::new();
-        for leg in self.legs(state, driven, instant) {
-            for reading in self.readings(state, leg, instant) {
-                moves.push(self.made(state, leg, reading, &told));
-            }
-        }
-        moves
+        let choices = self.choices(state, driven, instant);
+        choices.map(|(leg, reading)| self.in_words(state, leg, reading, &told)).collect()
     }
 
     /// Components move when they receive a request or have an answer to send.

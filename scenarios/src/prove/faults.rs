@@ -199,13 +199,9 @@ impl WithFaults {
 
     fn with(&self, told: &Move, change: Option<Change>, left: i64, active: &[i64]) -> Move {
         let (mut active, mut left) = (active.to_vec(), left);
-        let mut words = told.words.clone();
         if let Some(Change { index, begins }) = change {
             active[index] = i64::from(begins);
             left -= i64::from(begins);
-            let fault = &self.faults[index];
-            let happens = if begins { &fault.begins } else { &fault.ends };
-            words = if words.is_empty() { happens.clone() } else { format!("{words}, {happens}") };
         }
         let (update, faults, now_active) = (Arc::clone(&told.update), Arc::clone(&self.faults), active.clone());
         let is_inner = self.inner.driven().to_vec();
@@ -246,7 +242,14 @@ impl WithFaults {
             }
         };
         let state = told.state.iter().copied().chain([left]).chain(active).collect();
-        Move { state, update: Arc::new(update), words }
+        Move { state, update: Arc::new(update) }
+    }
+
+    fn in_words(&self, told: &str, change: Option<Change>) -> String {
+        let Some(Change { index, begins }) = change else { return told.to_owned() };
+        let Switched { begins: beginning, ends, .. } = &self.faults[index];
+        let happens = if begins { beginning } else { ends };
+        if told.is_empty() { happens.clone() } else { format!("{told}, {happens}") }
     }
 }
 
@@ -268,6 +271,14 @@ impl Environment for WithFaults {
         let with =
             |told: &Move| changes.iter().map(|change| self.with(told, *change, left, active)).collect::<Vec<_>>();
         moves.iter().flat_map(with).collect()
+    }
+
+    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
+        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
+        let changes = self.changes(faults[0], &faults[1..]);
+        let words = self.inner.words(state, &driven[..self.inner.driven().len()], instant);
+        let with = |told: &String| changes.iter().map(|change| self.in_words(told, *change)).collect::<Vec<_>>();
+        words.iter().flat_map(with).collect()
     }
 
     fn may_stir(&self, state: &[i64], driven: &[&dyn Process]) -> bool {

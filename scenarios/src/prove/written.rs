@@ -30,7 +30,7 @@ impl Proof {
     pub fn write_run(&self, question: &Question, answer: &Answer, run: &Run, folder: &Path) -> Result<PathBuf, Error> {
         let told = self.told(answer, run)?;
         let name = &self.scenario.name;
-        let about = format!("A run of {name} against {}, found by `steward prove`", question.property);
+        let about = format!("A run of {name} against {}, found by steward prove", question.property);
         let hold = self.scenario.file.prove.messages.hold;
         let changes = faults::changes(run, &self.faults).into_iter().map(|change| {
             let Change { index, begins } = change?;

@@ -118,9 +118,9 @@ impl Writer<'_> {
         for (instant, name) in [(Instant::Between, "TIMER"), (Instant::Tick, "TICK")] {
             for (key, moves) in semantics.tables.sorted_moves(instant) {
                 let here = self.driven_in(key);
-                for (moved, told) in moves.iter().zip(semantics.tables.told(key, instant)) {
+                for (moved, words) in moves.iter().zip(semantics.tables.words(key, instant)) {
                     let body = self.moved(key[0], moved);
-                    lines.push(option(&format!("next == {name} && {here}"), &body, &told.words));
+                    lines.push(option(&format!("next == {name} && {here}"), &body, &words));
                 }
                 if instant == Instant::Tick && !moves.is_empty() {
                     before_tick.push(format!("({here})"));
@@ -145,10 +145,10 @@ impl Writer<'_> {
         let mut lines = Vec::new();
         for (key, moves) in semantics.tables.sorted_moves(Instant::Between) {
             let here = self.driven_in(key);
-            for (moved, told) in moves.iter().zip(semantics.tables.told(key, Instant::Between)) {
+            for (moved, words) in moves.iter().zip(semantics.tables.words(key, Instant::Between)) {
                 let body = self.moved(key[0], moved);
                 if semantics.anywhere {
-                    lines.push(option(&here, &body, &told.words));
+                    lines.push(option(&here, &body, &words));
                     continue;
                 }
                 let guards: BTreeSet<&str> = match moved.processes.iter().all(|(_, step)| step.renaming == 0) {
@@ -166,7 +166,7 @@ impl Writer<'_> {
                 }
                 let is_busy = either(guards.iter().map(|guard| format!("({guard})")).collect());
                 let body = format!("SAVE; {}; if :: {is_busy} :: else -> UNDO fi; next = NOTHING", or_skip(&body));
-                lines.push(option(&here, &body, &told.words));
+                lines.push(option(&here, &body, &words));
             }
         }
         lines

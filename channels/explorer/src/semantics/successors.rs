@@ -1,0 +1,122 @@
+//! What leads out of a state.
+
+use crate::model::Damage;
+use crate::store::Change;
+
+/// A step from one state to another. Indices are those of the steps that a process offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Label {
+    Own {
+        process: u32,
+        own: u32,
+        damage: Damage,
+    },
+    Receive {
+        process: u32,
+        receive: u32,
+        damage: Damage,
+    },
+    Handshake {
+        process: u32,
+        own: u32,
+        receiver: u32,
+        receive: u32,
+    },
+    /// The environment moves while time stands still.
+    Drive {
+        index: u32,
+    },
+    /// The environment moves, time passes, timers that are due fire, and the tick arrives if it is due.
+    Wait {
+        index: u32,
+        delivered: bool,
+    },
+}
+
+/// How the search continues with a successor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    GoOn,
+    /// The verdict is true, whatever follows.
+    Settled,
+    /// The verdict is false.
+    Violated,
+    /// Messages pile up without bound.
+    Endless,
+}
+
+impl Fate {
+    /// The worse one.
+    pub(super) fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::GoOn, other) => other,
+            (first, _) => first,
+        }
+    }
+}
+
+/// The successors of a state.
+#[derive(Debug, Default)]
+pub(crate) struct Successors {
+    pub(super) changes: Vec<Change>,
+    /// Where the changes of each successor end.
+    ends: Vec<usize>,
+    pub(super) labels: Vec<Label>,
+    fates: Vec<Fate>,
+    /// Nothing can happen before time passes.
+    pub(crate) is_quiet: bool,
+}
+
+impl Successors {
+    pub(super) fn clear(&mut self) {
+        self.changes.clear();
+        self.ends.clear();
+        self.labels.clear();
+        self.fates.clear();
+        self.is_quiet = false;
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub(crate) fn changes(&self, index: usize) -> &[Change] {
+        let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.changes[begin..self.ends[index]]
+    }
+
+    pub(crate) fn label(&self, index: usize) -> &Label {
+        &self.labels[index]
+    }
+
+    pub(crate) fn fate(&self, index: usize) -> Fate {
+        self.fates[index]
+    }
+
+    pub(super) fn finish(&mut self, label: Label, fate: Fate) {
+        self.ends.push(self.changes.len());
+        self.labels.push(label);
+        self.fates.push(fate);
+    }
+}
+
+/// A vector with changes that are being made.
+pub(super) struct Draft<'a> {
+    pub(super) from: &'a [u32],
+    pub(super) changes: &'a mut Vec<Change>,
+    pub(super) begin: usize,
+}
+
+impl Draft<'_> {
+    pub(super) fn get(&self, slot: u32) -> u32 {
+        let changed = self.changes[self.begin..].iter().find(|(changed, _)| *changed == slot);
+        changed.map_or(self.from[slot as usize], |(_, value)| *value)
+    }
+
+    pub(super) fn set(&mut self, slot: u32, value: u32) {
+        match self.changes[self.begin..].iter_mut().find(|(changed, _)| *changed == slot) {
+            Some((_, old)) => *old = value,
+            None => self.changes.push((slot, value)),
+        }
+    }
+}

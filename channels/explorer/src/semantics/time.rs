@@ -1,0 +1,170 @@
+//! The passing of time, and the moves of the environment.
+
+use std::time::Duration;
+
+use super::{Draft, Fate, Label, Semantics, Successors};
+use crate::local::{Step, UNKNOWN, entry};
+use crate::model::Instant;
+use crate::tables::{Clock, Gap, Moved, Transit};
+
+impl Semantics {
+    /// The time until the next timer or tick, and which of the two it is.
+    pub(super) fn next_instant(&self, state: &[u32]) -> Option<(Duration, Instant)> {
+        let clock = self.tables.clocks.get(state[self.slots.clock as usize]);
+        let timers = self.populated().filter_map(|process| self.local(state, process).timer);
+        let held = self.transit(state).held.iter().map(|(_, until)| *until);
+        let timer = timers.chain(held).min();
+        let tick = self.tables.ticks.map(|_| clock.until_tick);
+        let span = timer.into_iter().chain(tick).min()?;
+        Some((span, if tick == Some(span) { Instant::Tick } else { Instant::Between }))
+    }
+
+    /// Nothing more happens at this time: the environment moves, and time passes until the next timer or tick.
+    pub(super) fn wait(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<(), Gap> {
+        let Some((span, instant)) = self.next_instant(state) else { return Ok(()) };
+        let clock = *self.tables.clocks.get(state[self.slots.clock as usize]);
+        let is_tick = instant == Instant::Tick;
+        let until_tick = match self.tables.ticks {
+            Some(ticks) if is_tick => ticks.period,
+            _ => clock.until_tick.saturating_sub(span),
+        };
+        let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
+        let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
+        for (index, moved) in self.moves(state, instant)?.iter().enumerate() {
+            let begin = out.changes.len();
+            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
+            let mut fate = self.apply(&mut draft, moved)?;
+            fate = fate.and(self.pass_time(&mut draft, span)?);
+            if !transit.held.is_empty() {
+                self.set_transit(&mut draft, transit.after(span))?;
+            }
+            let (delivered, told) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
+            draft.set(self.slots.clock, next);
+            out.finish(Label::Wait { index: index as u32, delivered }, fate.and(told));
+        }
+        Ok(())
+    }
+
+    /// Lets time pass in all processes; timers that are due fire.
+    fn pass_time(&self, draft: &mut Draft<'_>, span: Duration) -> Result<Fate, Gap> {
+        let mut fate = Fate::GoOn;
+        if span.is_zero() && self.populated().all(|process| self.local_of(draft, process).timer.is_none()) {
+            return Ok(fate);
+        }
+        let number = self.tables.spans.find_value(&span);
+        for process in self.populated() {
+            let local = self.local_of(draft, process);
+            if local.is_timeless {
+                continue;
+            }
+            let step = number.map_or(Step::UNKNOWN, |number| entry(&local.later, number, Step::UNKNOWN));
+            if step == Step::UNKNOWN {
+                let state = draft.get(self.slots.processes[process]);
+                return Err(Gap::Later { process, state, span });
+            }
+            fate = fate.and(self.follow(draft, process, step)?);
+        }
+        Ok(fate)
+    }
+
+    /// The tick arrives. Returns whether it is delivered.
+    fn tick(&self, draft: &mut Draft<'_>, clock: Clock) -> Result<(bool, Fate), Gap> {
+        let Some(ticks) = self.tables.ticks else { return Ok((false, Fate::GoOn)) };
+        let generator = ticks.generator.index();
+        let state = draft.get(self.slots.processes[generator]);
+        let local = self.tables.locals[generator].get(state);
+        let output = self.tables.tick_channel;
+        let is_idle = local.own.is_empty() && draft.get(self.slots.channels[output]) == 0;
+        let delivered = is_idle && self.populated().any(|process| self.local_of(draft, process).awaits_any(output));
+        if delivered {
+            match local.ticked {
+                UNKNOWN => return Err(Gap::Ticked { process: generator, state }),
+                ticked => draft.set(self.slots.processes[generator], ticked),
+            }
+        }
+        if !self.has_monitor {
+            return Ok((delivered, Fate::GoOn));
+        }
+        let number = draft.get(self.slots.monitor);
+        let next = self.tables.monitors.get(number).ticked[usize::from(clock.has_ticked)];
+        if next == UNKNOWN {
+            return Err(Gap::ObservedTick { state: number, has_ticked: clock.has_ticked });
+        }
+        draft.set(self.slots.monitor, next);
+        Ok((delivered, self.judged(next)))
+    }
+
+    /// The environment moves while time stands still: in any state if `anywhere`, otherwise in quiet states if a
+    /// process can move then.
+    pub(super) fn drive(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
+        if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
+            return Ok(());
+        }
+        if !self.anywhere && !self.tables.may_stir(&self.key(state)) {
+            return Ok(());
+        }
+        let mut vector = state.to_vec();
+        for (index, moved) in self.moves(state, Instant::Between)?.iter().enumerate() {
+            if moved.processes.is_empty() && !self.anywhere {
+                continue;
+            }
+            let begin = out.changes.len();
+            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
+            let fate = self.apply(&mut draft, moved)?;
+            let changes = &out.changes[begin..];
+            changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
+            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved)? };
+            changes.iter().for_each(|(slot, _)| vector[*slot as usize] = state[*slot as usize]);
+            if is_told {
+                out.finish(Label::Drive { index: index as u32 }, fate);
+            } else {
+                out.changes.truncate(begin);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a move of the environment enables a process of a quiet system: one that has changed, or one that waits
+    /// for it in a handshake.
+    fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
+        let transit = self.transit(vector);
+        let mut out = Successors::default();
+        let changed = moved.processes.iter().map(|(process, _)| *process as usize);
+        for process in changed.chain(self.tables.shakers.iter().copied()) {
+            let number = vector[self.slots.processes[process] as usize];
+            let local = self.tables.locals[process].get(number);
+            for own in 0..local.own.len() {
+                self.take_own(vector, transit, process, (number, local), own, &mut out)?;
+            }
+            for receive in 0..local.receives.len() {
+                self.take_receive(vector, transit, process, (number, local), receive, &mut out)?;
+            }
+            if out.len() > 0 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[Moved], Gap> {
+        let key = self.key(state);
+        match self.tables.moves[instant as usize].get(&key) {
+            Some(moves) => Ok(moves),
+            None => Err(Gap::Moves { key, instant }),
+        }
+    }
+
+    /// Everything on which the moves of the environment depend: its state, and those of the processes that it drives.
+    pub(super) fn key(&self, state: &[u32]) -> Vec<u32> {
+        let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
+        std::iter::once(state[self.slots.environment as usize]).chain(driven).collect()
+    }
+
+    fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {
+        draft.set(self.slots.environment, moved.state);
+        let steps = moved.processes.iter();
+        steps
+            .map(|(process, step)| self.follow(draft, *process as usize, *step))
+            .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))
+    }
+}
