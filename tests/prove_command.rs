@@ -368,7 +368,7 @@ fn a_machine_stands_in_for_a_component() {
     let proof = proof(0, &["nav2/halted_early", "--set", &stand_in, "--set", expect]);
     assert_eq!(results(&proof)[0], ("stands_still", "proved"), "it never drives");
     let assumed = proof["assumptions"].as_array().expect("sentences").iter().filter_map(Value::as_str);
-    assert!(assumed.filter(|it| it.starts_with("ControllerServer does what")).count() == 1, "{proof:#}");
+    assert!(assumed.filter(|it| it.starts_with("ControllerServer behaves as")).count() == 1, "{proof:#}");
 }
 
 #[test]

@@ -10,7 +10,7 @@
 //! use diagnostics::{FileProblems, Source, did_you_mean};
 //!
 //! let source = Source::new("robot.conf", "color=red\nspede=3\n");
-//! let key = source.span(11..16);
+//! let key = source.span(10..15);
 //! let problem = key.problem("unknown key `spede`").with_label("unknown key");
 //! let problem = problem.with_help_if(did_you_mean(key.text(), ["color", "speed"]));
 //! let problems = FileProblems::none_of(vec![problem]).unwrap_err();

@@ -17,8 +17,8 @@ fn main() {
     divan::main();
 }
 
-/// Guests at a round table with a fork between every two neighbors, and the property that nobody is given the first fork
-/// while the other one of its guests holds it.
+/// Guests at a round table with a fork between every two neighbors, and the property that nobody is given the first
+/// fork while the other one of its guests holds it.
 fn table(guests: usize) -> (ChannelSystem, GraphMonitor) {
     let mut topology = Topology::default();
     let mut seat = |kind: &str, index: usize| topology.process(&format!("{kind}{index}")).expect("a new name");
