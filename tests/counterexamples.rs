@@ -127,14 +127,28 @@ fn impossible_levels_are_divided_more_finely() {
     assert_eq!(of("100", rates)["result"], "spurious");
     let violated = of("33.5", "drain_pct_per_tick=1");
     assert_eq!((&violated["result"], &violated["run"]["replayed"]), (&"violated".into(), &true.into()));
-    let levels: Vec<f64> = violated["run"]["steps"]
-        .as_array()
-        .expect("steps")
-        .iter()
-        .filter(|step| step["from"] == "BatteryReader" && step["to"] == "BatteryLevel")
-        .filter_map(|step| step["message"][1].as_f64())
-        .collect();
+    let levels = levels(&violated["run"]);
     assert!(levels.len() > 3 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
+}
+
+#[test]
+fn a_battery_can_have_the_levels_of_a_run_with_a_fault() {
+    let folder = tempdir().expect("a folder");
+    let sets =
+        ["prove.trips.ticks=10", "prove.expect.phi1=violated", "prove.faults={component_wrong_reply='Localization'}"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let all = proved(&folder.path().join("out"), &[&["nominal", "--property", "phi1"], &sets[..]].concat());
+    let run = &all["properties"][0]["run"];
+    assert_eq!(run["replayed"], true);
+    let levels = levels(run);
+    assert!(levels.len() > 10 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
+}
+
+/// The levels that are read in a run.
+fn levels(run: &Value) -> Vec<f64> {
+    let steps = run["steps"].as_array().expect("steps").iter();
+    let read = steps.filter(|step| step["from"] == "BatteryReader" && step["to"] == "BatteryLevel");
+    read.filter_map(|step| step["message"][1].as_f64()).collect()
 }
 
 #[test]

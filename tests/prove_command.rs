@@ -402,8 +402,8 @@ fn mutants_that_survive_are_mistakes_that_no_property_notices() {
     let all = proof(0, &[scenario, "--mutants"]);
     let mutants = all["mutants"].as_array().expect("mutants");
     let of = |result: &str| mutants.iter().filter(|it| it["result"] == result).collect::<Vec<_>>();
-    let (killed, survive) = (of("killed"), of("survives"));
-    assert!(killed.len() >= 5 && survive.len() > 50, "{} killed, {} survive", killed.len(), survive.len());
+    let counts = ["killed", "changes nothing", "survives"].map(|result| of(result).len());
+    assert!(counts[0] >= 5 && counts[1] > 20 && counts[2] > 5, "{counts:?}");
     // All mutants of the skill, and some of the tree.
     let listed = steward(&["skill", "mutants", "skills/machines/nav2/FollowPathFixed.scxml"]).stdout;
     let count = mutants.iter().filter(|it| it["skill"] == "FollowPath").count();
@@ -422,6 +422,7 @@ fn mutants_that_survive_are_mistakes_that_no_property_notices() {
         let machine = format!("leaves.FollowPath.machine='{}'", file.display());
         let output = steward(&["prove", scenario, "--set", &machine, "--json"]);
         let is_noticed = output.status.code() != Some(0);
-        assert_eq!(is_noticed, mutant["result"] != "survives", "{mistake}");
+        let survives = ["survives", "changes nothing"].iter().any(|result| mutant["result"] == *result);
+        assert_eq!(is_noticed, !survives, "{mistake}");
     }
 }

@@ -174,12 +174,10 @@ impl Proof {
             let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
             let mut exploration = explorer::explore(&model, monitor, limits, progress).map_err(refused)?;
             let mut is_spurious = false;
-            // With faults, what the drivers have told is unknown.
             if let Outcome::Violated(path) = &mut exploration.outcome
-                && self.faults.is_empty()
                 && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
             {
-                match concrete::run(path, &model, monitor, (levels, bounds), &self.known_places()) {
+                match concrete::run(path, levels, bounds) {
                     Some(run) => *path = run,
                     None => {
                         if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
@@ -194,12 +192,6 @@ impl Proof {
             let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
             return Ok(Answer { model, exploration, is_spurious, unreached, subject: question.subject });
         }
-    }
-
-    /// The places that Localization knows.
-    fn known_places(&self) -> Arc<[String]> {
-        let premises = self.scenario.premises.iter();
-        premises.flat_map(|premises| premises.places.iter()).map(|(name, _)| name.to_owned()).collect()
     }
 
     /// The system, its environment, and the ticks.

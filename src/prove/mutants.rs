@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
 
 use campaigns::Error;
 use explorer::{Limits, Order, Outcome, Progress, Reduction};
@@ -26,7 +27,10 @@ enum Fate {
     Killed(Vec<String>),
     /// It does not fit into the scenario, for this reason.
     Misfit(String),
+    /// It acts differently, but no property notices.
     Survives,
+    /// Under the assumptions, it never acts differently.
+    ChangesNothing,
     /// These properties are not decided, and none is violated.
     Undecided(Vec<Open>),
 }
@@ -44,6 +48,7 @@ impl Fate {
             Self::Killed(_) => "killed",
             Self::Misfit(_) => "does not fit",
             Self::Survives => "survives",
+            Self::ChangesNothing => "changes nothing",
             Self::Undecided(_) => "not decided",
         }
     }
@@ -64,13 +69,20 @@ impl Mutants {
         // their runs.
         let memory = limits.memory / threads.max(8);
         let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
+        // The answers about the scenario as it is, which hold for each mutant that never acts differently.
+        let sound = |question| {
+            let answer = proof.prove(question, &limits, &mut |_| ())?;
+            let is_proved = answer.outcome() == Some(ProofOutcome::Proved);
+            Ok(is_proved.then(|| Mutex::new(answer)))
+        };
+        let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
         let bar = Bar::new(silent, "mutants");
         let mut fates = Vec::with_capacity(mutants.len());
         batch::in_order(
             0..mutants.len() as u64,
             threads,
             stop,
-            |index| fate(&proof, &mutants[index as usize], &limits),
+            |index| fate(&proof, &sound, &mutants[index as usize], &limits),
             |_, fate| {
                 fates.push(fate);
                 bar.show(fates.len(), mutants.len());
@@ -85,7 +97,7 @@ impl Mutants {
     pub(super) fn in_words(&self) -> Text {
         // Writing to a string cannot fail.
         let mut text = Text::from("\n  ");
-        let mut rows: BTreeMap<(bool, &str), [usize; 4]> = BTreeMap::new();
+        let mut rows: BTreeMap<(bool, &str), [usize; 5]> = BTreeMap::new();
         let mut killers: BTreeMap<&str, usize> = BTreeMap::new();
         for (mutant, fate) in &self.mutants {
             let row = rows.entry((mutant.skill().is_none(), place(mutant))).or_default();
@@ -96,23 +108,25 @@ impl Mutants {
                     by.iter().for_each(|property| *killers.entry(property).or_default() += 1);
                 }
                 Fate::Misfit(_) => row[1] += 1,
-                Fate::Survives => row[2] += 1,
-                Fate::Undecided(_) => row[3] += 1,
+                Fate::ChangesNothing => row[2] += 1,
+                Fate::Survives => row[3] += 1,
+                Fate::Undecided(_) => row[4] += 1,
             }
         }
         let width = rows.keys().map(|(_, name)| name.chars().count()).fold(10, usize::max);
-        let titles =
-            format!("{:<width$}  {:>5}  {:>6}  {:>7}  {:>11}", "mutants of", "all", "killed", "survive", "not decided");
+        let line = |name: &str, [all, killed, same, survive, open]: [&str; 5]| {
+            format!("{name:<width$}  {all:>5}  {killed:>6}  {same:>14}  {survive:>7}  {open:>11}")
+        };
+        let titles = line("mutants of", ["all", "killed", "change nothing", "survive", "not decided"]);
         text.paint(HEAD, &titles, 0);
         let _ = writeln!(text);
-        let mut sum = [0; 4];
+        let counts = |row: [usize; 5]| row.map(|count| count.to_string());
+        let mut sum = [0; 5];
         for ((_, name), row) in rows {
-            let [all, killed, survive, open] = row;
-            let _ = writeln!(text, "  {name:<width$}  {all:>5}  {killed:>6}  {survive:>7}  {open:>11}");
+            let _ = writeln!(text, "  {}", line(name, counts(row).each_ref().map(String::as_str)));
             sum.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
         }
-        let [all, killed, survive, open] = sum;
-        let _ = writeln!(text, "  {:<width$}  {all:>5}  {killed:>6}  {survive:>7}  {open:>11}\n", "all");
+        let _ = writeln!(text, "  {}\n", line("all", counts(sum).each_ref().map(String::as_str)));
         let misfits = self.mutants.iter().filter(|(_, fate)| matches!(fate, Fate::Misfit(_))).count();
         let mut killers: Vec<String> = killers.iter().map(|(name, count)| format!("{name} {count}")).collect();
         killers.extend((misfits > 0).then(|| format!("before anything runs {misfits}")));
@@ -133,7 +147,7 @@ impl Mutants {
                 }
             }
         }
-        if survive + open == 0 {
+        if sum[3] + sum[4] == 0 {
             text.paint(GOOD, "no mutant survives", 0);
             let _ = writeln!(text);
         }
@@ -171,7 +185,9 @@ impl Mutants {
             name: in_words(mutant),
             result: match fate {
                 Fate::Killed(_) | Fate::Misfit(_) => CaseResult::Passed,
-                Fate::Survives | Fate::Undecided(_) => CaseResult::Skipped(fate.word().to_owned()),
+                Fate::Survives | Fate::ChangesNothing | Fate::Undecided(_) => {
+                    CaseResult::Skipped(fate.word().to_owned())
+                }
             },
         };
         let facts = vec![
@@ -191,13 +207,20 @@ fn in_words(mutant: &Mutant) -> String {
     format!("{}: {}", place(mutant), mutant.words)
 }
 
-fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
+fn fate(proof: &Proof, sound: &[Option<Mutex<Answer>>], mutant: &Mutant, limits: &Limits) -> Fate {
     let about = match proof.about(mutant) {
         Ok(about) => about,
         Err(error) => return Fate::Misfit(error.to_string()),
     };
     let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
-    for question in about.questions().iter().filter(counts) {
+    let mut changes_nothing = true;
+    for (question, sound) in about.questions().iter().filter(counts).zip(sound) {
+        let mut sound = sound.as_ref().map(|answer| answer.lock().unwrap_or_else(PoisonError::into_inner));
+        if sound.as_mut().is_some_and(|answer| about.is_like(proof, mutant, answer)) {
+            continue;
+        }
+        drop(sound);
+        changes_nothing = false;
         match outcome(&about, question, limits) {
             Ok(ProofOutcome::Proved) => {}
             Ok(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
@@ -205,6 +228,7 @@ fn fate(proof: &Proof, mutant: &Mutant, limits: &Limits) -> Fate {
         }
     }
     match (killed_by.as_slice(), undecided.as_slice()) {
+        ([], []) if changes_nothing => Fate::ChangesNothing,
         ([], []) => Fate::Survives,
         ([], _) => Fate::Undecided(undecided),
         _ => Fate::Killed(killed_by),

@@ -1,19 +1,21 @@
 //! Values that are stored once and identified by number.
 
-use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::{BuildHasher, Hash, Hasher};
+
+use foldhash::fast::FixedState;
+use hashbrown::HashTable;
 
 /// Values by number, in the order in which they were first seen.
 #[derive(Debug)]
 pub(crate) struct Interner<T> {
     values: Vec<T>,
-    /// The numbers of the values with the same hash.
-    numbers: HashMap<u64, Vec<u32>>,
+    /// The numbers of the values, by their hashes.
+    numbers: HashTable<(u64, u32)>,
 }
 
 impl<T> Default for Interner<T> {
     fn default() -> Self {
-        Self { values: Vec::new(), numbers: HashMap::new() }
+        Self { values: Vec::new(), numbers: HashTable::new() }
     }
 }
 
@@ -30,19 +32,26 @@ impl<T> Interner<T> {
         &mut self.values[number as usize]
     }
 
+    /// Forgets all values from this number on.
+    pub(crate) fn truncate(&mut self, len: usize) {
+        self.values.truncate(len);
+        self.numbers.retain(|(_, number)| (*number as usize) < len);
+    }
+
     pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
         self.values.iter()
     }
 
     /// The number of the value with this hash that is the `same`.
     pub(crate) fn find(&self, hash: u64, same: impl Fn(&T) -> bool) -> Option<u32> {
-        self.numbers.get(&hash)?.iter().copied().find(|known| same(&self.values[*known as usize]))
+        let is_same = |(of, known): &(u64, u32)| *of == hash && same(&self.values[*known as usize]);
+        self.numbers.find(hash, is_same).map(|(_, number)| *number)
     }
 
     /// Adds a value with this hash, which must be new, and returns its number.
     pub(crate) fn add(&mut self, hash: u64, value: T) -> u32 {
         let number = u32::try_from(self.values.len()).expect("memory runs out before numbers do");
-        self.numbers.entry(hash).or_default().push(number);
+        self.numbers.insert_unique(hash, (hash, number), |(hash, _)| *hash);
         self.values.push(value);
         number
     }
@@ -62,7 +71,12 @@ impl<T: Hash + Eq> Interner<T> {
 }
 
 fn hash_of(value: &impl Hash) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    value.hash(&mut hasher);
+    FixedState::default().hash_one(value)
+}
+
+/// The hash of what is fed to a hasher.
+pub(crate) fn hash_by(feed: impl FnOnce(&mut dyn Hasher)) -> u64 {
+    let mut hasher = FixedState::default().build_hasher();
+    feed(&mut hasher);
     hasher.finish()
 }

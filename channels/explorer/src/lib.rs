@@ -87,6 +87,7 @@ mod promela;
 mod search;
 mod semantics;
 mod store;
+mod substitute;
 mod tables;
 
 pub use error::Refused;

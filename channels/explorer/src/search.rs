@@ -91,7 +91,7 @@ pub struct Exploration {
     pub progress: Progress,
     /// The number of transitions between states.
     pub transitions: u64,
-    tables: Tables,
+    pub(crate) tables: Tables,
 }
 
 /// The outcome of a search.
@@ -253,6 +253,14 @@ struct Expanded {
     end: usize,
 }
 
+impl Harvest {
+    fn clear(&mut self) {
+        self.states.clear();
+        self.changes.clear();
+        self.found.clear();
+    }
+}
+
 /// Working memory of a thread.
 #[derive(Debug, Default)]
 struct Desk {
@@ -403,7 +411,8 @@ impl<'a> Search<'a> {
             let number = *next;
             *next += 1;
             if expanded.is_incomplete {
-                let again = self.complete(number, desk)?;
+                let mut again = Harvest::default();
+                self.complete(number, desk, &mut again)?;
                 let mut same = number;
                 if let Some(end) = self.take_in(&mut same, &again, desk)? {
                     return Ok(Some(end));
@@ -425,9 +434,9 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Expands a state, and computes what is not known yet.
-    fn complete(&mut self, number: u32, desk: &mut Desk) -> Result<Harvest, Refused> {
-        let mut harvest = Harvest::default();
+    /// Expands a state, and computes what is not known yet. The harvest is this state alone.
+    fn complete(&mut self, number: u32, desk: &mut Desk, harvest: &mut Harvest) -> Result<(), Refused> {
+        harvest.clear();
         self.store.unpack(number, &mut desk.state);
         while let Err(gap) = self.semantics.expand(desk.state.slots(), &mut desk.successors) {
             self.semantics.tables.fill(&gap)?;
@@ -435,7 +444,7 @@ impl<'a> Search<'a> {
         let mut bad = None;
         let mut index = 0;
         while index < desk.successors.len() && bad.is_none() {
-            match self.follow(index, desk, &mut harvest) {
+            match self.follow(index, desk, harvest) {
                 Ok(found) => {
                     bad = found;
                     index += 1;
@@ -443,8 +452,8 @@ impl<'a> Search<'a> {
                 Err(gap) => self.semantics.tables.fill(&gap)?,
             }
         }
-        harvest.states.push(self.expanded(desk, bad, &harvest));
-        Ok(harvest)
+        harvest.states.push(self.expanded(desk, bad, harvest));
+        Ok(())
     }
 
     /// The answer.

@@ -2,7 +2,6 @@
 //! the environment.
 
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,8 +10,10 @@ use channels::{
     Process, ProcessId, RequestNumber, Role, Symbol, TickGenerator, Topology, Use,
 };
 
+use foldhash::fast::FixedState;
+
 use crate::error::Refused;
-use crate::interner::Interner;
+use crate::interner::{Interner, hash_by};
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, set};
 use crate::model::{Instant, Model, Move, Onlooker, Ticks};
 
@@ -138,7 +139,7 @@ pub(crate) struct Tables {
     pub(crate) transits: Interner<Transit>,
     pub(crate) environments: Interner<Vec<i64>>,
     pub(crate) monitors: Interner<Watching>,
-    pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>>; 2],
+    pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>, FixedState>; 2],
     /// The total number of moves.
     move_count: usize,
     pub(crate) driven: Vec<usize>,
@@ -148,7 +149,7 @@ pub(crate) struct Tables {
     pub(crate) ticks: Option<Ticks>,
     /// The channel of the ticks.
     pub(crate) tick_channel: usize,
-    onlooker: Option<Arc<dyn Onlooker>>,
+    pub(crate) onlooker: Option<Arc<dyn Onlooker>>,
 }
 
 /// In place of a state: messages pile up in the process without bound.
@@ -198,7 +199,7 @@ impl Tables {
             transits: Interner::default(),
             environments: Interner::default(),
             monitors: Interner::default(),
-            moves: [HashMap::new(), HashMap::new()],
+            moves: [HashMap::default(), HashMap::default()],
             move_count: 0,
             driven: model.environment.driven().iter().map(|id| id.index()).collect(),
             shakers: topology.processes().filter(|id| shakes_hands(&topology, *id)).map(ProcessId::index).collect(),
@@ -411,10 +412,8 @@ impl Tables {
     }
 
     /// The number of a state of a process in normal form.
-    fn local(&mut self, process: usize, state: Box<dyn Process>) -> Result<u32, Refused> {
-        let mut hasher = DefaultHasher::new();
-        state.hash_state(&mut hasher);
-        let hash = hasher.finish();
+    pub(crate) fn local(&mut self, process: usize, state: Box<dyn Process>) -> Result<u32, Refused> {
+        let hash = hash_by(|hasher| state.hash_state(hasher));
         if let Some(known) = self.locals[process].find(hash, |local| local.process.same_state(state.as_ref())) {
             return Ok(known);
         }
@@ -476,9 +475,7 @@ impl Tables {
             let (reason, help) = in_words(why);
             Refused::Property { property: monitor.name().to_owned(), reason, help }
         })?;
-        let mut hasher = DefaultHasher::new();
-        monitor.hash_state(&mut hasher);
-        let hash = hasher.finish();
+        let hash = hash_by(|hasher| monitor.hash_state(hasher));
         let same = |known: &Watching| known.verdict == verdict && known.monitor.same_state(monitor.as_ref());
         if let Some(known) = self.monitors.find(hash, same) {
             return Ok(known);
@@ -547,7 +544,7 @@ impl Tables {
         moves
     }
 
-    fn refused(&self, process: usize, why: NoNormalForm) -> Refused {
+    pub(crate) fn refused(&self, process: usize, why: NoNormalForm) -> Refused {
         let (reason, help) = in_words(why);
         Refused::Process { process: self.names[process].clone(), reason, help }
     }
@@ -579,7 +576,7 @@ fn in_words(why: NoNormalForm) -> (String, Option<String>) {
     }
 }
 
-fn same_number(_: ChannelId, number: RequestNumber) -> RequestNumber {
+pub(crate) fn same_number(_: ChannelId, number: RequestNumber) -> RequestNumber {
     number
 }
 

@@ -11,8 +11,8 @@ use channels::{
     Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
 };
 use explorer::{
-    Closed, Environment, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order, Outcome, Progress, Reduction,
-    Ticks, explore,
+    Closed, Environment, Exploration, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order, Outcome, Progress,
+    Reduction, Ticks, explore,
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,11 +30,12 @@ pub(crate) struct Sample {
 }
 
 pub(crate) fn sample(seed: u64) -> Sample {
-    with_client(seed, |patience_s| patience_s)
+    varied(seed, |patience_s| patience_s, None)
 }
 
-/// The same, with a client that waits for this number of seconds, or forever if there is none.
-fn with_client(seed: u64, patience_s: impl Fn(u64) -> u64) -> Sample {
+/// The same, with a client that waits for this number of seconds, or forever if there is none, and with another
+/// transition in the graph of process A.
+fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> Sample {
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut topology = Topology::default();
     let mut process = |name: &str| topology.process(name).expect("a new name");
@@ -70,7 +71,8 @@ fn with_client(seed: u64, patience_s: impl Fn(u64) -> u64) -> Sample {
         let sends: Vec<ChannelId> = lines.iter().filter(|line| line.0 == *id).map(|line| line.2).collect();
         let mut receives: Vec<ChannelId> = (index == 0).then_some([sensed, told]).into_iter().flatten().collect();
         receives.extend(lines.iter().filter(|line| line.1 == *id).map(|line| line.2));
-        processes.push((*id, Box::new(GraphProcess::new(graph(rng, &sends, &receives)))));
+        let another = another.filter(|_| index == 0);
+        processes.push((*id, Box::new(GraphProcess::new(graph(rng, &sends, &receives, another)))));
     }
     let system = ChannelSystem::new(Arc::new(topology), processes).expect("a sound system");
     let first = Duration::from_secs(rng.random_range(0..=3));
@@ -82,28 +84,25 @@ fn with_client(seed: u64, patience_s: impl Fn(u64) -> u64) -> Sample {
     }
 }
 
-fn word(rng: &mut impl Rng) -> Message {
+fn word(rng: &mut (impl Rng + ?Sized)) -> Message {
     Message::symbols([if rng.random_bool(0.5) { "a" } else { "b" }])
 }
 
 /// Random locations and transitions; a variable keeps the last message.
-fn graph(rng: &mut impl Rng, sends: &[ChannelId], receives: &[ChannelId]) -> Arc<ProgramGraph> {
+fn graph(rng: &mut impl Rng, sends: &[ChannelId], receives: &[ChannelId], another: Option<u64>) -> Arc<ProgramGraph> {
     let mut graph = ProgramGraph::builder("graph");
     let locations: Vec<_> = (0..rng.random_range(2..=4)).map(|index| graph.location(&format!("l{index}"))).collect();
     let last = graph.variable("last");
-    for _ in 0..rng.random_range(3..=7) {
+    let mut add = |rng: &mut dyn Rng| {
         let [from, to] = [(); 2].map(|()| locations[rng.random_range(0..locations.len())]);
-        let pick = |rng: &mut dyn FnMut(usize) -> usize, channels: &[ChannelId]| channels[rng(channels.len())];
-        let mut below = |count| rng.random_range(0..count);
-        match below(5) {
+        match rng.random_range(0..5) {
             0 if from != to => _ = graph.transition(from, Label::Internal(Vec::new()), to),
             1 | 2 if !sends.is_empty() => {
-                let channel = pick(&mut below, sends);
-                let message = word(rng);
-                graph.send(from, channel, message, to);
+                let channel = sends[rng.random_range(0..sends.len())];
+                graph.send(from, channel, word(rng), to);
             }
             _ if !receives.is_empty() => {
-                let channel = pick(&mut below, receives);
+                let channel = receives[rng.random_range(0..receives.len())];
                 let slot = if channel == receives[0] || rng.random_bool(0.6) {
                     Slot::Variable(last)
                 } else {
@@ -113,7 +112,11 @@ fn graph(rng: &mut impl Rng, sends: &[ChannelId], receives: &[ChannelId]) -> Arc
             }
             _ => {}
         }
+    };
+    for _ in 0..rng.random_range(3..=7) {
+        add(rng);
     }
+    another.into_iter().for_each(|seed| add(&mut ChaCha8Rng::seed_from_u64(seed)));
     Arc::new(graph.initial(locations[0]).build().expect("a sound graph"))
 }
 
@@ -388,7 +391,7 @@ fn findings(model: Model, limits: &Limits) -> Findings {
 fn without_a_property_the_search_finds_what_a_naive_enumeration_finds() {
     let (mut deadlocks, mut livelocks, mut neither) = (0, 0, 0);
     for seed in 0..150 {
-        let Sample { system, ticks, environment, .. } = with_client(seed, |patience_s| patience_s * (seed % 2));
+        let Sample { system, ticks, environment, .. } = varied(seed, |patience_s| patience_s * (seed % 2), None);
         // A state from which the environment can always wake the system is no deadlock.
         let environment = if seed % 2 == 0 { Arc::new(Closed) } else { environment };
         let faults = message_faults(seed, &system);
@@ -469,6 +472,38 @@ fn the_search_finds_what_a_naive_enumeration_finds() {
     eprintln!("{violated} runs that violate a property, all of them replayed");
     assert!(passed_through > 1000, "{passed_through}");
     assert!(proved > 50 && violated > 50 && largest > 1000, "{proved} proved, {violated} violated, {largest} states");
+}
+
+#[test]
+fn a_process_that_is_allowed_in_place_of_another_changes_nothing() {
+    let limits = Limits { reduction: Reduction::Off, ..Limits::default() };
+    let (mut allowed, mut refused) = (0, 0);
+    for seed in 0..400 {
+        let Sample { system, ticks, environment, monitor } = sample(seed);
+        let property = monitor.as_ref().map(|monitor| monitor as &dyn Monitor);
+        let explored = |system: &ChannelSystem| {
+            let model = Model::new(system, Some(ticks), Arc::clone(&environment));
+            let model = model.with_message_faults(message_faults(seed, system));
+            explore(&model, property, &limits, &mut |_| ()).expect("a finite model")
+        };
+        let (mut found, other) = (explored(&system), varied(seed, |patience_s| patience_s, Some(!seed)).system);
+        if !matches!(found.outcome, Outcome::Proved) {
+            continue;
+        }
+        let results = |it: &Exploration| {
+            (discriminant(&it.outcome), it.progress.states, it.progress.quiet, it.progress.depth, it.transitions)
+        };
+        let a = system.topology().find_process("A").expect("a process");
+        let mut allows = |system: &ChannelSystem| found.allows(a, system.clone_process(a).expect("a process"));
+        assert!(allows(&system), "seed {seed}: it may take its own place");
+        if allows(&other) {
+            allowed += 1;
+            assert_eq!(results(&explored(&other)), results(&found), "seed {seed}");
+        } else {
+            refused += 1;
+        }
+    }
+    assert!(allowed > 30 && refused > 30, "{allowed} allowed, {refused} refused");
 }
 
 /// A random run of the model in the channel system, with this number of steps; returns whether it violates the

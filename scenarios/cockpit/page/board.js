@@ -14,7 +14,8 @@ function take(frame) {
   if (frame.over) {
     link.end();
     $('pace').textContent = '';
-    notice('The command has finished and written its results.', true);
+    const { value, max } = $('bar');
+    notice(value < max ? 'The command was interrupted before all runs were done.' : 'All runs are done.', true);
   }
 }
 

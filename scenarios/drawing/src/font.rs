@@ -5,7 +5,7 @@
 //! each, according to the fonts' own tables.
 
 use std::ops::Range;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use resvg::usvg::{self, fontdb};
 use skrifa::charmap::Charmap;
@@ -114,9 +114,13 @@ pub(super) fn options() -> usvg::Options<'static> {
 
 /// The glyph of a character, from the proportional face if it has one; `None` if no embedded face has it.
 pub(super) fn glyph(character: char) -> Option<Glyph> {
-    DRAWN.iter().find(|range| range.contains(&u32::from(character)))?;
-    let glyph = |face: Face| Some(Glyph { face, advance_em: face.tables().advance_em(character)? });
-    glyph(Face::Sans).or_else(|| glyph(Face::Mono))
+    const COUNT: usize = DRAWN[DRAWN.len() - 1].end as usize;
+    static GLYPHS: [OnceLock<Option<Glyph>>; COUNT] = [const { OnceLock::new() }; COUNT];
+    *GLYPHS.get(character as usize)?.get_or_init(|| {
+        DRAWN.iter().find(|range| range.contains(&u32::from(character)))?;
+        let glyph = |face: Face| Some(Glyph { face, advance_em: face.tables().advance_em(character)? });
+        glyph(Face::Sans).or_else(|| glyph(Face::Mono))
+    })
 }
 
 #[cfg(test)]

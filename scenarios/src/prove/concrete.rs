@@ -6,13 +6,16 @@
 //! bounds have a solution unless they contradict each other on a cycle, which the Bellman–Ford algorithm finds.
 
 use std::sync::Arc;
+use std::time::Duration;
 
-use channels::{ChannelSystem, Monitor};
-use explorer::{Model, Path, PathStep};
+use channels::{Process, ProcessId};
+use components::BatteryReader;
+use explorer::{Path, PathStep};
+use robot::BatteryState;
 
-use super::environment::{Bounds, Since};
-use super::levels::{FULL, Levels, Micros, micros};
-use crate::driven::DriverData;
+use super::environment::{Bounds, Since, battery_in};
+use super::faults::{inside_mut, is_out};
+use super::levels::{Class, FULL, Levels, Micros};
 
 /// The number of an empty battery, from which all levels are measured.
 const ZERO: usize = 0;
@@ -30,42 +33,42 @@ struct Bound {
     is_strict: bool,
 }
 
-/// A moment of a run at which the battery's driver reports a level.
+/// A moment of a run at which the level may change.
+#[derive(Clone, Copy, Debug)]
 struct Moment {
     step: usize,
-    told: DriverData,
+    class: Class,
+    is_charging: bool,
     is_tick: bool,
 }
 
 /// The run with concrete levels. `None` if no battery can have them.
-pub(super) fn run(
-    path: &Path,
-    model: &Model,
-    monitor: Option<&dyn Monitor>,
-    (levels, bounds): (&Levels, &Bounds),
-    known: &Arc<[String]>,
-) -> Option<Path> {
+pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
     let steps = path.steps();
-    let mut moments = Vec::new();
-    let look = |step: usize, system: &ChannelSystem| {
-        if let PathStep::Environment { .. } = steps[step] {
-            let is_tick = matches!(steps.get(step + 2), Some(PathStep::Tick { .. }))
-                && matches!(steps.get(step + 1), Some(PathStep::Wait(_)));
-            moments.push(Moment { step, told: DriverData::of(system), is_tick });
-        }
+    let moment = |(step, taken): (usize, &PathStep)| {
+        let PathStep::Environment { state, .. } = taken else { return None };
+        let (class, is_charging) = battery_in(state);
+        let is_tick = matches!(steps.get(step + 1..step + 3), Some([PathStep::Wait(_), PathStep::Tick { .. }]));
+        Some(Moment { step, class, is_charging, is_tick })
     };
-    path.replay_and_look(model, monitor, look).ok()?;
+    let moments: Vec<Moment> = steps.iter().enumerate().filter_map(moment).collect();
     let found = solve(&all_bounds(&moments, levels, bounds), moments.len() + 1)?;
     let mut steps = steps.to_vec();
-    for (Moment { step, told, .. }, level_pct) in moments.into_iter().zip(found) {
-        let (Some((class_pct, charging)), PathStep::Environment { words, update, .. }) =
-            (told.battery, &mut steps[step])
-        else {
-            continue;
-        };
-        let class = levels.words(levels.class(micros(class_pct)?));
-        *words = words.replace(&class, &format!("{} %", recording::decimals(level_pct, 6)));
-        *update = DriverData { battery: Some((level_pct, charging)), ..told }.update(Arc::clone(known));
+    for (Moment { step, class, is_charging, .. }, level_pct) in moments.into_iter().zip(found) {
+        let PathStep::Environment { words, update, .. } = &mut steps[step] else { continue };
+        *words = words.replace(&levels.words(class), &format!("{} %", recording::decimals(level_pct, 6)));
+        let told = Arc::clone(update);
+        *update = Arc::new(move |id: ProcessId, process: &mut dyn Process, now: Duration| {
+            let was_out = is_out(process);
+            told(id, process, now);
+            // A component that is out is told nothing.
+            if !(was_out && is_out(process))
+                && let Some(reader) = inside_mut(process).as_any_mut().downcast_mut::<BatteryReader>()
+            {
+                let (time, charge_pct, charging) = (Duration::ZERO, level_pct, is_charging);
+                reader.update(&BatteryState { time, charge_pct, charging });
+            }
+        });
     }
     Some(Path::from(steps))
 }
@@ -77,10 +80,8 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
     let mut at_most = |level, base, most, is_strict| all.push(Bound { level, base, most, is_strict });
     // The number of the level at the last tick, and what the battery has done since.
     let (mut at_tick, mut since) = (ZERO, Since::Drained);
-    for (index, Moment { told, is_tick, .. }) in moments.iter().enumerate() {
-        let Some((class_pct, is_charging)) = told.battery else { continue };
+    for (index, &Moment { class, is_charging, is_tick, .. }) in moments.iter().enumerate() {
         let (level, previous) = (index + 1, index);
-        let Some(class) = micros(class_pct).map(|level| levels.class(level)) else { continue };
         let (low, high) = levels.ends(class);
         at_most(level, ZERO, high, low != high);
         at_most(ZERO, level, -low, low != high);
@@ -95,14 +96,14 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
                 Since::Charged => {
                     at_most(previous, level, 0, false);
                     // A full battery stays full.
-                    if *is_tick && low < FULL {
+                    if is_tick && low < FULL {
                         at_most(at_tick, level, -bounds.rates.charge, false);
                     }
                 }
                 Since::Mixed => at_most(at_tick, level, bounds.rates.drain, false),
             }
         }
-        if *is_tick || index == 0 {
+        if is_tick || index == 0 {
             (at_tick, since) = (level, as_now);
         }
     }

@@ -114,13 +114,20 @@ impl State {
     }
 
     fn decoded(numbers: &[i64]) -> Self {
-        let &[has_begun, at, elapsed, level, at_tick, is_charging, since] = numbers else {
+        let &[has_begun, at, elapsed, level, at_tick, is_charging, since, ..] = numbers else {
             unreachable!("states are encoded by `encoded`");
         };
         let since = [Since::Drained, Since::Charged, Since::Mixed][since as usize];
         let charge = Charge { level: level as Class, at_tick: at_tick as Class, is_charging: is_charging == 1, since };
         Self { has_begun: has_begun == 1, at: Spot::try_from(at).ok(), elapsed, charge }
     }
+}
+
+/// The class of the battery's level in a state of the environment, and whether the battery is being charged. Faults add
+/// numbers of their own to the state.
+pub(super) fn battery_in(state: &[i64]) -> (Class, bool) {
+    let Charge { level, is_charging, .. } = State::decoded(state).charge;
+    (level, is_charging)
 }
 
 /// The progress of a trip after a move.

@@ -46,6 +46,14 @@ pub(super) fn inside(process: &dyn Process) -> &dyn Process {
     impaired(process).map_or(process, |impaired| impaired.inner.as_ref())
 }
 
+/// The same, to change it.
+pub(super) fn inside_mut(process: &mut dyn Process) -> &mut dyn Process {
+    if !process.as_any_mut().is::<Impaired>() {
+        return process;
+    }
+    process.as_any_mut().downcast_mut::<Impaired>().expect("it is one").inner.as_mut()
+}
+
 /// Whether neither a process nor its driver does anything.
 pub(super) fn is_out(process: &dyn Process) -> bool {
     impaired(process).is_some_and(|impaired| impaired.is_out)
@@ -231,14 +239,10 @@ impl WithFaults {
                 }
                 None => drive(process),
             }
-            if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed {
-                let process = match process.as_any_mut().is::<Impaired>() {
-                    true => process.as_any_mut().downcast_mut::<Impaired>().map(|it| it.inner.as_any_mut()),
-                    false => Some(process.as_any_mut()),
-                };
-                if let Some(skill) = process.and_then(|process| process.downcast_mut::<SkillProcess>()) {
-                    *skill = if begins { mutant } else { sound }.succeeding(skill, now);
-                }
+            if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed
+                && let Some(skill) = inside_mut(process).as_any_mut().downcast_mut::<SkillProcess>()
+            {
+                *skill = if begins { mutant } else { sound }.succeeding(skill, now);
             }
         };
         let state = told.state.iter().copied().chain([left]).chain(active).collect();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bt::Tree;
 use skills::{Chart, SkillProcess, mutate, mutations};
 
-use super::{Proof, thresholds};
+use super::{Answer, Proof, thresholds};
 use crate::Error;
 use crate::error::Complaints;
 
@@ -97,5 +97,16 @@ impl Proof {
                 Self::new(Arc::new(scenario), &only)
             }
         }
+    }
+
+    /// Whether this proof, which is about a mutant, has the same answer as the original: nothing that was explored for
+    /// the original reaches the mistake, or shows its effect. Only mistakes in skills are compared.
+    #[must_use]
+    pub fn is_like(&self, original: &Self, mutant: &Mutant, answer: &mut Answer) -> bool {
+        let Change::Skill(name, _) = &mutant.change else { return false };
+        let id = self.system.topology().find_process(name);
+        let process = id.and_then(|id| Some((id, self.system.clone_process(id)?)));
+        self.thresholds == original.thresholds
+            && process.is_some_and(|(id, process)| answer.exploration.allows(id, process))
     }
 }

@@ -152,7 +152,8 @@ fn values_that_data_cannot_hold_are_refused() {
         ("x = {}; x.x = x", "a value may be nested at most 64 deep"),
         ("x = new Array(200000)", "a value may be nested at most 64 deep and have at most 100000 parts"),
     ] {
-        assert!(error(&format!("<script>{script}; [].concat()</script>")).contains(reason), "{script}");
+        let error = error(&format!("<script>{script}; [].concat()</script>"));
+        assert!(error.contains(reason), "{script}: {error}");
     }
     assert_eq!(value("new Date(1500)"), "1970-01-01T00:00:01.500Z".into());
     for expression in ["f(10n)", "f(`${10n}`)", "f(2 ** 3)", "f(`${2 ** 3}`)", "f(0xffn)"] {

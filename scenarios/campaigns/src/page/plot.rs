@@ -11,7 +11,7 @@ use super::axis::Axis;
 
 /// Width of a chart with another one beside it, and of a single chart, in pixels.
 const HALF: f64 = 500.0;
-const FULL: f64 = 1060.0;
+const FULL: f64 = 860.0;
 /// Room for labels to the left of a plot, below it, above it and to its right, in pixels.
 const LEFT: f64 = 54.0;
 const BELOW: f64 = 46.0;
