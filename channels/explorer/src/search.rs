@@ -3,6 +3,7 @@
 mod deep;
 mod runs;
 
+use std::mem;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ScopedJoinHandle;
@@ -14,7 +15,7 @@ use crate::model::Model;
 use crate::passage::Passage;
 use crate::path::Path;
 use crate::semantics::{Fate, Semantics, Slots, Successors};
-use crate::store::{Change, Store, Unpacked};
+use crate::store::{Change, Lookups, Store};
 use crate::tables::{Gap, Tables};
 
 /// How far a search may go, and how it proceeds.
@@ -127,6 +128,9 @@ impl Exploration {
 /// How many states are expanded before their successors are stored.
 const BATCH: u32 = 4096;
 
+/// How many successors, at least, are looked up or stored together.
+const LOOKUPS: usize = 64;
+
 /// Explores a model until the property is decided. Without a property, it searches for deadlocks, livelocks and
 /// messages that pile up.
 ///
@@ -184,10 +188,10 @@ pub(crate) fn find_all(
     let mut search = Search { goes_on: true, ..Search::new(model, property, limits, false)? };
     let is_open = property.is_none_or(|property| property.verdict() == Verdict::Inconclusive);
     let is_complete = !is_open || matches!(search.run(progress)?, End::Complete);
-    let mut start = Unpacked::default();
+    let mut start = Vec::new();
     search.store.unpack(0, &mut start);
     let states = u64::from(search.store.len());
-    Ok(AllStates { semantics: search.semantics, start: start.slots().to_vec(), states, is_complete })
+    Ok(AllStates { semantics: search.semantics, start, states, is_complete })
 }
 
 /// How a search ended.
@@ -236,7 +240,7 @@ struct Harvest {
     states: Vec<Expanded>,
     /// The changes of the successors that may be new, one after the other.
     changes: Vec<Change>,
-    /// Where the changes of each successor end.
+    /// Where the changes of each successor end. Those that are known to be stored have none.
     found: Vec<usize>,
 }
 
@@ -249,7 +253,7 @@ struct Expanded {
     transitions: u32,
     /// The first bad successor, or the state itself.
     bad: Option<(Option<u32>, Bad)>,
-    /// Where the successors that may be new end.
+    /// Where its successors end.
     end: usize,
 }
 
@@ -259,15 +263,31 @@ impl Harvest {
         self.changes.clear();
         self.found.clear();
     }
+
+    /// Drops the changes of those of the last successors that are stored already.
+    fn keep_new(&mut self, store: &Store, lookups: &mut Lookups) {
+        let first = self.found.len() - lookups.len();
+        let mut begin = first.checked_sub(1).map_or(0, |before| self.found[before]);
+        let mut len = begin;
+        for (end, number) in self.found[first..].iter_mut().zip(store.find(lookups)) {
+            if number.is_none() {
+                self.changes.copy_within(begin..*end, len);
+                len += *end - begin;
+            }
+            begin = mem::replace(end, len);
+        }
+        self.changes.truncate(len);
+        lookups.truncate(0);
+    }
 }
 
 /// Working memory of a thread.
 #[derive(Debug, Default)]
 struct Desk {
-    state: Unpacked,
+    state: Vec<u32>,
     successors: Successors,
     passage: Passage,
-    words: Vec<u64>,
+    lookups: Lookups,
 }
 
 impl<'a> Search<'a> {
@@ -334,7 +354,13 @@ impl<'a> Search<'a> {
         });
         let expand = |share: Range<u32>, desk: &mut Desk| {
             let mut harvest = Harvest::default();
-            share.for_each(|number| self.expand(number, desk, &mut harvest));
+            for number in share {
+                self.expand(number, desk, &mut harvest);
+                if desk.lookups.len() >= LOOKUPS {
+                    harvest.keep_new(&self.store, &mut desk.lookups);
+                }
+            }
+            harvest.keep_new(&self.store, &mut desk.lookups);
             harvest
         };
         let mut work = shares.zip(desks).filter(|(share, _)| !share.is_empty());
@@ -350,11 +376,11 @@ impl<'a> Search<'a> {
 
     fn expand(&self, number: u32, desk: &mut Desk, harvest: &mut Harvest) {
         self.store.unpack(number, &mut desk.state);
-        let (found, changes) = (harvest.found.len(), harvest.changes.len());
-        let expanded = self.semantics.expand(desk.state.slots(), &mut desk.successors).and_then(|()| {
+        let (found, changes, lookups) = (harvest.found.len(), harvest.changes.len(), desk.lookups.len());
+        let expanded = self.semantics.expand(&desk.state, &mut desk.successors).and_then(|()| {
             let mut bad = None;
             for index in 0..desk.successors.len() {
-                bad = self.follow(index, desk, harvest)?;
+                bad = self.follow(number, index, desk, harvest)?;
                 if bad.is_some() {
                     break;
                 }
@@ -364,6 +390,7 @@ impl<'a> Search<'a> {
         harvest.states.push(expanded.unwrap_or_else(|_| {
             harvest.found.truncate(found);
             harvest.changes.truncate(changes);
+            desk.lookups.truncate(lookups);
             Expanded { is_incomplete: true, end: found, ..Expanded::default() }
         }));
     }
@@ -373,28 +400,33 @@ impl<'a> Search<'a> {
         Expanded {
             is_incomplete: false,
             is_quiet: desk.successors.is_quiet,
-            is_stuck: self.semantics.is_stuck(desk.state.slots(), &desk.successors),
+            is_stuck: self.semantics.is_stuck(&desk.state, &desk.successors),
             transitions: desk.successors.len() as u32,
             bad,
             end: harvest.found.len(),
         }
     }
 
-    /// Follows one of the successors of the state on the desk: adds it to the harvest, or reports what is wrong with
-    /// it.
-    fn follow(&self, index: usize, desk: &mut Desk, harvest: &mut Harvest) -> Result<Option<(Option<u32>, Bad)>, Gap> {
-        let Desk { state, successors, passage, .. } = desk;
+    /// Follows one of the successors of the state on the desk: adds it to the harvest and to what is looked up, or
+    /// reports what is wrong with it.
+    fn follow(
+        &self,
+        number: u32,
+        index: usize,
+        desk: &mut Desk,
+        harvest: &mut Harvest,
+    ) -> Result<Option<(Option<u32>, Bad)>, Gap> {
+        let Desk { state, successors, passage, lookups, .. } = desk;
         let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
         if self.reduce && fate == Fate::GoOn {
-            fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ())?;
+            fate = passage.follow(&self.semantics, state, changes, |_, _| ())?;
             changes = &passage.changes;
         }
         let bad = match fate {
             Fate::GoOn => {
-                if self.store.find(state, changes).is_none() {
-                    harvest.changes.extend_from_slice(changes);
-                    harvest.found.push(harvest.changes.len());
-                }
+                harvest.changes.extend_from_slice(changes);
+                harvest.found.push(harvest.changes.len());
+                self.store.look_up(number, changes, lookups);
                 return Ok(None);
             }
             Fate::Settled => return Ok(None),
@@ -411,6 +443,7 @@ impl<'a> Search<'a> {
             let number = *next;
             *next += 1;
             if expanded.is_incomplete {
+                self.store.insert(&mut desk.lookups);
                 let mut again = Harvest::default();
                 self.complete(number, desk, &mut again)?;
                 let mut same = number;
@@ -423,14 +456,20 @@ impl<'a> Search<'a> {
             self.stuck.extend(expanded.is_stuck.then_some(number));
             self.transitions += u64::from(expanded.transitions);
             for end in &harvest.found[found..expanded.end] {
-                self.store.insert(number, &harvest.changes[changes..*end], &mut desk.words);
-                changes = *end;
+                if changes < *end {
+                    self.store.insert_later(number, &harvest.changes[changes..*end], &mut desk.lookups);
+                    changes = *end;
+                }
+            }
+            if desk.lookups.len() >= LOOKUPS || expanded.bad.is_some() {
+                self.store.insert(&mut desk.lookups);
             }
             found = expanded.end;
             if let Some((index, kind)) = expanded.bad {
                 return Ok(Some(End::Bad { from: Some((number, index)), kind }));
             }
         }
+        self.store.insert(&mut desk.lookups);
         Ok(None)
     }
 
@@ -438,13 +477,13 @@ impl<'a> Search<'a> {
     fn complete(&mut self, number: u32, desk: &mut Desk, harvest: &mut Harvest) -> Result<(), Refused> {
         harvest.clear();
         self.store.unpack(number, &mut desk.state);
-        while let Err(gap) = self.semantics.expand(desk.state.slots(), &mut desk.successors) {
+        while let Err(gap) = self.semantics.expand(&desk.state, &mut desk.successors) {
             self.semantics.tables.fill(&gap)?;
         }
         let mut bad = None;
         let mut index = 0;
         while index < desk.successors.len() && bad.is_none() {
-            match self.follow(index, desk, harvest) {
+            match self.follow(number, index, desk, harvest) {
                 Ok(found) => {
                     bad = found;
                     index += 1;
@@ -453,6 +492,7 @@ impl<'a> Search<'a> {
             }
         }
         harvest.states.push(self.expanded(desk, bad, harvest));
+        harvest.keep_new(&self.store, &mut desk.lookups);
         Ok(())
     }
 

@@ -3,9 +3,7 @@
 //! A state is a vector of small numbers. Each slot of the vector is as wide as its largest number so far requires; for
 //! a larger one, all states are repacked.
 
-use std::mem;
-
-use hashbrown::HashTable;
+use std::{hint, mem};
 
 /// A slot of a vector, and its new number.
 pub(crate) type Change = (u32, u32);
@@ -60,8 +58,14 @@ impl Layout {
         changes.iter().copied().find(|(slot, value)| u64::from(*value) > self.places[*slot as usize].mask)
     }
 
-    fn apply(&self, words: &mut [u64], changes: &[Change]) {
-        changes.iter().for_each(|(slot, value)| self.places[*slot as usize].set(words, *value));
+    /// Makes the changes. Returns whether all numbers fit.
+    #[inline]
+    fn apply(&self, words: &mut [u64], changes: &[Change]) -> bool {
+        changes.iter().fold(true, |fits, (slot, value)| {
+            let place = self.places[*slot as usize];
+            place.set(words, *value);
+            fits & (u64::from(*value) <= place.mask)
+        })
     }
 }
 
@@ -71,24 +75,8 @@ pub(crate) struct Store {
     layout: Layout,
     /// The packed vectors, one after the other.
     words: Vec<u64>,
-    /// The numbers of the states, by the hash of their words.
-    numbers: HashTable<u32>,
-}
-
-/// A state that was read from the store, packed and unpacked.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Unpacked {
-    slots: Vec<u32>,
-    words: Vec<u64>,
-    /// Working memory for its successors.
-    changed: Vec<u64>,
-}
-
-impl Unpacked {
-    /// The vector of numbers.
-    pub(crate) fn slots(&self) -> &[u32] {
-        &self.slots
-    }
+    len: u32,
+    index: Index,
 }
 
 impl Store {
@@ -98,67 +86,99 @@ impl Store {
         let layout = Layout::new(&first.iter().map(width).collect::<Vec<_>>());
         let mut words = vec![0; layout.words];
         layout.places.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
-        let mut store = Self { layout, words: Vec::new(), numbers: HashTable::new() };
-        store.add(hash(&words), &words);
+        let mut store = Self { layout, words, len: 1, index: Index::default() };
+        store.build_index();
         store
     }
 
     pub(crate) fn len(&self) -> u32 {
-        self.numbers.len() as u32
+        self.len
     }
 
     /// How much memory it uses.
     pub(crate) fn bytes(&self) -> usize {
-        self.words.capacity() * size_of::<u64>() + self.numbers.allocation_size()
+        self.words.capacity() * size_of::<u64>() + self.index.entries.capacity() * size_of::<u32>()
     }
 
-    /// Reads the state with this number.
-    pub(crate) fn unpack(&self, number: u32, state: &mut Unpacked) {
+    /// Reads the vector of the state with this number.
+    pub(crate) fn unpack(&self, number: u32, slots: &mut Vec<u32>) {
         let words = self.vector(number);
-        state.words.clear();
-        state.words.extend_from_slice(words);
-        state.slots.clear();
-        state.slots.extend(self.layout.places.iter().map(|place| place.get(words)));
+        slots.clear();
+        slots.extend(self.layout.places.iter().map(|place| place.get(words)));
     }
 
-    /// The number of the state that differs from `from` in these slots, if it is stored.
-    pub(crate) fn find(&self, from: &mut Unpacked, changes: &[Change]) -> Option<u32> {
-        if self.layout.misfit(changes).is_some() {
-            return None;
-        }
-        let Unpacked { words, changed, .. } = from;
-        changed.clear();
-        changed.extend_from_slice(words);
-        self.layout.apply(changed, changes);
-        self.numbers.find(hash(changed), |number| same(self.vector(*number), changed)).copied()
+    /// Adds the state that differs in these slots from the state with the number `from` to those to look up.
+    pub(crate) fn look_up(&self, from: u32, changes: &[Change], lookups: &mut Lookups) {
+        let begin = lookups.words.len();
+        lookups.words.extend_from_slice(self.vector(from));
+        let words = &mut lookups.words[begin..];
+        let fits = self.layout.apply(words, changes);
+        lookups.hashes.push(fits.then(|| hash(words)));
     }
 
-    /// Stores the state that differs in these slots from the state with the number `from`, if it is new.
-    pub(crate) fn insert(&mut self, from: u32, changes: &[Change], changed: &mut Vec<u64>) {
+    /// The numbers of the states to look up, as far as they are stored.
+    pub(crate) fn find(&self, lookups: &Lookups) -> impl Iterator<Item = Option<u32>> {
+        self.read_ahead(lookups);
+        let vectors = lookups.words.chunks_exact(self.layout.words);
+        lookups
+            .hashes
+            .iter()
+            .zip(vectors)
+            .map(|(hash, words)| hash.and_then(|hash| self.index.find(hash, |number| same(self.vector(number), words))))
+    }
+
+    /// Adds the state that differs in these slots from the state with the number `from` to those to store.
+    pub(crate) fn insert_later(&mut self, from: u32, changes: &[Change], lookups: &mut Lookups) {
         while let Some((slot, value)) = self.layout.misfit(changes) {
+            self.insert(lookups);
             self.widen(slot as usize, value);
         }
-        changed.clear();
-        changed.extend_from_slice(self.vector(from));
-        self.layout.apply(changed, changes);
-        let hash = hash(changed);
-        if self.numbers.find(hash, |number| same(self.vector(*number), changed)).is_none() {
-            self.add(hash, changed);
-        }
+        self.look_up(from, changes, lookups);
     }
 
-    fn vector(&self, number: u32) -> &[u64] {
-        vector(&self.words, self.layout.words, number)
+    /// Stores those of the states that are new.
+    pub(crate) fn insert(&mut self, lookups: &mut Lookups) {
+        self.read_ahead(lookups);
+        for (hash, words) in lookups.hashes.iter().flatten().zip(lookups.words.chunks_exact(self.layout.words)) {
+            if self.index.find(*hash, |number| same(self.vector(number), words)).is_none() {
+                self.add(*hash, words);
+            }
+        }
+        lookups.truncate(0);
+    }
+
+    /// Reads the entries with which the searches begin, so that the processor fetches them from memory side by side.
+    fn read_ahead(&self, lookups: &Lookups) {
+        let entries = lookups.hashes.iter().flatten().map(|hash| self.index.entries[self.index.home(*hash)]);
+        hint::black_box(entries.fold(0, |all, entry| all ^ entry));
     }
 
     fn add(&mut self, hash: u64, words: &[u64]) {
-        let number = self.len();
+        self.index.add(hash, self.len);
         if self.words.len() + words.len() > self.words.capacity() {
             self.words.reserve_exact((self.words.len() / 4).max(64 * words.len()));
         }
         self.words.extend_from_slice(words);
-        let (all, width) = (&self.words, self.layout.words);
-        self.numbers.insert_unique(hash, number, |number| self::hash(vector(all, width, *number)));
+        self.len += 1;
+        if self.index.is_full(self.len) {
+            self.build_index();
+        }
+    }
+
+    fn vector(&self, number: u32) -> &[u64] {
+        let begin = number as usize * self.layout.words;
+        &self.words[begin..begin + self.layout.words]
+    }
+
+    /// Makes an index of all states, with room for more.
+    fn build_index(&mut self) {
+        let count = (2 * self.len as usize).next_power_of_two().max(64);
+        self.index = Index::default();
+        let mut index = Index { entries: vec![0; count], mask: (count - 1) as u32 };
+        for number in 0..self.len {
+            index.add(hash(self.vector(number)), number);
+        }
+        self.index = index;
     }
 
     /// Widens a slot so that a number fits, and repacks all states.
@@ -176,19 +196,74 @@ impl Store {
             old.places.iter().zip(&self.layout.places).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
             self.words.extend_from_slice(&words);
         }
-        let count = self.len();
-        self.numbers.clear();
-        for number in 0..count {
-            let (all, width) = (&self.words, self.layout.words);
-            let hash = |number: &u32| hash(vector(all, width, *number));
-            self.numbers.insert_unique(hash(&number), number, hash);
-        }
+        self.build_index();
     }
 }
 
-fn vector(words: &[u64], width: usize, number: u32) -> &[u64] {
-    let begin = number as usize * width;
-    &words[begin..begin + width]
+/// The numbers of the states, by the hashes of their words: a hash table with linear probing.
+///
+/// An entry is 0, or a number plus one; the bits that no number needs hold bits of the hash. So a lookup reads a single
+/// cache line of the table, and hardly ever a vector other than the one it looks for.
+#[derive(Debug, Default)]
+struct Index {
+    /// Their count is a power of two.
+    entries: Vec<u32>,
+    /// The bits of an entry that hold the number: one less than the count of entries.
+    mask: u32,
+}
+
+impl Index {
+    /// The place where the search for a hash begins. It depends on the hash's upper bits; an entry holds lower ones.
+    #[inline]
+    fn home(&self, hash: u64) -> usize {
+        (hash >> u32::BITS >> self.mask.leading_zeros()) as usize
+    }
+
+    /// The number with this hash that is the `same`.
+    #[inline]
+    fn find(&self, hash: u64, same: impl Fn(u32) -> bool) -> Option<u32> {
+        let mut place = self.home(hash);
+        loop {
+            let entry = self.entries[place];
+            let number = (entry & self.mask).checked_sub(1)?;
+            if (entry ^ hash as u32) & !self.mask == 0 && same(number) {
+                return Some(number);
+            }
+            place = (place + 1) & self.mask as usize;
+        }
+    }
+
+    /// Adds a number that is new.
+    fn add(&mut self, hash: u64, number: u32) {
+        let mut place = self.home(hash);
+        while self.entries[place] != 0 {
+            place = (place + 1) & self.mask as usize;
+        }
+        self.entries[place] = hash as u32 & !self.mask | (number + 1);
+    }
+
+    fn is_full(&self, count: u32) -> bool {
+        u64::from(count) * 8 > self.entries.len() as u64 * 5
+    }
+}
+
+/// States to look up or to store together.
+#[derive(Debug, Default)]
+pub(crate) struct Lookups {
+    words: Vec<u64>,
+    /// The hash of each state; none if it does not fit.
+    hashes: Vec<Option<u64>>,
+}
+
+impl Lookups {
+    pub(crate) fn len(&self) -> usize {
+        self.hashes.len()
+    }
+
+    pub(crate) fn truncate(&mut self, len: usize) {
+        self.words.truncate(self.words.len() / self.len().max(1) * len);
+        self.hashes.truncate(len);
+    }
 }
 
 /// Whether two vectors of a few words are equal. A call to `memcmp` would take longer.
@@ -215,20 +290,26 @@ mod tests {
     fn states_keep_their_numbers_while_slots_grow_wider() {
         let vector = |number: u32| [number % 7, number / 7 % 101, 5, number / 707, number];
         let mut store = Store::new(&vector(0));
-        let mut words = Vec::new();
+        let mut lookups = Lookups::default();
         let changes = |number: u32| (0..).zip(vector(number)).collect::<Vec<Change>>();
         for number in 0..100_000 {
-            store.insert(number / 2, &changes(number), &mut words);
-            store.insert(number / 3, &changes(number / 2), &mut words);
+            store.insert_later(number / 4, &changes(number), &mut lookups);
+            store.insert_later(number / 5, &changes(number / 2), &mut lookups);
+            if number % 3 == 0 {
+                store.insert(&mut lookups);
+            }
         }
+        store.insert(&mut lookups);
         assert_eq!(store.len(), 100_000);
-        let mut state = Unpacked::default();
+        let mut slots = Vec::new();
         for number in (0..100_000).rev() {
-            store.unpack(number, &mut state);
-            assert_eq!(state.slots(), vector(number));
-            assert_eq!(store.find(&mut state, &changes(number / 2)), Some(number / 2));
-            assert_eq!(store.find(&mut state, &[(2, 6)]), None);
-            assert_eq!(store.find(&mut state, &[(2, 9)]), None, "it does not fit");
+            store.unpack(number, &mut slots);
+            assert_eq!(slots, vector(number));
+            lookups.truncate(0);
+            store.look_up(number, &changes(number / 2), &mut lookups);
+            store.look_up(number, &[(2, 6)], &mut lookups);
+            store.look_up(number, &[(2, 9)], &mut lookups);
+            assert_eq!(store.find(&lookups).collect::<Vec<_>>(), [Some(number / 2), None, None]);
         }
     }
 }

@@ -40,32 +40,37 @@ impl Search<'_> {
     /// The stored successors of a state: for each, its index among all successors.
     fn successors(&self, number: u32, desk: &mut Desk) -> Vec<(usize, u32)> {
         self.unpack_and_expand(number, desk);
-        let Desk { state, successors, passage, .. } = desk;
-        let found = (0..successors.len()).filter_map(|index| {
+        let Desk { state, successors, passage, lookups, .. } = desk;
+        lookups.truncate(0);
+        let mut indices = Vec::new();
+        for index in 0..successors.len() {
             let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
             if self.reduce && fate == Fate::GoOn {
-                fate = passage.follow(&self.semantics, state.slots(), changes, |_, _| ()).expect(KNOWN);
+                fate = passage.follow(&self.semantics, state, changes, |_, _| ()).expect(KNOWN);
                 changes = &passage.changes;
             }
-            let number = self.store.find(state, changes).filter(|_| fate == Fate::GoOn)?;
-            Some((index, number))
-        });
-        found.collect()
+            if fate == Fate::GoOn {
+                self.store.look_up(number, changes, lookups);
+                indices.push(index);
+            }
+        }
+        let stored = self.store.find(lookups);
+        indices.into_iter().zip(stored).filter_map(|(index, number)| Some((index, number?))).collect()
     }
 
     fn unpack_and_expand(&self, number: u32, desk: &mut Desk) {
         self.store.unpack(number, &mut desk.state);
-        self.semantics.expand(desk.state.slots(), &mut desk.successors).expect(KNOWN);
+        self.semantics.expand(&desk.state, &mut desk.successors).expect(KNOWN);
     }
 
     /// The steps from a state to the next stored one.
     fn steps(&self, number: u32, index: usize, desk: &mut Desk) -> Vec<PathStep> {
         self.unpack_and_expand(number, desk);
         let Desk { state, successors, passage, .. } = desk;
-        let mut steps = self.semantics.path_steps(state.slots(), successors.label(index));
+        let mut steps = self.semantics.path_steps(state, successors.label(index));
         if self.reduce && successors.fate(index) == Fate::GoOn {
             let visit = |state: &[u32], label: &_| steps.extend(self.semantics.path_steps(state, label));
-            passage.follow(&self.semantics, state.slots(), successors.changes(index), visit).expect(KNOWN);
+            passage.follow(&self.semantics, state, successors.changes(index), visit).expect(KNOWN);
         }
         steps
     }
