@@ -52,18 +52,20 @@ pub struct Costmap {
     clearances: Vec<u8>,
     /// Offsets of the cells where lasers have seen an obstacle that is not on the map.
     marks: Vec<u32>,
-    /// The clearances around a single obstacle.
-    stamp: Vec<StampCell>,
+    /// The clearances around a single obstacle, row by row.
+    stamp: Vec<StampRow>,
     stamp_radius: i64,
     costs: [u8; 256],
     generation: u64,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct StampCell {
-    across: i32,
-    along: i32,
-    clearance: u8,
+#[derive(Clone, Debug)]
+struct StampRow {
+    /// The row, counted from the obstacle's.
+    row: i64,
+    /// How many columns it extends to both sides of the obstacle's.
+    reach: i64,
+    clearances: Vec<u8>,
 }
 
 impl Costmap {
@@ -243,11 +245,14 @@ impl Costmap {
     fn stamp_onto(&mut self, offset: usize) {
         let (column, row) = self.frame.column_and_row(offset);
         let (width, height) = (self.frame.width as i64, self.frame.height as i64);
-        for cell in &self.stamp {
-            let (x, y) = (column as i64 + i64::from(cell.across), row as i64 + i64::from(cell.along));
-            if x >= 0 && y >= 0 && x < width && y < height {
-                let clearance = &mut self.clearances[(y * width + x) as usize];
-                *clearance = (*clearance).min(cell.clearance);
+        for StampRow { row: above, reach, clearances } in &self.stamp {
+            let row = row as i64 + above;
+            let (first, end) = (column as i64 - reach, column as i64 + reach + 1);
+            let (left, right) = (first.max(0), end.min(width));
+            if (0..height).contains(&row) && left < right {
+                let cells = &mut self.clearances[(row * width + left) as usize..(row * width + right) as usize];
+                let stamp = &clearances[(left - first) as usize..];
+                cells.iter_mut().zip(stamp).for_each(|(cell, clearance)| *cell = (*cell).min(*clearance));
             }
         }
     }
@@ -261,13 +266,15 @@ fn spanning(frame: &GridFrame, first: usize, last: usize, cell: usize) -> (usize
 }
 
 /// The clearances around an obstacle, up to this many cells.
-fn stamp_of(radius: f64) -> Vec<StampCell> {
+fn stamp_of(radius: f64) -> Vec<StampRow> {
     let reach = radius as i32;
-    let around = (-reach..=reach).flat_map(|along| (-reach..=reach).map(move |across| (across, along)));
-    around
-        .filter(|(across, along)| f64::from(across * across + along * along) <= radius * radius)
-        .map(|(across, along)| StampCell { across, along, clearance: clearance::of_cell(across, along) })
-        .collect()
+    let rows = (-reach..=reach).map(|row| {
+        let is_near = |column: &i32| f64::from(column * column + row * row) <= radius * radius;
+        let reach = (0..=reach).rev().find(is_near).unwrap_or(0);
+        let clearances = (-reach..=reach).map(|column| clearance::of_cell(column, row)).collect();
+        StampRow { row: row.into(), reach: reach.into(), clearances }
+    });
+    rows.collect()
 }
 
 /// The cost of each clearance.

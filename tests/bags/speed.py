@@ -17,7 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 CHECK_BAG, FOLDER = sys.argv[1], Path(sys.argv[2])
 GIGABYTES = float(sys.argv[3]) if len(sys.argv) > 3 else 5
 STORE = get_typestore(Stores.ROS2_JAZZY)
-SMALL = 300_000
+SMALL = 1_000_000
 ROUNDS = 3
 IMAGE = 2_000_000
 TWIST, CAMERA = "geometry_msgs/msg/Twist", "sensor_msgs/msg/Image"

@@ -97,11 +97,12 @@ impl Tables {
 
 impl Local {
     fn offers_the_same(&self, other: &Self) -> bool {
-        let own = |local: &Self| local.own.iter().map(|own| own.sends).collect::<Vec<_>>();
+        let mut own = self.own.iter().zip(&other.own);
         let mut receives = self.receives.iter().zip(&other.receives);
         self.timer == other.timer
             && (!self.is_timeless || other.is_timeless)
-            && own(self) == own(other)
+            && self.own.len() == other.own.len()
+            && own.all(|(one, other)| one.sends == other.sends)
             && self.receives.len() == other.receives.len()
             && receives.all(|(one, other)| (one.channel, &one.pattern) == (other.channel, &other.pattern))
     }

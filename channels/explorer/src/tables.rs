@@ -1,24 +1,22 @@
 //! Everything that is computed once: the states of processes and monitors, messages, spans of time, and the moves of
 //! the environment.
 
+mod fill;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, Capacity, ChannelId, Envelope, Event, EventKind, Message, Monitor, NoNormalForm, NormalForm, Offer,
-    Process, ProcessId, RequestNumber, Role, Symbol, TickGenerator, Topology, Use,
+    Capacity, ChannelId, Envelope, Monitor, NoNormalForm, Process, ProcessId, RequestNumber, Role, Symbol,
+    TickGenerator, Topology, Use,
 };
-
 use foldhash::fast::FixedState;
 
 use crate::error::Refused;
-use crate::interner::{Interner, hash_by};
-use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, set};
+use crate::interner::Interner;
+use crate::local::{Local, Step, Watching};
 use crate::model::{Instant, Model, Move, Onlooker, Ticks};
-
-/// The maximum number of states of one process.
-const MAX_LOCALS: usize = 1 << 16;
 
 /// The time, as far as a system's future depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -245,252 +243,8 @@ impl Tables {
         })
     }
 
-    /// Computes what is missing.
-    pub(crate) fn fill(&mut self, gap: &Gap) -> Result<(), Refused> {
-        match *gap {
-            Gap::Own { process, state, own } => {
-                let step = self.take(process, state, |local| (local.own[own].transition, None))?;
-                self.locals[process].get_mut(state).own[own].step = step;
-            }
-            Gap::Receive { process, state, receive, content } => {
-                let Receive { channel, pattern, .. } = &self.locals[process].get(state).receives[receive];
-                let envelope = self.lines[*channel].contents.get(content).clone();
-                let accepts = envelope.as_ref().is_some_and(|envelope| pattern.accepts(&envelope.message));
-                let step = match accepts {
-                    true => self.take(process, state, |local| (local.receives[receive].transition, envelope))?,
-                    false => Step::REFUSED,
-                };
-                let steps = &mut self.locals[process].get_mut(state).receives[receive].steps;
-                set(steps, content, step, Step::UNKNOWN);
-            }
-            Gap::Later { process, state, span } => self.pass_time(process, state, span)?,
-            Gap::RenamedProcess { process, state, renaming } => {
-                let mut renamed = self.locals[process].get(state).process.clone();
-                let changes = self.renamings.get(renaming).clone();
-                let numbers = |channel: ChannelId, number| renumbered(&changes, channel, number);
-                let form = NormalForm::new(&self.topology, NormalForm::NOW, &numbers);
-                renamed.normalize(&form).map_err(|why| self.refused(process, why))?;
-                let number = self.local(process, renamed)?;
-                set(&mut self.locals[process].get_mut(state).renamed, renaming, number, UNKNOWN);
-            }
-            Gap::RenamedContent { channel, content, renaming } => {
-                let mut envelope = self.lines[channel].contents.get(content).clone();
-                let changes = self.renamings.get(renaming).clone();
-                let numbers = |channel: ChannelId, number| renumbered(&changes, channel, number);
-                let form = NormalForm::new(&self.topology, NormalForm::NOW, &numbers);
-                let id = self.lines[channel].id;
-                envelope.iter_mut().for_each(|envelope| form.envelope(id, envelope));
-                let number = self.content(channel, envelope);
-                let renamed = &mut self.lines[channel].renamed;
-                if renamed.len() <= renaming as usize {
-                    renamed.resize_with(renaming as usize + 1, Vec::new);
-                }
-                set(&mut renamed[renaming as usize], content, number, UNKNOWN);
-            }
-            Gap::Ticked { process, state } => {
-                let mut generator = self.locals[process].get(state).process.clone();
-                if let Some(generator) = generator.as_any_mut().downcast_mut::<TickGenerator>() {
-                    generator.generate(0);
-                }
-                self.look(process, generator.as_ref());
-                let number = self.local(process, generator)?;
-                self.locals[process].get_mut(state).ticked = number;
-            }
-            Gap::Observed { state, channel, content } => {
-                let line = &self.lines[channel];
-                let message = line.contents.get(content).as_ref().map(|envelope| envelope.message.clone());
-                let kind = message.map(|message| EventKind::Received { channel: line.id, message });
-                let number = self.observe(state, 0, kind.unwrap_or(EventKind::Tick))?;
-                let after = &mut self.monitors.get_mut(state).after;
-                if after.len() <= channel {
-                    after.resize_with(channel + 1, Vec::new);
-                }
-                set(&mut after[channel], content, number, UNKNOWN);
-            }
-            Gap::ObservedTick { state, has_ticked } => {
-                let number = self.observe(state, u64::from(has_ticked), EventKind::Tick)?;
-                self.monitors.get_mut(state).ticked[usize::from(has_ticked)] = number;
-            }
-            Gap::Clock(clock) => _ = self.clocks.intern(clock),
-            Gap::Transit(ref transit) => _ = self.transits.intern(transit.clone()),
-            Gap::Moves { ref key, instant } => self.list_moves(key, instant)?,
-        }
-        Ok(())
-    }
-
-    /// A process takes a transition in one of its states.
-    fn take(
-        &mut self,
-        process: usize,
-        state: u32,
-        transition: impl FnOnce(&Local) -> (channels::TransitionId, Option<Envelope>),
-    ) -> Result<Step, Refused> {
-        let before = self.locals[process].get(state);
-        let (transition, received) = transition(before);
-        if let Some((channel, content)) =
-            before.own.iter().find(|own| own.transition == transition).and_then(|own| own.sends)
-        {
-            self.check_domain(process, channel, content)?;
-        }
-        let mut after = before.process.clone();
-        after.take(transition, received, NormalForm::NOW);
-        self.settle(process, state, after)
-    }
-
-    fn check_domain(&self, process: usize, channel: usize, content: u32) -> Result<(), Refused> {
-        let line = &self.lines[channel];
-        let message = line.contents.get(content).as_ref().map(|envelope| &envelope.message);
-        match message.filter(|message| !self.topology.carries(line.id, message)) {
-            None => Ok(()),
-            Some(message) => Err(Refused::OutsideDomain {
-                process: self.names[process].clone(),
-                message: message.clone(),
-                channel: self.topology.describe(line.id),
-                domain: self.topology.get(line.id).domain.to_string(),
-            }),
-        }
-    }
-
-    /// The state of a process after a span of time.
-    fn pass_time(&mut self, process: usize, state: u32, span: Duration) -> Result<(), Refused> {
-        let mut later = self.locals[process].get(state).process.clone();
-        let form = NormalForm::new(&self.topology, NormalForm::NOW + span, &same_number);
-        later.normalize(&form).map_err(|why| self.refused(process, why))?;
-        let is_due = later.next_timer().is_some_and(|due| due <= NormalForm::NOW);
-        if is_due {
-            later.fire_timers(NormalForm::NOW);
-        }
-        let step = self.settle(process, state, later)?;
-        let span = self.spans.intern(span);
-        set(&mut self.locals[process].get_mut(state).later, span, step, Step::UNKNOWN);
-        Ok(())
-    }
-
-    /// Brings a process that was in a state into normal form.
-    fn settle(&mut self, process: usize, before: u32, mut after: Box<dyn Process>) -> Result<Step, Refused> {
-        self.look(process, after.as_ref());
-        let (mut awaited, mut awaits) = (Vec::new(), Vec::new());
-        self.locals[process].get(before).process.awaits(&mut awaited);
-        after.awaits(&mut awaits);
-        let id = self.id(process);
-        let topology = Arc::clone(&self.topology);
-        let position = |channel: ChannelId, number: RequestNumber| {
-            let mut on_channel = (1..).zip(awaits.iter().filter(|(on, _)| *on == channel));
-            on_channel.find(|(_, (_, awaited))| *awaited == number).map_or(0, |(position, _)| position)
-        };
-        let numbers =
-            |channel: ChannelId, number: RequestNumber| match topology.is_part_of(id, topology.get(channel).source) {
-                true => RequestNumber(position(channel, number)),
-                false => number,
-            };
-        match after.normalize(&NormalForm::new(&topology, NormalForm::NOW, &numbers)) {
-            Err(NoNormalForm::Endless { .. }) => return Ok(Step { next: ENDLESS, renaming: 0 }),
-            Err(why) => return Err(self.refused(process, why)),
-            Ok(()) => {}
-        }
-        let mut changes = Renaming::new();
-        for (channel, number) in awaited {
-            let new = position(channel, number);
-            match changes.iter_mut().find(|(on, _)| *on == channel.index()) {
-                Some((_, numbers)) => numbers.push(new),
-                None => changes.push((channel.index(), vec![new])),
-            }
-        }
-        changes.retain(|(_, numbers)| !(1..).zip(numbers).all(|(old, new)| old == *new));
-        let renaming = self.renamings.intern(changes);
-        Ok(Step { next: self.local(process, after)?, renaming })
-    }
-
-    fn look(&self, process: usize, state: &dyn Process) {
-        if let Some(onlooker) = &self.onlooker {
-            onlooker.see(self.id(process), state);
-        }
-    }
-
     fn id(&self, process: usize) -> ProcessId {
         self.ids[process]
-    }
-
-    /// The number of a state of a process in normal form.
-    pub(crate) fn local(&mut self, process: usize, state: Box<dyn Process>) -> Result<u32, Refused> {
-        let hash = hash_by(|hasher| state.hash_state(hasher));
-        if let Some(known) = self.locals[process].find(hash, |local| local.process.same_state(state.as_ref())) {
-            return Ok(known);
-        }
-        let known = self.locals[process].len();
-        if known >= MAX_LOCALS {
-            let location = state.location();
-            return Err(Refused::TooManyStates { process: self.names[process].clone(), states: known, location });
-        }
-        let local = self.describe(state);
-        Ok(self.locals[process].add(hash, local))
-    }
-
-    /// A state of a process with what it offers.
-    fn describe(&mut self, process: Box<dyn Process>) -> Local {
-        let mut offers = Vec::new();
-        process.offers(&mut offers);
-        let (mut own, mut receives) = (Vec::new(), Vec::new());
-        for Offer { transition, action } in offers {
-            let mut by_itself = |sends| own.push(Own { transition, sends, step: Step::UNKNOWN });
-            match action {
-                Action::Internal => by_itself(None),
-                Action::Send(channel, envelope) => {
-                    by_itself(Some((channel.index(), self.content(channel.index(), Some(envelope)))));
-                }
-                Action::Receive(channel, pattern) => {
-                    receives.push(Receive { transition, channel: channel.index(), pattern, steps: Vec::new() });
-                }
-            }
-        }
-        let timer = process.next_timer().map(|due| due.saturating_sub(NormalForm::NOW));
-        let timer = timer.map(|timer| self.ticks.map_or(timer, |ticks| round_up(timer, ticks.step)));
-        let is_timeless = timer.is_none() && {
-            let mut later = process.clone();
-            let a_moment_later = NormalForm::NOW + Duration::from_nanos(1);
-            later.normalize(&NormalForm::new(&self.topology, a_moment_later, &same_number)).is_ok()
-                && later.same_state(process.as_ref())
-        };
-        Local { process, timer, is_timeless, own, receives, later: Vec::new(), renamed: Vec::new(), ticked: UNKNOWN }
-    }
-
-    /// The number of a channel's contents.
-    pub(crate) fn content(&mut self, channel: usize, envelope: Option<Envelope>) -> u32 {
-        let Self { topology, lines, .. } = self;
-        let line = &mut lines[channel];
-        let message = envelope.as_ref().map(|envelope| &envelope.message);
-        let head = message.and_then(Message::head).map(Symbol::new);
-        let is_topic = message.is_some_and(|message| is_topic(topology, line.id, message));
-        let number = line.contents.intern(envelope);
-        if line.heads.len() < line.contents.len() {
-            line.heads.push((head, is_topic));
-        }
-        number
-    }
-
-    /// The number of a state of the monitor.
-    fn watching(&mut self, mut monitor: Box<dyn Monitor>) -> Result<u32, Refused> {
-        let verdict = monitor.verdict();
-        monitor.normalize().map_err(|why| {
-            let (reason, help) = in_words(why);
-            Refused::Property { property: monitor.name().to_owned(), reason, help }
-        })?;
-        let hash = hash_by(|hasher| monitor.hash_state(hasher));
-        let same = |known: &Watching| known.verdict == verdict && known.monitor.same_state(monitor.as_ref());
-        if let Some(known) = self.monitors.find(hash, same) {
-            return Ok(known);
-        }
-        if self.monitors.len() >= MAX_LOCALS {
-            let reason = format!("its monitor has more than {MAX_LOCALS} states");
-            return Err(Refused::Property { property: monitor.name().to_owned(), reason, help: None });
-        }
-        Ok(self.monitors.add(hash, Watching { monitor, verdict, after: Vec::new(), ticked: [UNKNOWN; 2] }))
-    }
-
-    fn observe(&mut self, state: u32, tick: u64, kind: EventKind) -> Result<u32, Refused> {
-        let mut monitor = self.monitors.get(state).monitor.clone();
-        monitor.observe(&Event { step: 0, tick, time: Duration::ZERO, kind });
-        self.watching(monitor)
     }
 
     /// The moves of the environment. The key is its state and the states of the processes that it drives.
@@ -511,29 +265,6 @@ impl Tables {
     /// The processes that the environment drives, in these states.
     fn driven_in(&self, states: &[u32]) -> Vec<&dyn Process> {
         self.driven.iter().zip(states).map(|(p, state)| self.locals[*p].get(*state).process.as_ref()).collect()
-    }
-
-    /// Lists the moves of the environment.
-    fn list_moves(&mut self, key: &[u32], instant: Instant) -> Result<(), Refused> {
-        let driven = self.driven.clone();
-        let moves = self.told(key, instant);
-        let mut list = Vec::with_capacity(moves.len());
-        for told in moves {
-            let mut processes = Vec::new();
-            for (process, state) in driven.iter().zip(&key[1..]) {
-                let mut after = self.locals[*process].get(*state).process.clone();
-                (told.update)(self.id(*process), after.as_mut(), NormalForm::NOW);
-                if !after.same_state(self.locals[*process].get(*state).process.as_ref()) {
-                    let step = self.settle(*process, *state, after)?;
-                    processes.push((*process as u32, step));
-                }
-            }
-            let state = self.environments.intern(told.state);
-            list.push(Moved { state, processes: processes.into() });
-        }
-        self.move_count += list.len();
-        self.moves[instant as usize].insert(key.to_vec(), list);
-        Ok(())
     }
 
     /// The moves of the environment, in the order of their keys.
@@ -580,17 +311,6 @@ pub(crate) fn same_number(_: ChannelId, number: RequestNumber) -> RequestNumber 
     number
 }
 
-/// The number of a request after a renaming.
-fn renumbered(changes: &Renaming, channel: ChannelId, number: RequestNumber) -> RequestNumber {
-    let Some((_, numbers)) = changes.iter().find(|(on, _)| *on == channel.index()) else { return number };
-    let index = number.0.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-    RequestNumber(index.and_then(|index| numbers.get(index)).copied().unwrap_or(0))
-}
-
-fn is_topic(topology: &Topology, channel: ChannelId, message: &Message) -> bool {
-    topology.get(channel).domain.shape_of(message).is_some_and(|shape| shape.role() == Role::Topic)
-}
-
 /// Whether a process sends on a channel of capacity 0.
 fn shakes_hands(topology: &Topology, process: ProcessId) -> bool {
     let is_composed = topology.processes().any(|part| part != process && topology.whole(part) == process);
@@ -631,13 +351,5 @@ impl Transit {
     pub(crate) fn after(&self, span: Duration) -> Self {
         let held = self.held.iter().map(|(channel, until)| (*channel, until.saturating_sub(span)));
         Self { held: held.filter(|(_, until)| !until.is_zero()).collect(), ..*self }
-    }
-}
-
-/// The next multiple of `step`.
-fn round_up(time: Duration, step: Duration) -> Duration {
-    match step.as_nanos() {
-        0 => time,
-        step => Duration::from_nanos((time.as_nanos().div_ceil(step) * step) as u64),
     }
 }
