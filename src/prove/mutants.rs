@@ -67,7 +67,7 @@ impl Mutants {
         let threads = limits.threads;
         // There are many mutants, so those that are not decided within these limits are left open. Nobody looks at
         // their runs.
-        let memory = limits.memory / threads.max(8);
+        let memory = limits.memory / threads.max(4);
         let limits = Limits { threads: 1, memory, reduction: Reduction::Off, ..limits.clone() };
         // The answers about the scenario as it is, which hold for each mutant that never acts differently.
         let sound = |question| {

@@ -32,6 +32,8 @@ pub(crate) struct Local {
     /// Steps that it can take alone: internal actions, and sends.
     pub(crate) own: Vec<Own>,
     pub(crate) receives: Vec<Receive>,
+    /// The channels of the receives: bit `channel % 64` for each.
+    pub(crate) awaits: u64,
     /// Its state after a span of time, by the number of the span.
     pub(crate) later: Vec<Step>,
     /// Its state after the numbers of requests change, by the number of the renaming.
@@ -68,6 +70,12 @@ pub(crate) struct Watching {
     pub(crate) after: Vec<Vec<u32>>,
     /// After the first tick, and after any later one.
     pub(crate) ticked: [u32; 2],
+}
+
+/// A channel in a set of channels. Some channels share a bit: the set tells which ones it surely does not contain.
+#[inline]
+pub(crate) fn bit(channel: usize) -> u64 {
+    1 << (channel % 64)
 }
 
 /// The entry at an index; unknown if the list is too short.

@@ -3,7 +3,6 @@
 mod deep;
 mod runs;
 
-use std::mem;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ScopedJoinHandle;
@@ -15,7 +14,7 @@ use crate::model::Model;
 use crate::passage::Passage;
 use crate::path::Path;
 use crate::semantics::{Fate, Semantics, Slots, Successors};
-use crate::store::{Change, Lookups, Store};
+use crate::store::{AHEAD, Change, Packed, Store};
 use crate::tables::{Gap, Tables};
 
 /// How far a search may go, and how it proceeds.
@@ -128,9 +127,6 @@ impl Exploration {
 /// How many states are expanded before their successors are stored.
 const BATCH: u32 = 4096;
 
-/// How many successors, at least, are looked up or stored together.
-const LOOKUPS: usize = 64;
-
 /// Explores a model until the property is decided. Without a property, it searches for deadlocks, livelocks and
 /// messages that pile up.
 ///
@@ -238,10 +234,10 @@ struct Search<'a> {
 #[derive(Debug, Default)]
 struct Harvest {
     states: Vec<Expanded>,
-    /// The changes of the successors that may be new, one after the other.
-    changes: Vec<Change>,
-    /// Where the changes of each successor end. Those that are known to be stored have none.
-    found: Vec<usize>,
+    /// Their successors. As far as they were looked up, only those that are new.
+    found: Packed,
+    /// How many of the states and of the successors were looked up.
+    looked_up: (usize, usize),
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -257,27 +253,45 @@ struct Expanded {
     end: usize,
 }
 
+/// Why a state cannot be expanded yet.
+enum Obstacle {
+    Gap(Gap),
+    /// This number does not fit.
+    TooNarrow(Change),
+}
+
+impl From<Gap> for Obstacle {
+    fn from(gap: Gap) -> Self {
+        Self::Gap(gap)
+    }
+}
+
 impl Harvest {
-    fn clear(&mut self) {
+    fn clear(&mut self, store: &Store) {
         self.states.clear();
-        self.changes.clear();
-        self.found.clear();
+        store.clear(&mut self.found);
+        self.looked_up = (0, 0);
     }
 
-    /// Drops the changes of those of the last successors that are stored already.
-    fn keep_new(&mut self, store: &Store, lookups: &mut Lookups) {
-        let first = self.found.len() - lookups.len();
-        let mut begin = first.checked_sub(1).map_or(0, |before| self.found[before]);
-        let mut len = begin;
-        for (end, number) in self.found[first..].iter_mut().zip(store.find(lookups)) {
-            if number.is_none() {
-                self.changes.copy_within(begin..*end, len);
-                len += *end - begin;
+    /// Looks up the last successors, and drops those that are stored already.
+    fn keep_new(&mut self, store: &Store) {
+        let (states, mut kept) = self.looked_up;
+        let mut next = kept;
+        for expanded in &mut self.states[states..] {
+            for index in next..expanded.end {
+                if (index - self.looked_up.1).is_multiple_of(AHEAD) {
+                    store.read_ahead(&self.found, index);
+                }
+                if store.find(&self.found, index).is_none() {
+                    self.found.shift(index, kept);
+                    kept += 1;
+                }
             }
-            begin = mem::replace(end, len);
+            next = expanded.end;
+            expanded.end = kept;
         }
-        self.changes.truncate(len);
-        lookups.truncate(0);
+        self.found.truncate(kept);
+        self.looked_up = (self.states.len(), kept);
     }
 }
 
@@ -287,7 +301,7 @@ struct Desk {
     state: Vec<u32>,
     successors: Successors,
     passage: Passage,
-    lookups: Lookups,
+    packed: Packed,
 }
 
 impl<'a> Search<'a> {
@@ -354,13 +368,19 @@ impl<'a> Search<'a> {
         });
         let expand = |share: Range<u32>, desk: &mut Desk| {
             let mut harvest = Harvest::default();
+            harvest.clear(&self.store);
             for number in share {
-                self.expand(number, desk, &mut harvest);
-                if desk.lookups.len() >= LOOKUPS {
-                    harvest.keep_new(&self.store, &mut desk.lookups);
+                let found = harvest.found.len();
+                let expanded = self.expand(number, desk, &mut harvest.found).unwrap_or_else(|_| {
+                    harvest.found.truncate(found);
+                    Expanded { is_incomplete: true, end: found, ..Expanded::default() }
+                });
+                harvest.states.push(expanded);
+                if harvest.found.len() >= harvest.looked_up.1 + AHEAD {
+                    harvest.keep_new(&self.store);
                 }
             }
-            harvest.keep_new(&self.store, &mut desk.lookups);
+            harvest.keep_new(&self.store);
             harvest
         };
         let mut work = shares.zip(desks).filter(|(share, _)| !share.is_empty());
@@ -374,49 +394,37 @@ impl<'a> Search<'a> {
         })
     }
 
-    fn expand(&self, number: u32, desk: &mut Desk, harvest: &mut Harvest) {
+    /// Expands a state.
+    fn expand(&self, number: u32, desk: &mut Desk, found: &mut Packed) -> Result<Expanded, Obstacle> {
         self.store.unpack(number, &mut desk.state);
-        let (found, changes, lookups) = (harvest.found.len(), harvest.changes.len(), desk.lookups.len());
-        let expanded = self.semantics.expand(&desk.state, &mut desk.successors).and_then(|()| {
-            let mut bad = None;
-            for index in 0..desk.successors.len() {
-                bad = self.follow(number, index, desk, harvest)?;
-                if bad.is_some() {
-                    break;
-                }
+        self.semantics.expand(&desk.state, &mut desk.successors)?;
+        let mut bad = None;
+        for index in 0..desk.successors.len() {
+            bad = self.follow(number, index, desk, found)?;
+            if bad.is_some() {
+                break;
             }
-            Ok(self.expanded(desk, bad, harvest))
-        });
-        harvest.states.push(expanded.unwrap_or_else(|_| {
-            harvest.found.truncate(found);
-            harvest.changes.truncate(changes);
-            desk.lookups.truncate(lookups);
-            Expanded { is_incomplete: true, end: found, ..Expanded::default() }
-        }));
-    }
-
-    /// The result for the state on the desk.
-    fn expanded(&self, desk: &Desk, bad: Option<(Option<u32>, Bad)>, harvest: &Harvest) -> Expanded {
-        Expanded {
+        }
+        Ok(Expanded {
             is_incomplete: false,
             is_quiet: desk.successors.is_quiet,
             is_stuck: self.semantics.is_stuck(&desk.state, &desk.successors),
             transitions: desk.successors.len() as u32,
             bad,
-            end: harvest.found.len(),
-        }
+            end: found.len(),
+        })
     }
 
-    /// Follows one of the successors of the state on the desk: adds it to the harvest and to what is looked up, or
-    /// reports what is wrong with it.
+    /// Follows one of the successors of the state on the desk: adds it to what was found, or reports what is wrong with
+    /// it.
     fn follow(
         &self,
         number: u32,
         index: usize,
         desk: &mut Desk,
-        harvest: &mut Harvest,
-    ) -> Result<Option<(Option<u32>, Bad)>, Gap> {
-        let Desk { state, successors, passage, lookups, .. } = desk;
+        found: &mut Packed,
+    ) -> Result<Option<(Option<u32>, Bad)>, Obstacle> {
+        let Desk { state, successors, passage, .. } = desk;
         let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
         if self.reduce && fate == Fate::GoOn {
             fate = passage.follow(&self.semantics, state, changes, |_, _| ())?;
@@ -424,9 +432,7 @@ impl<'a> Search<'a> {
         }
         let bad = match fate {
             Fate::GoOn => {
-                harvest.changes.extend_from_slice(changes);
-                harvest.found.push(harvest.changes.len());
-                self.store.look_up(number, changes, lookups);
+                self.store.pack(number, changes, found).map_err(Obstacle::TooNarrow)?;
                 return Ok(None);
             }
             Fate::Settled => return Ok(None),
@@ -438,12 +444,13 @@ impl<'a> Search<'a> {
 
     /// Stores what was found, starting with the state `next`. Returns how the search ends, if it does.
     fn take_in(&mut self, next: &mut u32, harvest: &Harvest, desk: &mut Desk) -> Result<Option<End>, Refused> {
-        let (mut found, mut changes) = (0, 0);
+        let mut begin = 0;
         for expanded in &harvest.states {
             let number = *next;
             *next += 1;
-            if expanded.is_incomplete {
-                self.store.insert(&mut desk.lookups);
+            let found = begin..expanded.end;
+            begin = expanded.end;
+            if expanded.is_incomplete || !self.store.is_current(&harvest.found) {
                 let mut again = Harvest::default();
                 self.complete(number, desk, &mut again)?;
                 let mut same = number;
@@ -455,44 +462,25 @@ impl<'a> Search<'a> {
             self.quiet += u64::from(expanded.is_quiet);
             self.stuck.extend(expanded.is_stuck.then_some(number));
             self.transitions += u64::from(expanded.transitions);
-            for end in &harvest.found[found..expanded.end] {
-                if changes < *end {
-                    self.store.insert_later(number, &harvest.changes[changes..*end], &mut desk.lookups);
-                    changes = *end;
-                }
-            }
-            if desk.lookups.len() >= LOOKUPS || expanded.bad.is_some() {
-                self.store.insert(&mut desk.lookups);
-            }
-            found = expanded.end;
+            self.store.insert(&harvest.found, found);
             if let Some((index, kind)) = expanded.bad {
                 return Ok(Some(End::Bad { from: Some((number, index)), kind }));
             }
         }
-        self.store.insert(&mut desk.lookups);
         Ok(None)
     }
 
     /// Expands a state, and computes what is not known yet. The harvest is this state alone.
     fn complete(&mut self, number: u32, desk: &mut Desk, harvest: &mut Harvest) -> Result<(), Refused> {
-        harvest.clear();
-        self.store.unpack(number, &mut desk.state);
-        while let Err(gap) = self.semantics.expand(&desk.state, &mut desk.successors) {
-            self.semantics.tables.fill(&gap)?;
-        }
-        let mut bad = None;
-        let mut index = 0;
-        while index < desk.successors.len() && bad.is_none() {
-            match self.follow(number, index, desk, harvest) {
-                Ok(found) => {
-                    bad = found;
-                    index += 1;
-                }
-                Err(gap) => self.semantics.tables.fill(&gap)?,
+        let expanded = loop {
+            harvest.clear(&self.store);
+            match self.expand(number, desk, &mut harvest.found) {
+                Ok(expanded) => break expanded,
+                Err(Obstacle::Gap(gap)) => self.semantics.tables.fill(&gap)?,
+                Err(Obstacle::TooNarrow(change)) => self.store.widen(change),
             }
-        }
-        harvest.states.push(self.expanded(desk, bad, harvest));
-        harvest.keep_new(&self.store, &mut desk.lookups);
+        };
+        harvest.states.push(expanded);
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 pub(crate) use self::slots::Slots;
 use self::successors::Draft;
 pub(crate) use self::successors::{Fate, Label, Successors};
-use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, entry};
+use crate::local::{bit, Local, Own, REFUSED, Step, UNKNOWN, entry};
 use crate::model::{Damage, Instant, Move};
 use crate::path::PathStep;
 use crate::tables::{ENDLESS, Gap, Tables, Transit};
@@ -37,6 +37,8 @@ impl Semantics {
         if self.sends_first && self.send_first(state, transit, out)? {
             return Ok(());
         }
+        let slots = self.slots.channels.iter().enumerate();
+        let full = slots.fold(0, |all, (channel, slot)| all | if state[*slot as usize] == 0 { 0 } else { bit(channel) });
         for (index, line) in self.tables.locals.iter().enumerate() {
             if line.len() == 0 {
                 continue; // it is composed of others
@@ -46,8 +48,10 @@ impl Semantics {
             for own in 0..local.own.len() {
                 self.take_own(state, transit, index, (number, local), own, out)?;
             }
-            for receive in 0..local.receives.len() {
-                self.take_receive(state, transit, index, (number, local), receive, out)?;
+            if local.awaits & full != 0 {
+                for receive in 0..local.receives.len() {
+                    self.take_receive(state, transit, index, (number, local), receive, out)?;
+                }
             }
         }
         out.is_quiet = out.len() == 0;
@@ -89,7 +93,7 @@ impl Semantics {
         let is_lost = |label: &Label| matches!(label, Label::Wait { delivered: false, .. });
         successors.is_quiet
             && self.tables.ticks.is_some()
-            && successors.labels.iter().all(is_lost)
+            && successors.labels().all(is_lost)
             && self.populated().all(|process| self.local(state, process).timer.is_none())
     }
 

@@ -3,6 +3,7 @@
 //! A state is a vector of small numbers. Each slot of the vector is as wide as its largest number so far requires; for
 //! a larger one, all states are repacked.
 
+use std::ops::Range;
 use std::{hint, mem};
 
 /// A slot of a vector, and its new number.
@@ -36,6 +37,8 @@ struct Layout {
     places: Vec<Place>,
     /// The number of words in a vector.
     words: usize,
+    /// Which bit of the last word is the first that no slot has used.
+    free: u32,
 }
 
 impl Layout {
@@ -50,22 +53,14 @@ impl Layout {
             shift += width;
             Place { word, shift: begin, mask: (1 << width) - 1 }
         });
-        Self { places: places.collect(), words: word + 1 }
+        Self { places: places.collect(), words: word + 1, free: shift }
     }
 
-    /// The first change with a number that is too large for its slot.
-    fn misfit(&self, changes: &[Change]) -> Option<Change> {
-        changes.iter().copied().find(|(slot, value)| u64::from(*value) > self.places[*slot as usize].mask)
-    }
-
-    /// Makes the changes. Returns whether all numbers fit.
-    #[inline]
-    fn apply(&self, words: &mut [u64], changes: &[Change]) -> bool {
-        changes.iter().fold(true, |fits, (slot, value)| {
-            let place = self.places[*slot as usize];
-            place.set(words, *value);
-            fits & (u64::from(*value) <= place.mask)
-        })
+    /// A place behind all slots, if so many bits are free there.
+    fn reserve(&mut self, width: u32) -> Option<Place> {
+        let place = Place { word: self.words - 1, shift: self.free, mask: (1 << width) - 1 };
+        self.free += width;
+        (self.free <= u64::BITS).then_some(place)
     }
 }
 
@@ -73,6 +68,8 @@ impl Layout {
 #[derive(Debug)]
 pub(crate) struct Store {
     layout: Layout,
+    /// How often a slot was widened.
+    widenings: u32,
     /// The packed vectors, one after the other.
     words: Vec<u64>,
     len: u32,
@@ -86,7 +83,7 @@ impl Store {
         let layout = Layout::new(&first.iter().map(width).collect::<Vec<_>>());
         let mut words = vec![0; layout.words];
         layout.places.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
-        let mut store = Self { layout, words, len: 1, index: Index::default() };
+        let mut store = Self { layout, widenings: 0, words, len: 1, index: Index::default() };
         store.build_index();
         store
     }
@@ -107,50 +104,62 @@ impl Store {
         slots.extend(self.layout.places.iter().map(|place| place.get(words)));
     }
 
-    /// Adds the state that differs in these slots from the state with the number `from` to those to look up.
-    pub(crate) fn look_up(&self, from: u32, changes: &[Change], lookups: &mut Lookups) {
-        let begin = lookups.words.len();
-        lookups.words.extend_from_slice(self.vector(from));
-        let words = &mut lookups.words[begin..];
-        let fits = self.layout.apply(words, changes);
-        lookups.hashes.push(fits.then(|| hash(words)));
-    }
-
-    /// The numbers of the states to look up, as far as they are stored.
-    pub(crate) fn find(&self, lookups: &Lookups) -> impl Iterator<Item = Option<u32>> {
-        self.read_ahead(lookups);
-        let vectors = lookups.words.chunks_exact(self.layout.words);
-        lookups
-            .hashes
-            .iter()
-            .zip(vectors)
-            .map(|(hash, words)| hash.and_then(|hash| self.index.find(hash, |number| same(self.vector(number), words))))
-    }
-
-    /// Adds the state that differs in these slots from the state with the number `from` to those to store.
-    pub(crate) fn insert_later(&mut self, from: u32, changes: &[Change], lookups: &mut Lookups) {
-        while let Some((slot, value)) = self.layout.misfit(changes) {
-            self.insert(lookups);
-            self.widen(slot as usize, value);
+    /// Packs the state that differs in these slots from the state with the number `from`.
+    ///
+    /// # Errors
+    /// A change with a number that is too large for its slot.
+    pub(crate) fn pack(&self, from: u32, changes: &[Change], packed: &mut Packed) -> Result<(), Change> {
+        let begin = packed.words.len();
+        packed.words.extend_from_slice(self.vector(from));
+        let words = &mut packed.words[begin..];
+        for &(slot, value) in changes {
+            let place = self.layout.places[slot as usize];
+            if u64::from(value) > place.mask {
+                packed.words.truncate(begin);
+                return Err((slot, value));
+            }
+            place.set(words, value);
         }
-        self.look_up(from, changes, lookups);
+        packed.hashes.push(hash(words));
+        Ok(())
     }
 
-    /// Stores those of the states that are new.
-    pub(crate) fn insert(&mut self, lookups: &mut Lookups) {
-        self.read_ahead(lookups);
-        for (hash, words) in lookups.hashes.iter().flatten().zip(lookups.words.chunks_exact(self.layout.words)) {
-            if self.index.find(*hash, |number| same(self.vector(number), words)).is_none() {
-                self.add(*hash, words);
+    /// Empties the list, which then takes states in the present layout.
+    pub(crate) fn clear(&self, packed: &mut Packed) {
+        packed.words.clear();
+        packed.hashes.clear();
+        (packed.width, packed.widenings) = (self.layout.words, self.widenings);
+    }
+
+    /// Whether the states were packed in the present layout.
+    pub(crate) fn is_current(&self, packed: &Packed) -> bool {
+        packed.widenings == self.widenings
+    }
+
+    /// The number of a packed state, if it is stored.
+    #[inline]
+    pub(crate) fn find(&self, packed: &Packed, index: usize) -> Option<u32> {
+        let words = packed.vector(index);
+        self.index.find(packed.hashes[index], |number| same(self.vector(number), words))
+    }
+
+    /// Stores those of the packed states that are new.
+    pub(crate) fn insert(&mut self, packed: &Packed, range: Range<usize>) {
+        for index in range {
+            if index % AHEAD == 0 {
+                self.read_ahead(packed, index);
+            }
+            if self.find(packed, index).is_none() {
+                self.add(packed.hashes[index], packed.vector(index));
             }
         }
-        lookups.truncate(0);
     }
 
-    /// Reads the entries with which the searches begin, so that the processor fetches them from memory side by side.
-    fn read_ahead(&self, lookups: &Lookups) {
-        let entries = lookups.hashes.iter().flatten().map(|hash| self.index.entries[self.index.home(*hash)]);
-        hint::black_box(entries.fold(0, |all, entry| all ^ entry));
+    /// Reads the entries with which the next [`AHEAD`] searches begin, so that the processor fetches them from memory
+    /// side by side.
+    pub(crate) fn read_ahead(&self, packed: &Packed, begin: usize) {
+        let hashes = packed.hashes[begin..].iter().take(AHEAD);
+        hint::black_box(hashes.fold(0, |all, hash| all ^ self.index.entries[self.index.home(*hash)]));
     }
 
     fn add(&mut self, hash: u64, words: &[u64]) {
@@ -181,21 +190,31 @@ impl Store {
         self.index = index;
     }
 
-    /// Widens a slot so that a number fits, and repacks all states.
+    /// Widens a slot so that a number fits: it moves behind the others or, if there is no room, all states are repacked.
     #[cold]
-    fn widen(&mut self, slot: usize, value: u32) {
-        let width = |place: &Place| place.mask.count_ones();
-        let mut widths: Vec<u32> = self.layout.places.iter().map(width).collect();
-        widths[slot] = u32::BITS - value.leading_zeros();
-        let old = mem::replace(&mut self.layout, Layout::new(&widths));
-        let packed = mem::take(&mut self.words);
-        self.words.reserve_exact(packed.len() / old.words * self.layout.words);
-        let mut words = vec![0; self.layout.words];
-        for vector in packed.chunks_exact(old.words) {
-            words.fill(0);
-            old.places.iter().zip(&self.layout.places).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
-            self.words.extend_from_slice(&words);
+    pub(crate) fn widen(&mut self, (slot, value): Change) {
+        let width = u32::BITS - value.leading_zeros();
+        if let Some(place) = self.layout.reserve(width) {
+            let old = mem::replace(&mut self.layout.places[slot as usize], place);
+            for vector in self.words.chunks_exact_mut(self.layout.words) {
+                let value = old.get(vector);
+                old.set(vector, 0);
+                place.set(vector, value);
+            }
+        } else {
+            let mut widths: Vec<u32> = self.layout.places.iter().map(|place| place.mask.count_ones()).collect();
+            widths[slot as usize] = width;
+            let old = mem::replace(&mut self.layout, Layout::new(&widths));
+            let packed = mem::take(&mut self.words);
+            self.words.reserve_exact(packed.len() / old.words * self.layout.words);
+            let mut words = vec![0; self.layout.words];
+            for vector in packed.chunks_exact(old.words) {
+                words.fill(0);
+                old.places.iter().zip(&self.layout.places).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
+                self.words.extend_from_slice(&words);
+            }
         }
+        self.widenings += 1;
         self.build_index();
     }
 }
@@ -247,22 +266,40 @@ impl Index {
     }
 }
 
-/// States to look up or to store together.
+/// How many searches begin together.
+pub(crate) const AHEAD: usize = 64;
+
+/// Packed states that may be new, with their hashes.
 #[derive(Debug, Default)]
-pub(crate) struct Lookups {
+pub(crate) struct Packed {
     words: Vec<u64>,
-    /// The hash of each state; none if it does not fit.
-    hashes: Vec<Option<u64>>,
+    hashes: Vec<u64>,
+    /// The number of words in a vector.
+    width: usize,
+    widenings: u32,
 }
 
-impl Lookups {
+impl Packed {
     pub(crate) fn len(&self) -> usize {
         self.hashes.len()
     }
 
     pub(crate) fn truncate(&mut self, len: usize) {
-        self.words.truncate(self.words.len() / self.len().max(1) * len);
+        self.words.truncate(len * self.width);
         self.hashes.truncate(len);
+    }
+
+    /// Moves a state to an earlier place.
+    #[inline]
+    pub(crate) fn shift(&mut self, from: usize, to: usize) {
+        self.hashes[to] = self.hashes[from];
+        for word in 0..self.width {
+            self.words[to * self.width + word] = self.words[from * self.width + word];
+        }
+    }
+
+    fn vector(&self, index: usize) -> &[u64] {
+        &self.words[index * self.width..][..self.width]
     }
 }
 
@@ -290,26 +327,35 @@ mod tests {
     fn states_keep_their_numbers_while_slots_grow_wider() {
         let vector = |number: u32| [number % 7, number / 7 % 101, 5, number / 707, number];
         let mut store = Store::new(&vector(0));
-        let mut lookups = Lookups::default();
+        let mut packed = Packed::default();
         let changes = |number: u32| (0..).zip(vector(number)).collect::<Vec<Change>>();
+        let add = |store: &mut Store, from, changes: &[Change], packed: &mut Packed| {
+            while let Err(misfit) = store.pack(from, changes, packed) {
+                store.insert(packed, 0..packed.len());
+                store.widen(misfit);
+                store.clear(packed);
+            }
+        };
+        store.clear(&mut packed);
         for number in 0..100_000 {
-            store.insert_later(number / 4, &changes(number), &mut lookups);
-            store.insert_later(number / 5, &changes(number / 2), &mut lookups);
+            add(&mut store, number / 4, &changes(number), &mut packed);
+            add(&mut store, number / 5, &changes(number / 2), &mut packed);
             if number % 3 == 0 {
-                store.insert(&mut lookups);
+                store.insert(&packed, 0..packed.len());
+                store.clear(&mut packed);
             }
         }
-        store.insert(&mut lookups);
+        store.insert(&packed, 0..packed.len());
         assert_eq!(store.len(), 100_000);
         let mut slots = Vec::new();
         for number in (0..100_000).rev() {
             store.unpack(number, &mut slots);
             assert_eq!(slots, vector(number));
-            lookups.truncate(0);
-            store.look_up(number, &changes(number / 2), &mut lookups);
-            store.look_up(number, &[(2, 6)], &mut lookups);
-            store.look_up(number, &[(2, 9)], &mut lookups);
-            assert_eq!(store.find(&lookups).collect::<Vec<_>>(), [Some(number / 2), None, None]);
+            store.clear(&mut packed);
+            assert_eq!(store.pack(number, &changes(number / 2), &mut packed), Ok(()));
+            assert_eq!(store.pack(number, &[(2, 6)], &mut packed), Ok(()));
+            assert_eq!(store.pack(number, &[(2, 9)], &mut packed), Err((2, 9)));
+            assert_eq!([store.find(&packed, 0), store.find(&packed, 1)], [Some(number / 2), None]);
         }
     }
 }

@@ -40,22 +40,20 @@ impl Search<'_> {
     /// The stored successors of a state: for each, its index among all successors.
     fn successors(&self, number: u32, desk: &mut Desk) -> Vec<(usize, u32)> {
         self.unpack_and_expand(number, desk);
-        let Desk { state, successors, passage, lookups, .. } = desk;
-        lookups.truncate(0);
-        let mut indices = Vec::new();
+        let Desk { state, successors, passage, packed } = desk;
+        let mut stored = Vec::new();
         for index in 0..successors.len() {
             let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
             if self.reduce && fate == Fate::GoOn {
                 fate = passage.follow(&self.semantics, state, changes, |_, _| ()).expect(KNOWN);
                 changes = &passage.changes;
             }
-            if fate == Fate::GoOn {
-                self.store.look_up(number, changes, lookups);
-                indices.push(index);
+            self.store.clear(packed);
+            if fate == Fate::GoOn && self.store.pack(number, changes, packed).is_ok() {
+                stored.extend(self.store.find(packed, 0).map(|number| (index, number)));
             }
         }
-        let stored = self.store.find(lookups);
-        indices.into_iter().zip(stored).filter_map(|(index, number)| Some((index, number?))).collect()
+        stored
     }
 
     fn unpack_and_expand(&self, number: u32, desk: &mut Desk) {

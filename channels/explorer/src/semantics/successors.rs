@@ -59,10 +59,7 @@ impl Fate {
 #[derive(Debug, Default)]
 pub(crate) struct Successors {
     pub(super) changes: Vec<Change>,
-    /// Where the changes of each successor end.
-    ends: Vec<usize>,
-    pub(super) labels: Vec<Label>,
-    fates: Vec<Fate>,
+    transitions: Vec<Transition>,
     /// Nothing can happen before time passes.
     pub(crate) is_quiet: bool,
 }
@@ -70,34 +67,43 @@ pub(crate) struct Successors {
 impl Successors {
     pub(super) fn clear(&mut self) {
         self.changes.clear();
-        self.ends.clear();
-        self.labels.clear();
-        self.fates.clear();
+        self.transitions.clear();
         self.is_quiet = false;
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.ends.len()
+        self.transitions.len()
     }
 
     pub(crate) fn changes(&self, index: usize) -> &[Change] {
-        let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.changes[begin..self.ends[index]]
+        let begin = index.checked_sub(1).map_or(0, |before| self.transitions[before].end);
+        &self.changes[begin..self.transitions[index].end]
+    }
+
+    pub(super) fn labels(&self) -> impl Iterator<Item = &Label> {
+        self.transitions.iter().map(|transition| &transition.label)
     }
 
     pub(crate) fn label(&self, index: usize) -> &Label {
-        &self.labels[index]
+        &self.transitions[index].label
     }
 
     pub(crate) fn fate(&self, index: usize) -> Fate {
-        self.fates[index]
+        self.transitions[index].fate
     }
 
     pub(super) fn finish(&mut self, label: Label, fate: Fate) {
-        self.ends.push(self.changes.len());
-        self.labels.push(label);
-        self.fates.push(fate);
+        self.transitions.push(Transition { label, fate, end: self.changes.len() });
     }
+}
+
+/// A transition to a successor.
+#[derive(Debug)]
+struct Transition {
+    label: Label,
+    fate: Fate,
+    /// Where the changes end that it makes.
+    end: usize,
 }
 
 /// A vector with changes that are being made.

@@ -11,7 +11,7 @@ use channels::{
 use super::{ENDLESS, Gap, Moved, Renaming, Tables, in_words, same_number};
 use crate::error::Refused;
 use crate::interner::hash_by;
-use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, set};
+use crate::local::{bit, Local, Own, Receive, Step, UNKNOWN, Watching, set};
 use crate::model::Instant;
 
 /// The maximum number of states of one process.
@@ -220,7 +220,9 @@ impl Tables {
             later.normalize(&NormalForm::new(&self.topology, a_moment_later, &same_number)).is_ok()
                 && later.same_state(process.as_ref())
         };
-        Local { process, timer, is_timeless, own, receives, later: Vec::new(), renamed: Vec::new(), ticked: UNKNOWN }
+        let awaits = receives.iter().fold(0, |all, receive| all | bit(receive.channel));
+        let (later, renamed) = (Vec::new(), Vec::new());
+        Local { process, timer, is_timeless, own, receives, awaits, later, renamed, ticked: UNKNOWN }
     }
 
     /// The number of a channel's contents.
