@@ -6,7 +6,7 @@ use std::process::Command;
 
 use tempfile::tempdir;
 
-use crate::steward::{refusal, steward};
+use crate::steward::{binary, refusal, steward};
 
 /// Makes a copy of `battery_fault` with all its files, to be broken; returns the path of its scenario file.
 pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
@@ -19,8 +19,7 @@ pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
 /// The binary's message in that folder when it refuses its input, like `refusal`. Messages name files as given, so they
 /// are the same in every folder.
 fn refusal_in(folder: &Path, arguments: &[&str]) -> String {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().expect("it starts");
+    let output = Command::new(binary()).args(arguments).current_dir(folder).output().expect("it starts");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
     assert!(!said.contains("panicked"), "{said}");

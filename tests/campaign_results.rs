@@ -39,6 +39,7 @@ fn says(page: &str, words: &[&str]) {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let out = run("battery_reserve", &["--runs", "128"]);
     let summary = json(&out.path().join("summary.json"));
@@ -125,6 +126,7 @@ fn each_run_has_its_number_of_people() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_bug_hunt_names_each_mistake_and_the_properties_that_detect_it() {
     let out = run("bug_hunt", &["--runs", "2"]);
     says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` starts with 15"]);

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{picture_size, refusal, report, steward};
+use crate::steward::{binary, picture_size, refusal, report, steward};
 
 fn path(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
@@ -156,7 +156,7 @@ fn an_interrupted_proof_reports_its_progress() {
     let large = ["execution.tree=nodes", "prove={}", "prove.messages={lose=3, repeat=3}"];
     let large: Vec<&str> = large.iter().flat_map(|set| ["--set", set]).collect();
     let arguments = [&["prove", "nominal", "--property", "phi3", "--memory", "3000"], &large[..]].concat();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+    let mut child = Command::new(binary())
         .args(arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -13,6 +13,7 @@ use std::process::{Command, Stdio};
 use std::{env, fs};
 
 use crate::programs::has_python;
+use crate::steward::binary;
 
 /// Ends the output of a command; its exit status follows.
 const MARK: char = '\u{1e}';
@@ -173,7 +174,7 @@ struct Outcome {
 /// Runs pages, one after the other, in a new folder.
 fn typed(pages: &[&Page]) -> Vec<Outcome> {
     let folder = tempfile::tempdir().unwrap();
-    let steward = Path::new(env!("CARGO_BIN_EXE_steward"));
+    let steward = binary();
     let path = env::join_paths(
         std::iter::once(steward.parent().unwrap().into()).chain(env::split_paths(&env::var_os("PATH").unwrap())),
     );
@@ -242,6 +243,7 @@ fn pages() -> Vec<(PathBuf, bool)> {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn commands_print_what_the_page_shows() {
     let bless = env::var_os("STEWARD_BLESS").is_some();
     let run = markdown(&book()).into_iter().chain([root().join("README.md")]);

@@ -60,6 +60,7 @@ fn battery_fault_violates_phi1_at_the_first_reading_below_twenty() {
 
 /// Every scheduler and both forms of the tree, alternating between scenarios; `.ci/seeds` runs them all.
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn verdicts_do_not_depend_on_the_scheduler() {
     let variants: [&[&str]; 8] = [
         &["execution.policy=round-robin"],
@@ -134,6 +135,7 @@ fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_undisturbed_run_takes_the_same_course_with_the_published_protocol() {
     for variant in ["seed=1", "seed=2", "execution.policy=round-robin", "execution.tree=nodes"] {
         let run = changed("nominal", &["skills=skills/original", "execution.stops=any-trip", variant]);
@@ -143,6 +145,7 @@ fn the_undisturbed_run_takes_the_same_course_with_the_published_protocol() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_halt_of_a_finished_trip_loses_the_next_one_if_it_ends_every_trip() {
     for seed in 1..=5 {
         let run = changed("late_halt", &[&format!("seed={seed}")]);

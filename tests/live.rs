@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-use crate::steward::{refusal, report, steward};
+use crate::steward::{binary, refusal, report, steward};
 
 /// A running `steward live`, which ends with the test.
 struct Live {
@@ -29,7 +29,7 @@ impl Drop for Live {
 
 impl Live {
     fn start(run: &str, arguments: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        let mut child = Command::new(binary())
             .args(["live", run, "--no-open"])
             .args(arguments)
             .stdout(Stdio::piped())
@@ -435,7 +435,7 @@ fn a_campaign_shows_its_progress() {
     let text = "scenario = \"errand\"\nsampling = \"sobol\"\nruns = 100000\nset = [\"execution.max_time_s=1\"]\n\
                 [[parameters]]\nkey = \"battery.initial_pct\"\nfrom = 31\nto = 80\n";
     std::fs::write(&file, text).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+    let mut child = Command::new(binary())
         .args(["campaign", file.to_str().unwrap(), "--live", "--no-open", "--out"])
         .arg(folder.path().join("out"))
         .stderr(Stdio::piped())

@@ -10,7 +10,7 @@ use scenarios::scenario::{Scenario, find};
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{refusal, steward};
+use crate::steward::{binary, refusal, steward};
 
 /// Scenarios with something of everything: faults of all kinds, people, other monitors, a tree in parts, no monitors.
 const RUNS: [(&str, &[&str]); 13] = [
@@ -90,6 +90,7 @@ fn check_verdicts(scenario: &str, recording: &str, report: &Value, folder: &Path
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() {
     for (scenario, more) in RUNS {
         let folder = tempdir().unwrap();
@@ -128,8 +129,8 @@ fn a_recording_in_either_format_gives_the_report_page_and_pictures_of_its_run() 
 
 /// All scenarios that come with the program, except `published`, which needs the authors' files.
 #[test]
-#[ignore = "takes minutes"]
-fn verdicts_of_recordings_are_those_of_their_runs() {
+#[ignore = "takes minutes: on demand"]
+fn verdicts_of_recordings_are_those_of_their_runs_on_demand() {
     let mut names = Vec::new();
     for folder in ["", "faults/", "guide/", "nav2/"] {
         let files = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(folder)).unwrap();
@@ -247,7 +248,7 @@ fn a_killed_run_leaves_what_it_had_recorded() {
         let folder = tempdir().unwrap();
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         std::fs::create_dir(at("records")).unwrap();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        let mut child = Command::new(binary())
             .args(["--scenario", "nominal", "--quiet", "--no-snapshots", "--out", &at("out")])
             .args(["--set", "stop.after_s=36000", "--set", "execution.max_time_s=40000"])
             .args(["--record", &at(&format!("records/{name}"))])

@@ -14,7 +14,7 @@ use scenarios::schema::Key;
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{report, steward};
+use crate::steward::{binary, report, steward};
 
 /// Fails if a file of the repository differs from what the code generates; with `STEWARD_BLESS`, writes it instead.
 pub(crate) fn compare(file: &str, made: &str) {
@@ -62,8 +62,7 @@ fn commands() {
 
 /// The help of a command and its subcommands, as the binary prints it.
 fn help_of(path: &[&str]) -> String {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_steward")).args(path).arg("--help").env("COLUMNS", "80").output().unwrap();
+    let output = Command::new(binary()).args(path).arg("--help").env("COLUMNS", "80").output().unwrap();
     let help = String::from_utf8(output.stdout).unwrap();
     assert!(help.lines().all(|line| line.chars().count() <= 80), "{help}");
     let listed = help.split("\nCommands:\n").nth(1).unwrap_or_default().lines().take_while(|line| !line.is_empty());

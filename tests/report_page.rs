@@ -139,6 +139,7 @@ pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_page_of_the_first_experiment_fits_every_screen() {
     let out = tempdir().unwrap();
     report("battery_fault", out.path(), &[]);
@@ -146,6 +147,7 @@ fn the_page_of_the_first_experiment_fits_every_screen() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_long_run_fits_too() {
     let out = tempdir().unwrap();
     report("nominal", out.path(), &["--no-snapshots"]);
@@ -153,6 +155,7 @@ fn a_long_run_fits_too() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_page_explains_why_the_robot_stands_still() {
     let out = tempdir().unwrap();
     report("late_halt", out.path(), &["--no-snapshots"]);
@@ -182,6 +185,7 @@ fn messages_before_the_obligation_are_mentioned() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     let out = tempdir().unwrap();
     report("joypad", out.path(), &["--no-snapshots"]);
@@ -205,6 +209,7 @@ fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_missing_message_is_described_and_drawn() {
     let words = [
         "At 0 s a fault took effect: the machine BatteryLevel has threshold = 20.",
@@ -222,6 +227,7 @@ fn a_missing_message_is_described_and_drawn() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_robot_that_never_arrives_is_described() {
     let words = [
         "At 0 s a fault took effect: a box stands at",
@@ -235,6 +241,7 @@ fn a_robot_that_never_arrives_is_described() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_violation_by_a_robot_at_the_station_is_described() {
     let words = [
         "At 0.5 s a fault took effect: battery level set to 29\u{a0}%.",

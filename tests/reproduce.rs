@@ -7,6 +7,7 @@ use crate::report_page::look_at;
 use crate::steward::steward;
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn every_claim_is_true_of_every_run_and_the_figures_are_there() {
     let out = tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
@@ -68,6 +69,7 @@ fn every_claim_is_true_of_every_run_and_the_figures_are_there() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_results_are_the_same_every_time() {
     let run = || {
         let out = tempdir().unwrap();
@@ -78,6 +80,7 @@ fn the_results_are_the_same_every_time() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_command_below_a_panel_is_the_run_of_the_panel() {
     let out = tempdir().unwrap();
     let output = steward(&["reproduce", "--seeds", "1", "--json", "--out", out.path().to_str().unwrap()]);

@@ -73,6 +73,7 @@ fn no_schedule_of_the_published_protocol_loses_the_trip_while_the_robot_is_on_it
 
 /// The halt of a trip that has ended ends the one that has just begun, and no skill recovers from a failure.
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn some_schedules_of_the_published_protocol_lose_the_trip_when_the_previous_one_has_just_ended() {
     for form in FORMS {
         let model = Model::new(Protocol::Original, form, Trips::Ending);
@@ -93,6 +94,7 @@ fn some_schedules_of_the_published_protocol_lose_the_trip_when_the_previous_one_
 
 /// The tree stops only skills that it considers running, and starts only idle ones.
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn the_published_protocol_does_not_restart_an_action_whose_end_the_tree_has_seen() {
     for form in FORMS {
         for (protocol, some_end) in [(Protocol::Shipped, false), (Protocol::Original, true)] {

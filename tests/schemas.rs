@@ -320,6 +320,7 @@ const ONLY_THE_READER: [&str; 30] = [
 ];
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn schema_and_reader_agree_on_every_value_of_every_key() {
     let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
     let mut try_out = |kind: &Kind, file: &Value, key: &Key| {

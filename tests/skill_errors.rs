@@ -175,8 +175,8 @@ fn some_bombs_end_the_same_way_in_a_machine_a_run_and_a_campaign() {
 
 #[cfg(feature = "ecmascript")]
 #[test]
-#[ignore = "takes minutes"]
-fn all_bombs_end_the_same_way_in_a_machine_a_run_and_a_campaign() {
+#[ignore = "takes minutes: on demand"]
+fn all_bombs_end_the_same_way_in_a_machine_a_run_and_a_campaign_on_demand() {
     bombs_end_alike_everywhere(1);
 }
 

@@ -1,11 +1,17 @@
 //! The binary under test.
 
-use std::path::Path;
+use std::env;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+/// The binary: the one that `STEWARD_BINARY` names, or else the one that was built with the tests.
+pub(crate) fn binary() -> PathBuf {
+    env::var_os("STEWARD_BINARY").map_or_else(|| env!("CARGO_BIN_EXE_steward").into(), PathBuf::from)
+}
 
 /// Calls the binary with these arguments.
 pub(crate) fn steward(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).output().expect("the binary starts")
+    Command::new(binary()).args(arguments).output().expect("the binary starts")
 }
 
 /// Runs a scenario with these additional arguments and returns its report; the exit status must be 0 or 1.

@@ -284,6 +284,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
+    #[ignore = "long: .ci/run runs it"]
     fn a_tree_and_its_normal_form_are_indistinguishable(
         spec in spec(), wild in wild_tree(), script in script(), echoes in 0..4_u64, seed in any::<u64>(),
     ) {

@@ -12,6 +12,7 @@ use crate::support::{
 };
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     let topology = topology();
     let mut tally = Tally::default();
@@ -56,8 +57,8 @@ fn monitors_that_look_back_agree_with_the_oracle() {
 }
 
 #[test]
-#[ignore = "takes minutes: 10⁵ pairs, run manually"]
-fn monitors_that_look_back_agree_with_the_oracle_a_hundred_thousand_times() {
+#[ignore = "takes minutes: 10⁵ pairs, on demand"]
+fn monitors_that_look_back_agree_with_the_oracle_a_hundred_thousand_times_on_demand() {
     looking_back(1_000_000, 100_000);
 }
 
@@ -121,8 +122,8 @@ fn monitors_that_remember_values_agree_with_the_oracle() {
 }
 
 #[test]
-#[ignore = "takes minutes: 10⁵ pairs, run manually"]
-fn monitors_that_remember_values_agree_with_the_oracle_a_hundred_thousand_times() {
+#[ignore = "takes minutes: 10⁵ pairs, on demand"]
+fn monitors_that_remember_values_agree_with_the_oracle_a_hundred_thousand_times_on_demand() {
     remembering_values(1_000_000, 100_000);
 }
 
@@ -385,6 +386,7 @@ fn stretched(formula: &Formula, factor: u64) -> Formula {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn longer_bounds_and_sequences_agree_too() {
     let topology = topology();
     let mut tally = Tally::default();

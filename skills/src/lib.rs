@@ -125,7 +125,7 @@ pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateId, StateKind
 pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Params, Status, Transcript, Undelivered};
-pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutate_all, mutations};
+pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{
     Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system,
 };

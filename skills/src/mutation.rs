@@ -16,7 +16,7 @@ use crate::SkillError;
 
 pub use description::{Mutation, SendPlace, TransitionPlace};
 pub use several::mutate_all;
-pub use survey::mutations;
+pub use survey::{find_mutation, mutations};
 
 /// Applies the mutation to a machine's text and changes nothing else; every line stays where it is. `file` names the
 /// text in messages.

@@ -13,6 +13,8 @@ use programs::{Limits, Program, ProgramProcess, Word};
 use skills::Datum;
 use tempfile::TempDir;
 
+use crate::steward::binary;
+
 /// Whether Python is installed; says so if not.
 pub(crate) fn has_python() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
@@ -41,7 +43,7 @@ impl Stage {
     }
 
     pub(super) fn command(&self, command: &[&str], limits: Limits) -> ProgramProcess {
-        programs::keep_with(env!("CARGO_BIN_EXE_steward").into());
+        programs::keep_with(binary());
         let words = command.iter().map(|word| Word::Text((*word).to_owned())).collect();
         let program = Program::new(words, Some(self.folder.path()), limits).unwrap();
         let topology = topology();

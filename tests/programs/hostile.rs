@@ -7,6 +7,7 @@ use channels::{Action, Process};
 use programs::{Limits, Program, Word};
 
 use super::conversation::{Stage, has_python, say, sent};
+use crate::steward::binary;
 
 /// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
 const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_bytes: 1 << 30 };
@@ -316,7 +317,7 @@ fn a_file_that_comes_with_the_program_exists_while_it_runs() {
     if !has_python() {
         return;
     }
-    programs::keep_with(env!("CARGO_BIN_EXE_steward").into());
+    programs::keep_with(binary());
     let contents = b"import json, sys\nfor line in sys.stdin: print(json.dumps({'state': sys.argv[0]}), flush=True)";
     let file = Word::File { name: "guide/speaker.py".into(), contents: contents.as_slice().into() };
     let program = Program::new(vec![Word::Text("python3".into()), file], None, LIMITS).unwrap();

@@ -9,7 +9,7 @@ use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use super::conversation::{has_python, left_over};
-use crate::steward::{refusal, report, steward};
+use crate::steward::{binary, refusal, report, steward};
 
 const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
   <BehaviorTree ID="Tour"><AnnounceArrival/></BehaviorTree>
@@ -171,7 +171,7 @@ fn ends_all(end: impl Fn(&mut std::process::Child)) {
     let stage = Stage::of_program(HIDDEN);
     let (folder, pipe): (&Path, _) = (stage.folder.path(), stage.folder.path().join("alive"));
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let mut run = Command::new(env!("CARGO_BIN_EXE_steward"));
+    let mut run = Command::new(binary());
     run.arg("run")
         .arg(stage.scenario())
         .arg("--out")

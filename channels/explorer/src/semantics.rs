@@ -11,7 +11,7 @@ use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 pub(crate) use self::slots::Slots;
 use self::successors::Draft;
 pub(crate) use self::successors::{Fate, Label, Successors};
-use crate::local::{bit, Local, Own, REFUSED, Step, UNKNOWN, entry};
+use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, bit, entry};
 use crate::model::{Damage, Instant, Move};
 use crate::path::PathStep;
 use crate::tables::{ENDLESS, Gap, Tables, Transit};
@@ -38,7 +38,8 @@ impl Semantics {
             return Ok(());
         }
         let slots = self.slots.channels.iter().enumerate();
-        let full = slots.fold(0, |all, (channel, slot)| all | if state[*slot as usize] == 0 { 0 } else { bit(channel) });
+        let full =
+            slots.fold(0, |all, (channel, slot)| all | if state[*slot as usize] == 0 { 0 } else { bit(channel) });
         for (index, line) in self.tables.locals.iter().enumerate() {
             if line.len() == 0 {
                 continue; // it is composed of others

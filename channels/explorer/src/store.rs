@@ -190,7 +190,8 @@ impl Store {
         self.index = index;
     }
 
-    /// Widens a slot so that a number fits: it moves behind the others or, if there is no room, all states are repacked.
+    /// Widens a slot so that a number fits: it moves behind the others or, if there is no room there, all states are
+    /// repacked.
     #[cold]
     pub(crate) fn widen(&mut self, (slot, value): Change) {
         let width = u32::BITS - value.leading_zeros();

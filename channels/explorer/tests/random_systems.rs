@@ -553,8 +553,8 @@ fn random_runs_do_not_contradict_a_proof() {
 }
 
 #[test]
-#[ignore = "minutes"]
-fn ten_thousand_random_runs_do_not_contradict_a_proof() {
+#[ignore = "takes minutes: on demand"]
+fn ten_thousand_random_runs_do_not_contradict_a_proof_on_demand() {
     no_contradiction(10_000);
 }
 

@@ -66,6 +66,7 @@ fn compare(seeds: impl Iterator<Item = u64>) -> (usize, usize) {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn spin_stores_as_many_states_and_gives_the_same_verdicts() {
     if !has_spin() {
         println!("not run here: spin or cc is not installed");

@@ -121,6 +121,7 @@ fn with_bad_odometry_and_noisy_lasers_the_error_is_below_a_centimeter() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn every_sensor_model_handles_bad_odometry() {
     let start = pose(2.7, 3.5, 1.0);
     // The sum of cubes is the least precise one.
@@ -328,6 +329,7 @@ fn scans_that_are_older_than_the_odometry_or_from_the_future_are_ignored() {
 }
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_short_range_laser_works_beside_a_long_range_one() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });

@@ -7,7 +7,7 @@ use channels::{ChannelSystem, Disturbance, DisturbanceId, Process, ProcessId};
 use components::{BatteryReader, LOCALIZATION, Navigation};
 use devices::DeviceProcess;
 use diagnostics::Spanned;
-use skills::{Chart, SkillProcess, mutate, mutations};
+use skills::{Chart, SkillProcess, find_mutation, mutate, mutations};
 
 use super::injector::opposite;
 use crate::error::Complaints;
@@ -97,13 +97,13 @@ fn mutated(
         return None;
     };
     let file = sound.machine.file();
-    let all = complaints.note(mutations(file.name(), file.text()))?;
-    let Some(found) = all.iter().find(|mutation| mutation.to_string() == mistake) else {
+    let Some(found) = complaints.note(find_mutation(file.name(), file.text(), mistake))? else {
+        let all = complaints.note(mutations(file.name(), file.text()))?;
         let all: Vec<String> = all.iter().map(|mutation| format!("{skill}: {mutation}")).collect();
         complaints.push(unknown("mutant", name, all.iter().map(String::as_str)));
         return None;
     };
-    let text = complaints.note(mutate(file.name(), file.text(), found))?;
+    let text = complaints.note(mutate(file.name(), file.text(), &found))?;
     let chart = complaints.note(Chart::load(&format!("{} ({mistake})", file.name()), &text))?;
     let topology = system.topology();
     let mutant = complaints.note(SkillProcess::new(skill, &chart, topology, sound.data_of(&chart)))?;

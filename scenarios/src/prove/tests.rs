@@ -29,6 +29,7 @@ const PHI1: [&str; 4] =
     ["properties=[]", "monitors=[{figure='5 (a)', name='phi1'}]", "prove.properties=[]", "expect={}"];
 
 #[test]
+#[ignore = "long: .ci/run runs it"]
 fn a_longer_trip_drains_the_battery_too_far() {
     let with = |set: &[&str]| outcome(&[&PHI1[..], &["prove.expect={}"], set].concat());
     assert_eq!(with(&["prove.trips.ticks=9"]), Some(ProofOutcome::Proved));

@@ -8,7 +8,7 @@ use std::time::Duration;
 use diagnostics::{Span, Spanned};
 use maps::OccupancyGrid;
 use roaml::Model;
-use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
+use skills::{Chart, Mutation, SkillError, find_mutation, mutate_all, mutations};
 
 use super::file_reader::FileReader;
 use super::{Component, STEP, ScenarioFile, Skill};
@@ -110,15 +110,14 @@ impl FileReader<'_> {
             }
             MachineChange::Mutated(mutation) => Change::Mutated(mutation),
             MachineChange::MutatedAs(mistake) => {
-                let mut all = self.complaints.note(mutations(name, text))?;
-                let found = all.iter().position(|mutation| mutation.to_string() == mistake.value);
-                let Some(found) = found else {
+                let Some(found) = self.complaints.note(find_mutation(name, text, &mistake.value))? else {
+                    let all = self.complaints.note(mutations(name, text))?;
                     let all: Vec<String> = all.iter().map(ToString::to_string).collect();
                     let what = format!("mistake of {skill}");
                     self.complaints.push(unknown(&what, &mistake, all.iter().map(String::as_str)));
                     return None;
                 };
-                Change::Mutated(all.swap_remove(found))
+                Change::Mutated(found)
             }
         })
     }

@@ -63,7 +63,7 @@ fn a_million_beams_in_a_building_are_exact() {
 
 #[test]
 #[ignore = "wants a map: STEWARD_BENCH_MAP=path/to/map.yaml cargo test -p steward-sim -- --ignored"]
-fn a_million_beams_on_your_own_map_are_exact() {
+fn a_million_beams_on_your_own_map_are_exact_on_demand() {
     let file = std::env::var_os("STEWARD_BENCH_MAP").expect("STEWARD_BENCH_MAP names a map");
     assert_scans_are_exact(&load_map(Path::new(&file), &from_disk).expect("the map can be read"));
 }

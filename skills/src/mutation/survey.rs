@@ -33,19 +33,36 @@ use crate::load::{self, Written};
 /// ```
 pub fn mutations(file: &str, text: &str) -> Result<Vec<Mutation>, SkillError> {
     let subject = Subject::load(file, text)?;
-    let Ok(document) = load::parse_xml(text) else { return Ok(Vec::new()) };
+    let mut found = candidates(&subject, text);
+    found.retain(|mutation| loads(&subject, file, text, mutation));
+    Ok(found)
+}
+
+/// The one of the [`mutations`] that these words describe.
+///
+/// # Errors
+/// [`SkillError::Load`] if the original machine cannot be loaded.
+pub fn find_mutation(file: &str, text: &str, words: &str) -> Result<Option<Mutation>, SkillError> {
+    let subject = Subject::load(file, text)?;
+    let is_meant = |mutation: &Mutation| mutation.to_string() == words && loads(&subject, file, text, mutation);
+    Ok(candidates(&subject, text).into_iter().find(is_meant))
+}
+
+/// All mutations, including those with which the machine cannot be loaded.
+fn candidates(subject: &Subject, text: &str) -> Vec<Mutation> {
+    let Ok(document) = load::parse_xml(text) else { return Vec::new() };
     let site = Site::new(&subject.chart, &document);
     let mut found = of_data(&site);
     for state in subject.chart.states() {
         of_state(&subject.chart, state, &mut found);
     }
     found.extend(of_sends(&site));
-    let loads = |mutation: &Mutation| {
-        let mutant = changed(&subject.chart, file, text, &[mutation]);
-        mutant.is_ok_and(|mutant| Chart::load_with(file, &mutant, subject.strictness).is_ok())
-    };
-    found.retain(loads);
-    Ok(found)
+    found
+}
+
+fn loads(subject: &Subject, file: &str, text: &str, mutation: &Mutation) -> bool {
+    let mutant = changed(&subject.chart, file, text, &[mutation]);
+    mutant.is_ok_and(|mutant| Chart::load_with(file, &mutant, subject.strictness).is_ok())
 }
 
 fn of_data(site: &Site<'_>) -> Vec<Mutation> {

@@ -125,6 +125,7 @@ pub(crate) mod scripts {
     }
 
     #[test]
+    #[ignore = "long: .ci/run runs it"]
     fn every_bomb_ends_the_same_way_on_every_thread() {
         let other = thread::spawn(|| outcomes_on(8));
         let here = outcomes_on(2);

@@ -11,7 +11,7 @@ use channels::{
 use super::{ENDLESS, Gap, Moved, Renaming, Tables, in_words, same_number};
 use crate::error::Refused;
 use crate::interner::hash_by;
-use crate::local::{bit, Local, Own, Receive, Step, UNKNOWN, Watching, set};
+use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, set};
 use crate::model::Instant;
 
 /// The maximum number of states of one process.
