@@ -1,11 +1,9 @@
 //! The data that drivers give to the built-in components.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, Process, ProcessId};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, TripStatus};
-use explorer::Update;
 use robot::BatteryState;
 
 /// The data that drivers give to the built-in components between two steps.
@@ -58,22 +56,18 @@ impl DriverData {
         }
     }
 
-    /// Gives this data to the components, one by one. Localization knows the `known` places.
-    pub(crate) fn update(self, known: Arc<[String]>) -> Update {
-        Arc::new(move |_: ProcessId, process: &mut dyn Process, _: Duration| {
-            let process = process.as_any_mut();
-            if let (Some(reader), Some((charge_pct, charging))) =
-                (process.downcast_mut::<BatteryReader>(), self.battery)
-            {
-                reader.update(&BatteryState { time: Duration::ZERO, charge_pct, charging });
-            }
-            if let Some(localization) = process.downcast_mut::<Localization>() {
-                localization.set_place(known.iter().map(String::as_str), self.place.as_deref());
-            }
-            if let Some(navigation) = process.downcast_mut::<Navigation>() {
-                while navigation.next_order().is_some() {}
-                self.trip.into_iter().for_each(|status| navigation.set_trip_status(status));
-            }
-        })
+    /// Gives this data to a component. Localization knows the `known` places.
+    pub(crate) fn update(&self, process: &mut dyn Process, known: &[String]) {
+        let process = process.as_any_mut();
+        if let (Some(reader), Some((charge_pct, charging))) = (process.downcast_mut::<BatteryReader>(), self.battery) {
+            reader.update(&BatteryState { time: Duration::ZERO, charge_pct, charging });
+        }
+        if let Some(localization) = process.downcast_mut::<Localization>() {
+            localization.set_place(known.iter().map(String::as_str), self.place.as_deref());
+        }
+        if let Some(navigation) = process.downcast_mut::<Navigation>() {
+            while navigation.next_order().is_some() {}
+            self.trip.into_iter().for_each(|status| navigation.set_trip_status(status));
+        }
     }
 }

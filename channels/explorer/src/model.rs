@@ -80,7 +80,7 @@ pub trait Environment: fmt::Debug + Send + Sync {
     /// The same moves in words: `the level falls below 30 %`. Empty where nothing worth mentioning changes.
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String>;
 
-    /// Whether a move may enable a process that could not move. If not, the search never asks for the moves that are
+    /// Whether a move may enable a process that could not move. If not, the search leaves out the moves that are
     /// possible while time stands still.
     fn may_stir(&self, _state: &[i64], _driven: &[&dyn Process]) -> bool {
         true
@@ -104,13 +104,15 @@ pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Syn
 pub struct Move {
     /// The state of the environment after the move.
     pub state: Vec<i64>,
+    /// What each driven process is told, as a number: two moves that tell a process the same change it in the same way.
+    pub told: Vec<u64>,
     /// Its effect on each process that it drives, in normal form or not.
     pub update: Update,
 }
 
 impl fmt::Debug for Move {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Move").field("state", &self.state).finish_non_exhaustive()
+        f.debug_struct("Move").field("state", &self.state).field("told", &self.told).finish_non_exhaustive()
     }
 }
 
@@ -128,7 +130,7 @@ impl Environment for Closed {
     }
 
     fn moves(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<Move> {
-        vec![Move { state: Vec::new(), update: Arc::new(|_, _, _| ()) }]
+        vec![Move { state: Vec::new(), told: Vec::new(), update: Arc::new(|_, _, _| ()) }]
     }
 
     fn words(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<String> {

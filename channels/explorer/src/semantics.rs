@@ -40,12 +40,9 @@ impl Semantics {
         let slots = self.slots.channels.iter().enumerate();
         let full =
             slots.fold(0, |all, (channel, slot)| all | if state[*slot as usize] == 0 { 0 } else { bit(channel) });
-        for (index, line) in self.tables.locals.iter().enumerate() {
-            if line.len() == 0 {
-                continue; // it is composed of others
-            }
+        for index in self.populated() {
             let number = state[self.slots.processes[index] as usize];
-            let local = line.get(number);
+            let local = self.tables.locals[index].get(number);
             for own in 0..local.own.len() {
                 self.take_own(state, transit, index, (number, local), own, out)?;
             }
@@ -66,9 +63,9 @@ impl Semantics {
     /// prevent the send or tell when it happened: the channel is empty, no other process sends on it, nothing happens
     /// to its messages, and no numbers change.
     fn send_first(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<bool, Gap> {
-        for (process, line) in self.tables.locals.iter().enumerate().filter(|(_, line)| line.len() > 0) {
+        for process in self.populated() {
             let number = state[self.slots.processes[process] as usize];
-            let local = line.get(number);
+            let local = self.tables.locals[process].get(number);
             let ([Own { sends: Some((channel, _)), step, .. }], []) = (local.own.as_slice(), local.receives.as_slice())
             else {
                 continue;
@@ -101,8 +98,8 @@ impl Semantics {
     /// The steps that a label stands for, in a state.
     pub(crate) fn path_steps(&self, state: &[u32], label: &Label) -> Vec<PathStep> {
         let moved = |instant, index: usize| {
-            let key = self.key(state);
-            let Move { state, update } = self.tables.told(&key, instant).swap_remove(index);
+            let key: Vec<u32> = self.key(state).collect();
+            let Move { state, update, .. } = self.tables.possible(&key, instant).swap_remove(index);
             let words = self.tables.words(&key, instant).swap_remove(index);
             PathStep::Environment { words, update, state }
         };
@@ -289,10 +286,9 @@ impl Semantics {
     }
 
     fn rename(&self, draft: &mut Draft<'_>, mover: usize, renaming: u32) -> Result<(), Gap> {
-        let mut receivers = Vec::new();
-        for (channel, _) in self.tables.renamings.get(renaming) {
+        let changes = self.tables.renamings.get(renaming);
+        for (channel, _) in changes {
             let line = &self.tables.lines[*channel];
-            receivers.extend(line.receivers.iter().copied().filter(|process| *process != mover));
             for channel in std::iter::once(*channel).chain(line.opposite) {
                 let slot = self.slots.channels[channel];
                 let content = draft.get(slot);
@@ -306,10 +302,8 @@ impl Semantics {
                 }
             }
         }
-        // Each process once, whichever of these channels it receives from.
-        receivers.sort_unstable();
-        receivers.dedup();
-        for process in receivers {
+        let receives = |process| changes.iter().any(|(on, _)| self.tables.lines[*on].receivers.contains(&process));
+        for process in self.populated().filter(|process| *process != mover && receives(*process)) {
             let slot = self.slots.processes[process];
             let state = draft.get(slot);
             match entry(&self.tables.locals[process].get(state).renamed, renaming, UNKNOWN) {
@@ -352,7 +346,7 @@ impl Semantics {
 
     /// The processes that are not composed of others.
     pub(crate) fn populated(&self) -> impl Iterator<Item = usize> {
-        (0..self.tables.locals.len()).filter(|process| self.tables.locals[*process].len() > 0)
+        self.slots.populated.iter().copied()
     }
 
     fn local(&self, state: &[u32], process: usize) -> &Local {
@@ -367,6 +361,8 @@ impl Semantics {
 impl Local {
     /// Whether it waits for a tick on this channel.
     pub(crate) fn awaits_any(&self, channel: usize) -> bool {
-        self.receives.iter().any(|receive| receive.channel == channel && receive.pattern == Pattern::Any)
+        let mut receives = self.receives.iter();
+        self.awaits & bit(channel) != 0
+            && receives.any(|receive| receive.channel == channel && receive.pattern == Pattern::Any)
     }
 }

@@ -68,6 +68,22 @@ pub(crate) struct Moved {
     pub(crate) processes: Box<[(u32, Step)]>,
 }
 
+/// The moves of the environment in some state of it and of the processes that it drives.
+#[derive(Debug)]
+pub(crate) struct Situation {
+    /// Whether a move may enable a process.
+    pub(crate) may_stir: bool,
+    /// By instant.
+    moves: [Option<Vec<Moved>>; 2],
+}
+
+impl Situation {
+    /// The moves at an instant, once they are listed.
+    pub(crate) fn at(&self, instant: Instant) -> Option<&[Moved]> {
+        self.moves[instant as usize].as_deref()
+    }
+}
+
 /// Something that has not been computed yet.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Gap {
@@ -137,9 +153,11 @@ pub(crate) struct Tables {
     pub(crate) transits: Interner<Transit>,
     pub(crate) environments: Interner<Vec<i64>>,
     pub(crate) monitors: Interner<Watching>,
-    pub(crate) moves: [HashMap<Vec<u32>, Vec<Moved>, FixedState>; 2],
+    pub(crate) situations: HashMap<Vec<u32>, Situation, FixedState>,
     /// The total number of moves.
     move_count: usize,
+    /// For each driven process: its next state, by its state and by what it is told; `None` if it stays the same.
+    told: Vec<HashMap<(u32, u64), Option<Step>, FixedState>>,
     pub(crate) driven: Vec<usize>,
     /// The processes that send on channels of capacity 0.
     pub(crate) shakers: Vec<usize>,
@@ -197,8 +215,9 @@ impl Tables {
             transits: Interner::default(),
             environments: Interner::default(),
             monitors: Interner::default(),
-            moves: [HashMap::default(), HashMap::default()],
+            situations: HashMap::default(),
             move_count: 0,
+            told: model.environment.driven().iter().map(|_| HashMap::default()).collect(),
             driven: model.environment.driven().iter().map(|id| id.index()).collect(),
             shakers: topology.processes().filter(|id| shakes_hands(&topology, *id)).map(ProcessId::index).collect(),
             environment: Arc::clone(&model.environment),
@@ -248,7 +267,7 @@ impl Tables {
     }
 
     /// The moves of the environment. The key is its state and the states of the processes that it drives.
-    pub(crate) fn told(&self, key: &[u32], instant: Instant) -> Vec<Move> {
+    pub(crate) fn possible(&self, key: &[u32], instant: Instant) -> Vec<Move> {
         self.environment.moves(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
     }
 
@@ -258,7 +277,7 @@ impl Tables {
     }
 
     /// Whether the environment may let a process move.
-    pub(crate) fn may_stir(&self, key: &[u32]) -> bool {
+    fn may_stir(&self, key: &[u32]) -> bool {
         self.environment.may_stir(self.environments.get(key[0]), &self.driven_in(&key[1..]))
     }
 
@@ -269,8 +288,9 @@ impl Tables {
 
     /// The moves of the environment, in the order of their keys.
     pub(crate) fn sorted_moves(&self, instant: Instant) -> Vec<(&[u32], &[Moved])> {
-        let moves = self.moves[instant as usize].iter().map(|(key, moves)| (key.as_slice(), moves.as_slice()));
-        let mut moves: Vec<_> = moves.collect();
+        let situations = self.situations.iter();
+        let mut moves: Vec<_> =
+            situations.filter_map(|(key, known)| Some((key.as_slice(), known.at(instant)?))).collect();
         moves.sort_unstable_by_key(|(key, _)| *key);
         moves
     }

@@ -321,6 +321,7 @@ impl Environment for Weather {
         let sensor = driven[0].as_any().downcast_ref::<Sensor>().expect("a sensor");
         let to = |level: i64, waits: bool| Move {
             state: vec![level],
+            told: vec![2 * level as u64 + u64::from(waits)],
             update: Arc::new(move |_, process, _| {
                 let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
                 (sensor.level, sensor.waits) = (level, sensor.waits || waits);

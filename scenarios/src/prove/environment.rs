@@ -2,6 +2,7 @@
 //! them, as the environment of a proof.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use channels::{Process, ProcessId};
 use components::{BatteryReader, Localization, Navigation, TripStatus};
@@ -16,6 +17,7 @@ use crate::driven::DriverData;
 pub(crate) struct RobotEnvironment {
     driven: Vec<ProcessId>,
     battery: Option<Battery>,
+    localization: Option<ProcessId>,
     trips: Trips,
     /// The places that some part asks about, drives to, or passes.
     places: Arc<[String]>,
@@ -157,7 +159,7 @@ impl RobotEnvironment {
         let battery_reader = battery.as_ref().map(|battery| battery.process);
         let driven = [battery_reader, localization, trips.process].into_iter().flatten().collect();
         let (places, known) = (places.into(), known.into());
-        Self { driven, battery, trips, places, known, station, start }
+        Self { driven, battery, localization, trips, places, known, station, start }
     }
 
     fn process<'p, P: Process>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p P> {
@@ -252,9 +254,18 @@ impl RobotEnvironment {
         let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
         let level = reading.zip(self.battery.as_ref());
         let battery = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
-        let place = leg.at.map(|at| self.places[at].clone());
-        let update = DriverData { battery, place, trip: leg.status }.update(Arc::clone(&self.known));
-        Move { state: state.encoded(), update }
+        let told = [
+            reading.map(|Reading { class, is_charging, .. }| 2 * class as u64 + u64::from(is_charging)),
+            self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u64)),
+            self.trips.process.map(|_| leg.status.map_or(0, |status| 1 + status as u64)),
+        ];
+        let told = told.into_iter().flatten().collect();
+        let (places, known) = (Arc::clone(&self.places), Arc::clone(&self.known));
+        let update = move |_: ProcessId, process: &mut dyn Process, _: Duration| {
+            let place = leg.at.map(|at| places[at].clone());
+            DriverData { battery, place, trip: leg.status }.update(process, &known);
+        };
+        Move { state: state.encoded(), told, update: Arc::new(update) }
     }
 
     /// The changes for the processes, in words.

@@ -148,6 +148,24 @@ pub(super) struct Change {
     pub(super) begins: bool,
 }
 
+/// What is wrong with a process.
+#[derive(Clone, Copy, Debug)]
+struct Impairment {
+    is_out: bool,
+    is_wrong: bool,
+    /// The fault of the process that begins or ends.
+    change: Option<Change>,
+}
+
+impl Impairment {
+    /// What the process is told, as a number: its driver's number, and this.
+    fn numbered(self, driver: u64, faults: usize) -> u64 {
+        let change = self.change.map_or(0, |Change { index, begins }| 1 + 2 * index as u64 + u64::from(begins));
+        let numbers = [(2, u64::from(self.is_out)), (2, u64::from(self.is_wrong)), (1 + 2 * faults as u64, change)];
+        numbers.into_iter().fold(driver, |all, (count, number)| all * count + number)
+    }
+}
+
 /// What happens to the faults in each step of a run.
 pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Change>> {
     let mut active = vec![0; faults.len()];
@@ -211,29 +229,41 @@ impl WithFaults {
             active[index] = i64::from(begins);
             left -= i64::from(begins);
         }
-        let (update, faults, now_active) = (Arc::clone(&told.update), Arc::clone(&self.faults), active.clone());
-        let is_inner = self.inner.driven().to_vec();
-        let update = move |id: ProcessId, process: &mut dyn Process, now: Duration| {
+        let impairment = |process: ProcessId| {
+            let active = || active.iter().zip(self.faults.iter()).filter(|(active, _)| **active == 1);
+            let has = |effect: fn(&Effect) -> bool| {
+                active().any(|(_, fault)| fault.process == process && effect(&fault.effect))
+            };
+            Impairment {
+                is_out: has(|effect| matches!(effect, Effect::Outage { .. })),
+                is_wrong: has(|effect| matches!(effect, Effect::WrongReply)),
+                change: change.filter(|change| self.faults[change.index].process == process),
+            }
+        };
+        let now: Vec<Impairment> = self.driven.iter().map(|process| impairment(*process)).collect();
+        let inner = told.told.iter().copied().chain(std::iter::repeat(0));
+        let told_now = inner.zip(&now).map(|(inner, now)| now.numbered(inner, self.faults.len())).collect();
+        let state = told.state.iter().copied().chain([left]).chain(active).collect();
+        let (update, faults, driven) = (Arc::clone(&told.update), Arc::clone(&self.faults), self.driven.clone());
+        let inner = self.inner.driven().len();
+        let update = move |id: ProcessId, process: &mut dyn Process, time: Duration| {
+            let Some(index) = driven.iter().position(|process| *process == id) else { return };
             let drive = |process: &mut dyn Process| {
-                if is_inner.contains(&id) {
-                    update(id, process, now);
+                if index < inner {
+                    update(id, process, time);
                 }
             };
+            let Impairment { is_out, is_wrong, change } = now[index];
             let changed = change.map(|change| (&faults[change.index], change.begins));
-            let changed = changed.filter(|(fault, _)| fault.process == id);
             // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
             match process.as_any_mut().downcast_mut::<Impaired>() {
                 Some(impaired) => {
-                    let (was_out, of_it) = (impaired.is_out, |effect: fn(&Effect) -> bool| {
-                        let active = now_active.iter().zip(faults.iter()).filter(|(active, _)| **active == 1);
-                        active.filter(|(_, fault)| fault.process == id).any(|(_, fault)| effect(&fault.effect))
-                    });
-                    impaired.is_out = of_it(|effect| matches!(effect, Effect::Outage { .. }));
-                    impaired.is_wrong = of_it(|effect| matches!(effect, Effect::WrongReply));
+                    let was_out = impaired.is_out;
+                    (impaired.is_out, impaired.is_wrong) = (is_out, is_wrong);
                     if let Some((Switched { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
-                        restart(impaired.inner.as_mut(), now);
+                        restart(impaired.inner.as_mut(), time);
                     }
-                    if !(was_out && impaired.is_out) {
+                    if !(was_out && is_out) {
                         drive(impaired.inner.as_mut());
                     }
                 }
@@ -242,11 +272,10 @@ impl WithFaults {
             if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed
                 && let Some(skill) = inside_mut(process).as_any_mut().downcast_mut::<SkillProcess>()
             {
-                *skill = if begins { mutant } else { sound }.succeeding(skill, now);
+                *skill = if begins { mutant } else { sound }.succeeding(skill, time);
             }
         };
-        let state = told.state.iter().copied().chain([left]).chain(active).collect();
-        Move { state, update: Arc::new(update) }
+        Move { state, told: told_now, update: Arc::new(update) }
     }
 
     fn in_words(&self, told: &str, change: Option<Change>) -> String {

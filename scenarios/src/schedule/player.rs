@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId};
 use diagnostics::{Problem, Span, Spanned};
-use explorer::{Damage, PathStep, Performer};
+use explorer::{Damage, PathStep, Performer, Update};
 
 use super::{FaultChange, Happening, Schedule, Step, Taken};
 use crate::driven::driven;
@@ -122,7 +122,8 @@ impl Player {
                         let ended = fault.filter(|_| !begins);
                         ended.into_iter().for_each(|it| self.switchboard.switch(it, false, system, self.performer.now));
                     }
-                    let update = told.clone().update(Arc::clone(&self.known));
+                    let (told, known) = (told.clone(), Arc::clone(&self.known));
+                    let update: Update = Arc::new(move |_, process, _| told.update(process, &known));
                     PathStep::Environment { words: String::new(), update, state: Vec::new() }
                 }
                 Step::Wait(span) => PathStep::Wait(*span),

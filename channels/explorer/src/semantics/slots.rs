@@ -1,5 +1,6 @@
 //! The vector that is a state.
 
+use crate::local::bit;
 use crate::tables::{Start, Tables};
 
 /// The position of each part of a system's state in a vector.
@@ -12,6 +13,10 @@ pub(crate) struct Slots {
     pub(crate) environment: u32,
     pub(crate) monitor: u32,
     pub(crate) len: usize,
+    /// The processes that are not composed of others.
+    pub(crate) populated: Vec<usize>,
+    /// By slot: the [`bit`] of the process whose state is there, or 0.
+    pub(crate) owners: Vec<u64>,
 }
 
 impl Slots {
@@ -28,7 +33,11 @@ impl Slots {
                 channels[channel.index()] = slot();
             }
         }
-        Self { processes, channels, clock, transit, environment, monitor, len: slot() as usize }
+        let len = slot() as usize;
+        let populated = (0..processes.len()).filter(|process| tables.locals[*process].len() > 0).collect();
+        let mut owners = vec![0; len];
+        (0..).zip(&processes).for_each(|(process, slot)| owners[*slot as usize] = bit(process));
+        Self { processes, channels, clock, transit, environment, monitor, len, populated, owners }
     }
 
     /// The vector of the initial state.

@@ -62,6 +62,9 @@ pub(crate) struct Successors {
     transitions: Vec<Transition>,
     /// Nothing can happen before time passes.
     pub(crate) is_quiet: bool,
+    /// Working memory: the state after a move of the environment, and the key of its moves.
+    pub(super) moved: Vec<u32>,
+    pub(super) key: Vec<u32>,
 }
 
 impl Successors {
@@ -92,6 +95,12 @@ impl Successors {
         self.transitions[index].fate
     }
 
+    /// Forgets all successors but the first ones, and all changes but the first ones.
+    pub(super) fn truncate(&mut self, len: usize, changes: usize) {
+        self.transitions.truncate(len);
+        self.changes.truncate(changes);
+    }
+
     pub(super) fn finish(&mut self, label: Label, fate: Fate) {
         self.transitions.push(Transition { label, fate, end: self.changes.len() });
     }
@@ -114,6 +123,11 @@ pub(super) struct Draft<'a> {
 }
 
 impl Draft<'_> {
+    /// The slots that have changed so far.
+    pub(super) fn changed(&self) -> impl Iterator<Item = u32> {
+        self.changes[self.begin..].iter().map(|(slot, _)| *slot)
+    }
+
     pub(super) fn get(&self, slot: u32) -> u32 {
         let changed = self.changes[self.begin..].iter().find(|(changed, _)| *changed == slot);
         changed.map_or(self.from[slot as usize], |(_, value)| *value)

@@ -1,11 +1,12 @@
 //! The passing of time, and the moves of the environment.
 
+use std::mem;
 use std::time::Duration;
 
 use super::{Draft, Fate, Label, Semantics, Successors};
-use crate::local::{Step, UNKNOWN, entry};
+use crate::local::{Step, UNKNOWN, bit, entry};
 use crate::model::Instant;
-use crate::tables::{Clock, Gap, Moved, Transit};
+use crate::tables::{Clock, Gap, Moved, Situation, Transit};
 
 impl Semantics {
     /// The time until the next timer or tick, and which of the two it is.
@@ -30,11 +31,13 @@ impl Semantics {
         };
         let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
         let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
-        for (index, moved) in self.moves(state, instant)?.iter().enumerate() {
+        let is_aware = |process: &usize| !self.local(state, *process).is_timeless;
+        let aware = self.populated().filter(is_aware).fold(0, |all, process| all | bit(process));
+        for (index, moved) in self.moves(state, instant, out)?.iter().enumerate() {
             let begin = out.changes.len();
             let mut draft = Draft { from: state, changes: &mut out.changes, begin };
             let mut fate = self.apply(&mut draft, moved)?;
-            fate = fate.and(self.pass_time(&mut draft, span)?);
+            fate = fate.and(self.pass_time(&mut draft, span, aware)?);
             if !transit.held.is_empty() {
                 self.set_transit(&mut draft, transit.after(span))?;
             }
@@ -45,14 +48,21 @@ impl Semantics {
         Ok(())
     }
 
-    /// Lets time pass in all processes; timers that are due fire.
-    fn pass_time(&self, draft: &mut Draft<'_>, span: Duration) -> Result<Fate, Gap> {
+    /// Lets time pass in all processes; timers that are due fire. `aware` is the set of processes on which time had an
+    /// effect before the first change.
+    fn pass_time(&self, draft: &mut Draft<'_>, span: Duration, aware: u64) -> Result<Fate, Gap> {
         let mut fate = Fate::GoOn;
         if span.is_zero() && self.populated().all(|process| self.local_of(draft, process).timer.is_none()) {
             return Ok(fate);
         }
         let number = self.tables.spans.find_value(&span);
+        let with_changed =
+            |draft: &Draft<'_>| draft.changed().fold(aware, |all, slot| all | self.slots.owners[slot as usize]);
+        let mut candidates = with_changed(draft);
         for process in self.populated() {
+            if candidates & bit(process) == 0 {
+                continue;
+            }
             let local = self.local_of(draft, process);
             if local.is_timeless {
                 continue;
@@ -63,6 +73,9 @@ impl Semantics {
                 return Err(Gap::Later { process, state, span });
             }
             fate = fate.and(self.follow(draft, process, step)?);
+            if step.renaming != 0 {
+                candidates = with_changed(draft);
+            }
         }
         Ok(fate)
     }
@@ -100,11 +113,12 @@ impl Semantics {
         if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
             return Ok(());
         }
-        if !self.anywhere && !self.tables.may_stir(&self.key(state)) {
+        if !self.anywhere && self.situation(state, out).is_some_and(|situation| !situation.may_stir) {
             return Ok(());
         }
-        let mut vector = state.to_vec();
-        for (index, moved) in self.moves(state, Instant::Between)?.iter().enumerate() {
+        let mut vector = mem::take(&mut out.moved);
+        state.clone_into(&mut vector);
+        for (index, moved) in self.moves(state, Instant::Between, out)?.iter().enumerate() {
             if moved.processes.is_empty() && !self.anywhere {
                 continue;
             }
@@ -113,51 +127,58 @@ impl Semantics {
             let fate = self.apply(&mut draft, moved)?;
             let changes = &out.changes[begin..];
             changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved)? };
-            changes.iter().for_each(|(slot, _)| vector[*slot as usize] = state[*slot as usize]);
+            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved, out)? };
+            for (slot, _) in &out.changes[begin..] {
+                vector[*slot as usize] = state[*slot as usize];
+            }
             if is_told {
                 out.finish(Label::Drive { index: index as u32 }, fate);
             } else {
                 out.changes.truncate(begin);
             }
         }
+        out.moved = vector;
         Ok(())
     }
 
     /// Whether a move of the environment enables a process of a quiet system: one that has changed, or one that waits
     /// for it in a handshake.
-    fn is_busy(&self, vector: &[u32], moved: &Moved) -> Result<bool, Gap> {
+    fn is_busy(&self, vector: &[u32], moved: &Moved, out: &mut Successors) -> Result<bool, Gap> {
         let transit = self.transit(vector);
-        let mut out = Successors::default();
+        let (before, changes) = (out.len(), out.changes.len());
         let changed = moved.processes.iter().map(|(process, _)| *process as usize);
         for process in changed.chain(self.tables.shakers.iter().copied()) {
             let number = vector[self.slots.processes[process] as usize];
             let local = self.tables.locals[process].get(number);
             for own in 0..local.own.len() {
-                self.take_own(vector, transit, process, (number, local), own, &mut out)?;
+                self.take_own(vector, transit, process, (number, local), own, out)?;
             }
             for receive in 0..local.receives.len() {
-                self.take_receive(vector, transit, process, (number, local), receive, &mut out)?;
+                self.take_receive(vector, transit, process, (number, local), receive, out)?;
             }
-            if out.len() > 0 {
+            if out.len() > before {
+                out.truncate(before, changes);
                 return Ok(true);
             }
         }
         Ok(false)
     }
 
-    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[Moved], Gap> {
-        let key = self.key(state);
-        match self.tables.moves[instant as usize].get(&key) {
-            Some(moves) => Ok(moves),
-            None => Err(Gap::Moves { key, instant }),
-        }
+    fn moves(&self, state: &[u32], instant: Instant, out: &mut Successors) -> Result<&[Moved], Gap> {
+        let moves = self.situation(state, out).and_then(|situation| situation.at(instant));
+        moves.ok_or_else(|| Gap::Moves { key: self.key(state).collect(), instant })
+    }
+
+    fn situation(&self, state: &[u32], out: &mut Successors) -> Option<&Situation> {
+        out.key.clear();
+        out.key.extend(self.key(state));
+        self.tables.situations.get(&out.key)
     }
 
     /// Everything on which the moves of the environment depend: its state, and those of the processes that it drives.
-    pub(super) fn key(&self, state: &[u32]) -> Vec<u32> {
+    pub(super) fn key<'a>(&'a self, state: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
         let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
-        std::iter::once(state[self.slots.environment as usize]).chain(driven).collect()
+        std::iter::once(state[self.slots.environment as usize]).chain(driven)
     }
 
     fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {

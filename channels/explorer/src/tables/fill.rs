@@ -8,11 +8,11 @@ use channels::{
     RequestNumber, Role, Symbol, TickGenerator, Topology,
 };
 
-use super::{ENDLESS, Gap, Moved, Renaming, Tables, in_words, same_number};
+use super::{ENDLESS, Gap, Moved, Renaming, Situation, Tables, in_words, same_number};
 use crate::error::Refused;
 use crate::interner::hash_by;
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, set};
-use crate::model::Instant;
+use crate::model::{Instant, Move};
 
 /// The maximum number of states of one process.
 const MAX_LOCALS: usize = 1 << 16;
@@ -266,25 +266,44 @@ impl Tables {
 
     /// Lists the moves of the environment.
     fn list_moves(&mut self, key: &[u32], instant: Instant) -> Result<(), Refused> {
-        let driven = self.driven.clone();
-        let moves = self.told(key, instant);
+        let moves = self.possible(key, instant);
         let mut list = Vec::with_capacity(moves.len());
-        for told in moves {
+        for choice in moves {
             let mut processes = Vec::new();
-            for (process, state) in driven.iter().zip(&key[1..]) {
-                let mut after = self.locals[*process].get(*state).process.clone();
-                (told.update)(self.id(*process), after.as_mut(), NormalForm::NOW);
-                if !after.same_state(self.locals[*process].get(*state).process.as_ref()) {
-                    let step = self.settle(*process, *state, after)?;
-                    processes.push((*process as u32, step));
-                }
+            for (index, state) in key[1..].iter().enumerate() {
+                let step = self.tell(index, *state, &choice)?;
+                processes.extend(step.map(|step| (self.driven[index] as u32, step)));
             }
-            let state = self.environments.intern(told.state);
+            let state = self.environments.intern(choice.state);
             list.push(Moved { state, processes: processes.into() });
         }
         self.move_count += list.len();
-        self.moves[instant as usize].insert(key.to_vec(), list);
+        let may_stir = self.may_stir(key);
+        let situation =
+            self.situations.entry(key.to_vec()).or_insert_with(|| Situation { may_stir, moves: [None, None] });
+        situation.moves[instant as usize] = Some(list);
         Ok(())
+    }
+
+    /// The step that a move of the environment causes in a state of the driven process with this index.
+    fn tell(&mut self, index: usize, state: u32, choice: &Move) -> Result<Option<Step>, Refused> {
+        let about = (state, choice.told[index]);
+        if let Some(step) = self.told[index].get(&about).copied() {
+            debug_assert!(self.update(index, state, choice).is_ok_and(|same| same == step), "`Move::told` is wrong");
+            return Ok(step);
+        }
+        let step = self.update(index, state, choice)?;
+        self.told[index].insert(about, step);
+        Ok(step)
+    }
+
+    fn update(&mut self, index: usize, state: u32, choice: &Move) -> Result<Option<Step>, Refused> {
+        let process = self.driven[index];
+        let before = &self.locals[process].get(state).process;
+        let mut after = before.clone();
+        (choice.update)(self.id(process), after.as_mut(), NormalForm::NOW);
+        let is_same = after.same_state(before.as_ref());
+        if is_same { Ok(None) } else { self.settle(process, state, after).map(Some) }
     }
 }
 
