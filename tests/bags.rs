@@ -118,6 +118,8 @@ fn a_bag_that_cannot_be_checked_is_refused() {
         (recorded.path("nav2.mcap"), recorded.path("nav2.scope"), recorded.path("mapping.toml"));
     let said = refusal(&["verify", &bag, "--property", &scope]);
     assert!(said.contains("there is no mapping from the messages") && said.contains("verify --list"), "{said}");
+    let said = refusal(&["verify", &recorded.write("garbled.mcap", b"no bag"), "--property", &scope]);
+    assert!(said.contains("garbled.mcap is not a bag"), "{said}");
     let log = recorded.write("run.jsonl", b"{}\n");
     let said = refusal(&["verify", &log, "--property", &scope, "--map-channels", &mapping]);
     assert!(said.contains("is not a ROS 2 bag, so it needs no mapping"), "{said}");

@@ -456,17 +456,18 @@ impl Live {
             scene: if with_scene { self.scene() } else { None },
             ..Details::default()
         };
-        let tree = self.scenario.tree.as_ref().zip(self.ids.tree);
-        let states = tree.map(|(tree, ids)| bt::states_in(tree, &self.system, ids.tree)).unwrap_or_default();
-        let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
-        if self.told.outcomes != outcomes {
-            self.told.outcomes.clone_from(&outcomes);
-            details.outcomes = Some(outcomes);
-        }
         let is_quiet = self.events.is_empty() && !self.time().is_zero();
         // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
         let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
-        let Scenario { skills, components, .. } = &*self.scenario;
+        let Scenario { tree, skills, components, .. } = &*self.scenario;
+        if let Some((tree, ids)) = tree.as_ref().zip(self.ids.tree).filter(|_| stirs) {
+            let states = bt::states_in(tree, &self.system, ids.tree);
+            let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
+            if self.told.outcomes != outcomes {
+                self.told.outcomes.clone_from(&outcomes);
+                details.outcomes = Some(outcomes);
+            }
+        }
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
         let names = skills.keys().map(String::as_str).chain(self.scenario.component_names()).enumerate();

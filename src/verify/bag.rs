@@ -15,6 +15,7 @@ use crate::monitor::System;
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let Some(mapping) = &args.map_channels else {
+        open(path)?;
         let message = format!("there is no mapping from the messages of {} to channels", path.display());
         let help =
             format!("add `--map-channels FILE`; `steward verify --list {}` proposes such a file", path.display());

@@ -23,7 +23,7 @@ mod structure;
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use cdr::{Decoder, Mismatch, Value, Want};
 pub use contents::{Contents, Listed};
@@ -78,7 +78,7 @@ impl Error {
                 format!(
                     "build with `--features sqlite`, which needs a C compiler; or convert it: `rosbags-convert --src {} \
                      --dst {}-mcap --dst-storage mcap`",
-                    path.parent().unwrap_or(path).display(),
+                    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new(".")).display(),
                     stem.display()
                 )
             }

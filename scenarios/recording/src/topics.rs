@@ -75,7 +75,7 @@ impl OutlineTopics {
     fn write<W: Write>(
         &self,
         time: Duration,
-        frame: &str,
+        frame: &'static str,
         outlines: &[Outline],
         output: &mut Output<W>,
     ) -> io::Result<()> {
@@ -191,7 +191,7 @@ impl World {
         let mounts = header
             .lasers()
             .iter()
-            .map(|laser| TransformStamped::new(Duration::ZERO, BASE, &laser_frame(laser), &laser.mount));
+            .map(|laser| TransformStamped::new(Duration::ZERO, BASE, laser_frame(laser), &laser.mount));
         let mounts = Transforms { transforms: mounts.collect() };
         let topic = output.latched("/tf_static")?;
         output.write(&topic, Duration::ZERO, &mounts)?;
@@ -346,7 +346,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
 
 fn laser_scan(laser: &LaserSpec, scan: &LaserScan) -> ros::LaserScan {
     ros::LaserScan {
-        header: Header::new(scan.time, &laser_frame(laser)),
+        header: Header::new(scan.time, laser_frame(laser)),
         angle_min: laser.angle_min_rad as f32,
         angle_max: laser.beam_angle_rad(laser.beams.saturating_sub(1)) as f32,
         angle_increment: laser.angle_increment_rad as f32,

@@ -165,9 +165,6 @@ impl Walk {
         let length = file.metadata().map_err(unreadable)?.len();
         let mut file = BufReader::with_capacity(1 << 16, file);
         let mut magic = [0; 8];
-        if length == 0 {
-            return Err(Error::Empty(path.to_owned()));
-        }
         if file.read_exact(&mut magic).is_err() || magic != mcap::MAGIC {
             return Err(Error::NoBag(path.to_owned()));
         }

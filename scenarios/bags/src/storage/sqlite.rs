@@ -40,9 +40,6 @@ struct Opened {
 
 fn open(path: &Path) -> Result<Opened, Error> {
     let length = std::fs::metadata(path).map_or(0, |found| found.len());
-    if length == 0 {
-        return Err(Error::Empty(path.to_owned()));
-    }
     let refused = |problem: String| Error::Sqlite { path: path.to_owned(), problem };
     let (page, pages) = pages_of(path).ok_or_else(|| refused("it ends within its first page".to_owned()))?;
     // SQLite reads the missing part of a page as zeros, and so would read messages that nobody sent.

@@ -67,7 +67,7 @@ impl Outline {
 }
 
 /// Markers of outlines and their names, which replace the previous markers.
-pub(super) fn markers(time: Duration, frame: &str, outlines: &[Outline]) -> Markers {
+pub(super) fn markers(time: Duration, frame: &'static str, outlines: &[Outline]) -> Markers {
     let header = Header::new(time, frame);
     let clear = Marker { header: header.clone(), action: marker::DELETE_ALL, ..Marker::default() };
     let two = outlines.iter().zip(0..).flat_map(|(outline, id)| {
@@ -102,7 +102,7 @@ pub(super) fn markers(time: Duration, frame: &str, outlines: &[Outline]) -> Mark
 }
 
 /// Points along outlines.
-pub(super) fn points(time: Duration, frame: &str, outlines: &[Outline]) -> PointCloud {
+pub(super) fn points(time: Duration, frame: &'static str, outlines: &[Outline]) -> PointCloud {
     let along = outlines.iter().flat_map(|outline| {
         let ends = outline.line().zip(outline.line().skip(1));
         let sides = ends.flat_map(|(from, to)| {

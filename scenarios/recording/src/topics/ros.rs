@@ -5,6 +5,7 @@
 //! `visualization_msgs` (`ros2/common_interfaces`, Apache-2.0), and `tf2_msgs` (`ros2/geometry2`, BSD). Constants and
 //! comments are left out: they do not affect the encoding.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -88,6 +89,19 @@ impl Field for String {
     }
 }
 
+/// The name of a frame; that of most is known at compile time.
+pub(crate) type Frame = Cow<'static, str>;
+
+impl Field for Frame {
+    fn name() -> String {
+        String::name()
+    }
+
+    fn write(&self, cdr: &mut Cdr) {
+        cdr.text(self);
+    }
+}
+
 impl<T: Field> Field for Vec<T> {
     fn name() -> String {
         T::name() + "[]"
@@ -151,7 +165,7 @@ macro_rules! messages {
 messages! {
     Time = "builtin_interfaces/Time" { sec: i32, nanosec: u32 }
     Span = "builtin_interfaces/Duration" { sec: i32, nanosec: u32 }
-    Header = "std_msgs/Header" { stamp: Time, frame_id: String }
+    Header = "std_msgs/Header" { stamp: Time, frame_id: Frame }
     Text = "std_msgs/String" { data: String }
     Color = "std_msgs/ColorRGBA" { r: f32, g: f32, b: f32, a: f32 }
     Point = "geometry_msgs/Point" { x: f64, y: f64, z: f64 }
@@ -162,7 +176,7 @@ messages! {
     Transform = "geometry_msgs/Transform" { translation: Vector, rotation: Quaternion }
     TransformStamped = "geometry_msgs/TransformStamped" {
         header: Header,
-        child_frame_id: String,
+        child_frame_id: Frame,
         transform: Transform,
     }
     Transforms = "tf2_msgs/TFMessage" { transforms: Vec<TransformStamped> }
@@ -280,8 +294,8 @@ impl From<Duration> for Time {
 }
 
 impl Header {
-    pub(crate) fn new(time: Duration, frame: &str) -> Self {
-        Self { stamp: time.into(), frame_id: frame.to_owned() }
+    pub(crate) fn new(time: Duration, frame: impl Into<Frame>) -> Self {
+        Self { stamp: time.into(), frame_id: frame.into() }
     }
 }
 
@@ -305,23 +319,23 @@ impl From<&MapPose> for Pose {
 }
 
 impl PoseStamped {
-    pub(crate) fn new(time: Duration, frame: &str, pose: &MapPose) -> Self {
+    pub(crate) fn new(time: Duration, frame: impl Into<Frame>, pose: &MapPose) -> Self {
         Self { header: Header::new(time, frame), pose: pose.into() }
     }
 }
 
 impl TransformStamped {
     /// The pose of one frame in another.
-    pub(crate) fn new(time: Duration, frame: &str, child: &str, pose: &MapPose) -> Self {
+    pub(crate) fn new(time: Duration, frame: impl Into<Frame>, child: impl Into<Frame>, pose: &MapPose) -> Self {
         let translation = Vector { x: pose.translation.x, y: pose.translation.y, z: 0.0 };
         let transform = Transform { translation, rotation: pose.into() };
-        Self { header: Header::new(time, frame), child_frame_id: child.to_owned(), transform }
+        Self { header: Header::new(time, frame), child_frame_id: child.into(), transform }
     }
 }
 
 impl PointCloud {
     /// Points in a plane.
-    pub(crate) fn new(time: Duration, frame: &str, points: impl IntoIterator<Item = maps::Point>) -> Self {
+    pub(crate) fn new(time: Duration, frame: impl Into<Frame>, points: impl IntoIterator<Item = maps::Point>) -> Self {
         /// The value of `datatype` for 32-bit floating point.
         const FLOAT32: u8 = 7;
         const POINT_BYTES: u32 = 12;
