@@ -91,7 +91,7 @@ mod substitute;
 mod tables;
 
 pub use error::Refused;
-pub use model::{Closed, Damage, Environment, Instant, MessageFaults, Model, Move, Onlooker, Ticks, Update};
-pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError};
+pub use model::{Closed, Damage, Environment, EnvironmentState, Instant, MessageFaults, Model, Move, Onlooker, Ticks};
+pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError, Update};
 pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limits, Order, Outcome, Progress, Reduction, explore};

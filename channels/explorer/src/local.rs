@@ -10,7 +10,7 @@ pub(crate) const UNKNOWN: u32 = u32::MAX;
 pub(crate) const REFUSED: u32 = u32::MAX - 1;
 
 /// The next state of a process, and how the numbers of its requests change for its peers: 0 if they do not change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Step {
     pub(crate) next: u32,
     pub(crate) renaming: u32,
@@ -36,6 +36,8 @@ pub(crate) struct Local {
     pub(crate) awaits: u64,
     /// Its state after a span of time, by the number of the span.
     pub(crate) later: Vec<Step>,
+    /// Its state after the environment tells it a number, by the number.
+    pub(crate) told: Vec<Step>,
     /// Its state after the numbers of requests change, by the number of the renaming.
     pub(crate) renamed: Vec<u32>,
     /// The state of a tick generator when a tick is due.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelId, ChannelSystem, Process, ProcessId};
+use smallvec::SmallVec;
 
 /// A system to be explored.
 #[derive(Debug)]
@@ -65,17 +66,21 @@ pub enum Damage {
 
 /// Drives a system from outside: the world around it changes between its steps.
 ///
-/// Its state is encoded in numbers. Its moves depend only on this state and on the processes that it drives.
+/// Its state is encoded in numbers, as is what its moves tell the processes that it drives. The moves depend only on
+/// this state and on these processes.
 pub trait Environment: fmt::Debug + Send + Sync {
     /// The processes that it reads and changes.
     fn driven(&self) -> &[ProcessId];
 
     /// Its state at the start.
-    fn start(&self) -> Vec<i64>;
+    fn start(&self) -> EnvironmentState;
 
     /// The possible moves before a tick or at any other moment, in an order that depends only on the arguments. Without
     /// a move, time stands still. `driven` are the processes that it drives, in their normal form.
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
+
+    /// Changes a driven process, in normal form or not, as a move does that tells it this number.
+    fn tell(&self, id: ProcessId, told: u32, process: &mut dyn Process, now: Duration);
 
     /// The same moves in words: `the level falls below 30 %`. Empty where nothing worth mentioning changes.
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String>;
@@ -96,24 +101,16 @@ pub enum Instant {
     Between,
 }
 
-/// Changes a driven process at this time.
-pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Sync>;
+/// The state of an environment.
+pub type EnvironmentState = SmallVec<[i64; 8]>;
 
 /// Something that may happen in the environment.
-#[derive(Clone)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Move {
     /// The state of the environment after the move.
-    pub state: Vec<i64>,
-    /// What each driven process is told, as a number: two moves that tell a process the same change it in the same way.
-    pub told: Vec<u64>,
-    /// Its effect on each process that it drives, in normal form or not.
-    pub update: Update,
-}
-
-impl fmt::Debug for Move {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Move").field("state", &self.state).field("told", &self.told).finish_non_exhaustive()
-    }
+    pub state: EnvironmentState,
+    /// What each driven process is [told](Environment::tell): small numbers.
+    pub told: SmallVec<[u32; 4]>,
 }
 
 /// The environment of a system that nothing drives.
@@ -125,13 +122,15 @@ impl Environment for Closed {
         &[]
     }
 
-    fn start(&self) -> Vec<i64> {
-        Vec::new()
+    fn start(&self) -> EnvironmentState {
+        EnvironmentState::new()
     }
 
     fn moves(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<Move> {
-        vec![Move { state: Vec::new(), told: Vec::new(), update: Arc::new(|_, _, _| ()) }]
+        vec![Move { state: EnvironmentState::new(), told: SmallVec::new() }]
     }
+
+    fn tell(&self, _id: ProcessId, _told: u32, _process: &mut dyn Process, _now: Duration) {}
 
     fn words(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<String> {
         vec![String::new()]

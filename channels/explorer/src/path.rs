@@ -1,14 +1,18 @@
 //! A run that the search found, and its replay in the channel system with the ordinary monitors.
 
 use std::fmt;
+use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Message, Monitor, ProcessId,
-    RunError, TransitionId, Verdict,
+    ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Message, Monitor, Process,
+    ProcessId, RunError, TransitionId, Verdict,
 };
 
-use crate::model::{Damage, Model, Update};
+use crate::model::{Damage, EnvironmentState, Model};
+
+/// Changes a driven process at this time.
+pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Sync>;
 
 /// A run, step by step.
 #[derive(Clone, Debug, Default)]
@@ -28,7 +32,7 @@ pub enum PathStep {
         /// The effect on the processes that it drives.
         update: Update,
         /// Its state afterwards.
-        state: Vec<i64>,
+        state: EnvironmentState,
     },
     /// Time passes; timers that are due at its end fire.
     Wait(Duration),

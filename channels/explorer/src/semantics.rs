@@ -12,7 +12,7 @@ pub(crate) use self::slots::Slots;
 use self::successors::Draft;
 pub(crate) use self::successors::{Fate, Label, Successors};
 use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, bit, entry};
-use crate::model::{Damage, Instant, Move};
+use crate::model::{Damage, Instant};
 use crate::path::PathStep;
 use crate::tables::{ENDLESS, Gap, Tables, Transit};
 
@@ -97,12 +97,8 @@ impl Semantics {
 
     /// The steps that a label stands for, in a state.
     pub(crate) fn path_steps(&self, state: &[u32], label: &Label) -> Vec<PathStep> {
-        let moved = |instant, index: usize| {
-            let key: Vec<u32> = self.key(state).collect();
-            let Move { state, update, .. } = self.tables.possible(&key, instant).swap_remove(index);
-            let words = self.tables.words(&key, instant).swap_remove(index);
-            PathStep::Environment { words, update, state }
-        };
+        let moved =
+            |instant, index: u32| self.tables.moved(&self.key(state).collect::<Vec<u32>>(), instant, index as usize);
         let local = |process: u32| self.local(state, process as usize);
         let channel = |channel: usize| self.tables.lines[channel].id;
         let take = |process: u32, transition, kind, damage| {
@@ -128,11 +124,11 @@ impl Semantics {
                 };
                 take(process, local(process).own[own as usize].transition, kind, Damage::None)
             }
-            Label::Drive { index } => vec![moved(Instant::Between, index as usize)],
+            Label::Drive { index } => vec![moved(Instant::Between, index)],
             Label::Wait { index, delivered } => {
                 let (span, instant) = self.next_instant(state).expect("time passed from here");
                 let tick = (instant == Instant::Tick).then_some(PathStep::Tick { delivered });
-                [moved(instant, index as usize), PathStep::Wait(span)].into_iter().chain(tick).collect()
+                [moved(instant, index), PathStep::Wait(span)].into_iter().chain(tick).collect()
             }
         }
     }

@@ -12,11 +12,13 @@ use channels::{
     TickGenerator, Topology, Use,
 };
 use foldhash::fast::FixedState;
+use smallvec::SmallVec;
 
 use crate::error::Refused;
 use crate::interner::Interner;
 use crate::local::{Local, Step, Watching};
-use crate::model::{Instant, Model, Move, Onlooker, Ticks};
+use crate::model::{EnvironmentState, Instant, Model, Move, Onlooker, Ticks};
+use crate::path::PathStep;
 
 /// The time, as far as a system's future depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -60,13 +62,15 @@ pub(crate) struct Line {
     pub(crate) renamed: Vec<Vec<u32>>,
 }
 
-/// A move of the environment: the slots that it changes.
-#[derive(Debug)]
+/// A move of the environment, by the numbers of its parts.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Moved {
     pub(crate) state: u32,
-    /// The driven processes that change, with their new states.
-    pub(crate) processes: Box<[(u32, Step)]>,
+    effect: u32,
 }
+
+/// What a move does to the driven processes: those that change, with their steps.
+type MoveEffect = SmallVec<[(u32, Step); 3]>;
 
 /// The moves of the environment in some state of it and of the processes that it drives.
 #[derive(Debug)]
@@ -151,13 +155,12 @@ pub(crate) struct Tables {
     pub(crate) spans: Interner<Duration>,
     pub(crate) clocks: Interner<Clock>,
     pub(crate) transits: Interner<Transit>,
-    pub(crate) environments: Interner<Vec<i64>>,
+    pub(crate) environments: Interner<EnvironmentState>,
+    effects: Interner<MoveEffect>,
     pub(crate) monitors: Interner<Watching>,
     pub(crate) situations: HashMap<Vec<u32>, Situation, FixedState>,
     /// The total number of moves.
     move_count: usize,
-    /// For each driven process: its next state, by its state and by what it is told; `None` if it stays the same.
-    told: Vec<HashMap<(u32, u64), Option<Step>, FixedState>>,
     pub(crate) driven: Vec<usize>,
     /// The processes that send on channels of capacity 0.
     pub(crate) shakers: Vec<usize>,
@@ -214,10 +217,10 @@ impl Tables {
             clocks: Interner::default(),
             transits: Interner::default(),
             environments: Interner::default(),
+            effects: Interner::default(),
             monitors: Interner::default(),
             situations: HashMap::default(),
             move_count: 0,
-            told: model.environment.driven().iter().map(|_| HashMap::default()).collect(),
             driven: model.environment.driven().iter().map(|id| id.index()).collect(),
             shakers: topology.processes().filter(|id| shakes_hands(&topology, *id)).map(ProcessId::index).collect(),
             environment: Arc::clone(&model.environment),
@@ -276,6 +279,23 @@ impl Tables {
         self.environment.words(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
     }
 
+    /// A move of the environment as a step of a run.
+    pub(crate) fn moved(&self, key: &[u32], instant: Instant, index: usize) -> PathStep {
+        let Move { state, told } = self.possible(key, instant).swap_remove(index);
+        let words = self.words(key, instant).swap_remove(index);
+        let environment = Arc::clone(&self.environment);
+        let update = move |id: ProcessId, process: &mut dyn Process, now: Duration| {
+            let index = environment.driven().iter().position(|driven| *driven == id);
+            index.into_iter().for_each(|index| environment.tell(id, told[index], process, now));
+        };
+        PathStep::Environment { words, update: Arc::new(update), state }
+    }
+
+    /// The driven processes that a move changes, with their steps.
+    pub(crate) fn effect(&self, moved: Moved) -> &[(u32, Step)] {
+        self.effects.get(moved.effect)
+    }
+
     /// Whether the environment may let a process move.
     fn may_stir(&self, key: &[u32]) -> bool {
         self.environment.may_stir(self.environments.get(key[0]), &self.driven_in(&key[1..]))
@@ -304,7 +324,7 @@ impl Tables {
     pub(crate) fn bytes(&self) -> usize {
         let locals: usize = self.locals.iter().map(Interner::len).sum();
         let contents: usize = self.lines.iter().map(|line| line.contents.len()).sum();
-        let environment = 64 * self.move_count + 256 * self.environments.len();
+        let environment = 8 * self.move_count + 128 * (self.situations.len() + self.environments.len());
         2048 * locals + 512 * contents + environment + 1024 * self.monitors.len()
     }
 }

@@ -9,7 +9,7 @@ use channels::{
     ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, NormalForm,
     Process, Verdict,
 };
-use explorer::{Environment, Instant, MessageFaults, Ticks};
+use explorer::{Environment, EnvironmentState, Instant, MessageFaults, Ticks};
 
 /// Which processes are in some state, by their indices.
 pub(crate) type Locations = BTreeSet<(usize, String)>;
@@ -50,7 +50,7 @@ pub(crate) struct Counts {
 /// A state, with everything that is outside of the channel system.
 struct State {
     system: ChannelSystem,
-    environment: Vec<i64>,
+    environment: EnvironmentState,
     has_ticked: bool,
     until_tick: Duration,
     monitor: Option<Box<dyn Monitor>>,
@@ -274,19 +274,19 @@ fn damaged(state: &State, send: &Enabled, channel: ChannelId, effect: Effect) ->
 }
 
 /// The environment's effect on the system.
-fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<(Vec<i64>, ChannelSystem)> {
+fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<(EnvironmentState, ChannelSystem)> {
     let driven: Vec<Box<dyn Process>> =
         environment.driven().iter().map(|id| state.system.clone_process(*id).expect("a process")).collect();
     let driven: Vec<&dyn Process> = driven.iter().map(AsRef::as_ref).collect();
     let moves = environment.moves(&state.environment, &driven, instant);
-    let apply = |told: explorer::Move| {
+    let apply = |choice: explorer::Move| {
         let mut system = state.system.fork();
-        for id in environment.driven() {
+        for (id, told) in environment.driven().iter().zip(choice.told) {
             let mut process = system.clone_process(*id).expect("a process");
-            (told.update)(*id, process.as_mut(), NormalForm::NOW);
+            environment.tell(*id, told, process.as_mut(), NormalForm::NOW);
             system.replace(*id, process).expect("the same channels");
         }
-        (told.state, system)
+        (choice.state, system)
     };
     moves.into_iter().map(apply).collect()
 }

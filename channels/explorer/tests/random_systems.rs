@@ -11,8 +11,8 @@ use channels::{
     Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
 };
 use explorer::{
-    Closed, Environment, Exploration, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order, Outcome, Progress,
-    Reduction, Ticks, explore,
+    Closed, Environment, EnvironmentState, Exploration, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order,
+    Outcome, Progress, Reduction, Ticks, explore,
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -313,24 +313,25 @@ impl Environment for Weather {
         std::slice::from_ref(&self.sensor)
     }
 
-    fn start(&self) -> Vec<i64> {
-        vec![0]
+    fn start(&self) -> EnvironmentState {
+        [0].into_iter().collect()
     }
 
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
         let sensor = driven[0].as_any().downcast_ref::<Sensor>().expect("a sensor");
         let to = |level: i64, waits: bool| Move {
-            state: vec![level],
-            told: vec![2 * level as u64 + u64::from(waits)],
-            update: Arc::new(move |_, process, _| {
-                let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
-                (sensor.level, sensor.waits) = (level, sensor.waits || waits);
-            }),
+            state: [level].into_iter().collect(),
+            told: [2 * level as u32 + u32::from(waits)].into_iter().collect(),
         };
         match instant {
             Instant::Between => vec![to(sensor.level, false), to(state[0], true)],
             Instant::Tick => [-1, 0, 1].map(|by| to((state[0] + by).clamp(0, 2), false)).to_vec(),
         }
+    }
+
+    fn tell(&self, _id: ProcessId, told: u32, process: &mut dyn Process, _now: Duration) {
+        let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
+        (sensor.level, sensor.waits) = (i64::from(told / 2), sensor.waits || told % 2 == 1);
     }
 
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
@@ -528,10 +529,10 @@ fn random_run(sample: &Sample, rng: &mut ChaCha8Rng, steps: usize) -> bool {
             environment.driven().iter().map(|id| system.clone_process(*id).expect("a process")).collect();
         let views: Vec<&dyn Process> = driven.iter().map(AsRef::as_ref).collect();
         let mut moves = environment.moves(&state, &views, instant);
-        let told = moves.swap_remove(rng.random_range(0..moves.len()));
-        state = told.state;
-        for (id, mut process) in environment.driven().iter().zip(driven) {
-            (told.update)(*id, process.as_mut(), until);
+        let choice = moves.swap_remove(rng.random_range(0..moves.len()));
+        state = choice.state;
+        for ((id, mut process), told) in environment.driven().iter().zip(driven).zip(choice.told) {
+            environment.tell(*id, told, process.as_mut(), until);
             system.replace(*id, process).expect("the same channels");
         }
         if instant == Instant::Tick || until != next_tick {

@@ -1,12 +1,11 @@
 //! What may happen around the tree, skills and components: the drivers of the built-in components, and the world behind
 //! them, as the environment of a proof.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Process, ProcessId};
 use components::{BatteryReader, Localization, Navigation, TripStatus};
-use explorer::{Environment, Instant, Move};
+use explorer::{Environment, EnvironmentState, Instant, Move};
 
 use super::faults::{inside, is_out};
 use super::levels::{Class, FULL, Levels, Micros, Rates};
@@ -20,12 +19,15 @@ pub(crate) struct RobotEnvironment {
     localization: Option<ProcessId>,
     trips: Trips,
     /// The places that some part asks about, drives to, or passes.
-    places: Arc<[String]>,
+    places: Vec<String>,
     /// All places that Localization knows.
-    known: Arc<[String]>,
+    known: Vec<String>,
     station: Option<Spot>,
     start: Option<Spot>,
 }
+
+/// The statuses of a trip, by number.
+const STATUSES: [TripStatus; 3] = [TripStatus::Running, TripStatus::Success, TripStatus::Failure];
 
 /// The number of a place at which the robot may be.
 type Spot = usize;
@@ -107,12 +109,13 @@ pub(super) enum Since {
 }
 
 impl State {
-    fn encoded(self) -> Vec<i64> {
+    fn encoded(self) -> EnvironmentState {
         let Charge { level, at_tick, is_charging, since } = self.charge;
         let at = self.at.map_or(-1, |at| at as i64);
         let since = [Since::Drained, Since::Charged, Since::Mixed].iter().position(|one| *one == since).unwrap_or(0);
         let [has_begun, is_charging] = [self.has_begun, is_charging].map(i64::from);
-        vec![has_begun, at, self.elapsed, level as i64, at_tick as i64, is_charging, since as i64]
+        let level = [level as i64, at_tick as i64, is_charging, since as i64];
+        [has_begun, at, self.elapsed].into_iter().chain(level).collect()
     }
 
     fn decoded(numbers: &[i64]) -> Self {
@@ -158,7 +161,6 @@ impl RobotEnvironment {
     ) -> Self {
         let battery_reader = battery.as_ref().map(|battery| battery.process);
         let driven = [battery_reader, localization, trips.process].into_iter().flatten().collect();
-        let (places, known) = (places.into(), known.into());
         Self { driven, battery, localization, trips, places, known, station, start }
     }
 
@@ -252,20 +254,12 @@ impl RobotEnvironment {
     fn made(&self, leg: Leg, reading: Option<Reading>) -> Move {
         let charge = reading.map(|reading| reading.charge).unwrap_or_default();
         let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
-        let level = reading.zip(self.battery.as_ref());
-        let battery = level.map(|(reading, battery)| (battery.levels.level_pct(reading.class), reading.is_charging));
         let told = [
-            reading.map(|Reading { class, is_charging, .. }| 2 * class as u64 + u64::from(is_charging)),
-            self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u64)),
-            self.trips.process.map(|_| leg.status.map_or(0, |status| 1 + status as u64)),
+            reading.map(|Reading { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
+            self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u32)),
+            self.trips.process.map(|_| leg.status.map_or(0, |status| 1 + status as u32)),
         ];
-        let told = told.into_iter().flatten().collect();
-        let (places, known) = (Arc::clone(&self.places), Arc::clone(&self.known));
-        let update = move |_: ProcessId, process: &mut dyn Process, _: Duration| {
-            let place = leg.at.map(|at| places[at].clone());
-            DriverData { battery, place, trip: leg.status }.update(process, &known);
-        };
-        Move { state: state.encoded(), told, update: Arc::new(update) }
+        Move { state: state.encoded(), told: told.into_iter().flatten().collect() }
     }
 
     /// The changes for the processes, in words.
@@ -356,13 +350,28 @@ impl Environment for RobotEnvironment {
         &self.driven
     }
 
-    fn start(&self) -> Vec<i64> {
+    fn start(&self) -> EnvironmentState {
         State { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }.encoded()
     }
 
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
         let choices = self.choices(State::decoded(state), driven, instant);
         choices.map(|(leg, reading)| self.made(leg, reading)).collect()
+    }
+
+    /// The numbers are those of [`RobotEnvironment::made`].
+    fn tell(&self, id: ProcessId, told: u32, process: &mut dyn Process, _now: Duration) {
+        let mut data = DriverData::default();
+        match &self.battery {
+            Some(battery) if battery.process == id => {
+                data.battery = Some((battery.levels.level_pct(told as Class / 2), told % 2 == 1));
+            }
+            _ if self.localization == Some(id) => {
+                data.place = told.checked_sub(1).map(|at| self.places[at as Spot].clone());
+            }
+            _ => data.trip = told.checked_sub(1).map(|status| STATUSES[status as usize]),
+        }
+        data.update(process, &self.known);
     }
 
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {

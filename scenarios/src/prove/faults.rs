@@ -9,7 +9,7 @@ use channels::{
     Topology, TransitionId, Use,
 };
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
-use explorer::{Environment, Instant, Move, Path, PathStep};
+use explorer::{Environment, EnvironmentState, Instant, Move, Path, PathStep};
 use skills::SkillProcess;
 
 use crate::driven::DriverData;
@@ -134,7 +134,7 @@ impl Process for Impaired {
 #[derive(Debug)]
 pub(super) struct WithFaults {
     inner: Arc<dyn Environment>,
-    faults: Arc<[Switched]>,
+    faults: Vec<Switched>,
     /// The number of faults that may begin in a run.
     count: u8,
     driven: Vec<ProcessId>,
@@ -159,10 +159,17 @@ struct Impairment {
 
 impl Impairment {
     /// What the process is told, as a number: its driver's number, and this.
-    fn numbered(self, driver: u64, faults: usize) -> u64 {
-        let change = self.change.map_or(0, |Change { index, begins }| 1 + 2 * index as u64 + u64::from(begins));
-        let numbers = [(2, u64::from(self.is_out)), (2, u64::from(self.is_wrong)), (1 + 2 * faults as u64, change)];
+    fn numbered(self, driver: u32, faults: usize) -> u32 {
+        let change = self.change.map_or(0, |Change { index, begins }| 1 + 2 * index as u32 + u32::from(begins));
+        let numbers = [(2, u32::from(self.is_out)), (2, u32::from(self.is_wrong)), (1 + 2 * faults as u32, change)];
         numbers.into_iter().fold(driver, |all, (count, number)| all * count + number)
+    }
+
+    /// The driver's number, and what is wrong.
+    fn decoded(told: u32, faults: usize) -> (u32, Self) {
+        let (rest, change) = (told / (1 + 2 * faults as u32), told % (1 + 2 * faults as u32));
+        let change = change.checked_sub(1).map(|one| Change { index: one as usize / 2, begins: one % 2 == 1 });
+        (rest / 4, Self { is_out: rest / 2 % 2 == 1, is_wrong: rest % 2 == 1, change })
     }
 }
 
@@ -200,7 +207,7 @@ impl WithFaults {
                 driven.push(fault.process);
             }
         }
-        Self { inner, faults: faults.into(), count, driven }
+        Self { inner, faults, count, driven }
     }
 
     /// What may happen to the faults, given how many may still begin and which are active.
@@ -244,38 +251,7 @@ impl WithFaults {
         let inner = told.told.iter().copied().chain(std::iter::repeat(0));
         let told_now = inner.zip(&now).map(|(inner, now)| now.numbered(inner, self.faults.len())).collect();
         let state = told.state.iter().copied().chain([left]).chain(active).collect();
-        let (update, faults, driven) = (Arc::clone(&told.update), Arc::clone(&self.faults), self.driven.clone());
-        let inner = self.inner.driven().len();
-        let update = move |id: ProcessId, process: &mut dyn Process, time: Duration| {
-            let Some(index) = driven.iter().position(|process| *process == id) else { return };
-            let drive = |process: &mut dyn Process| {
-                if index < inner {
-                    update(id, process, time);
-                }
-            };
-            let Impairment { is_out, is_wrong, change } = now[index];
-            let changed = change.map(|change| (&faults[change.index], change.begins));
-            // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
-            match process.as_any_mut().downcast_mut::<Impaired>() {
-                Some(impaired) => {
-                    let was_out = impaired.is_out;
-                    (impaired.is_out, impaired.is_wrong) = (is_out, is_wrong);
-                    if let Some((Switched { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
-                        restart(impaired.inner.as_mut(), time);
-                    }
-                    if !(was_out && is_out) {
-                        drive(impaired.inner.as_mut());
-                    }
-                }
-                None => drive(process),
-            }
-            if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed
-                && let Some(skill) = inside_mut(process).as_any_mut().downcast_mut::<SkillProcess>()
-            {
-                *skill = if begins { mutant } else { sound }.succeeding(skill, time);
-            }
-        };
-        Move { state, told: told_now, update: Arc::new(update) }
+        Move { state, told: told_now }
     }
 
     fn in_words(&self, told: &str, change: Option<Change>) -> String {
@@ -291,7 +267,7 @@ impl Environment for WithFaults {
         &self.driven
     }
 
-    fn start(&self) -> Vec<i64> {
+    fn start(&self) -> EnvironmentState {
         let none = self.faults.iter().map(|_| 0);
         self.inner.start().into_iter().chain([i64::from(self.count)]).chain(none).collect()
     }
@@ -304,6 +280,36 @@ impl Environment for WithFaults {
         let with =
             |told: &Move| changes.iter().map(|change| self.with(told, *change, left, active)).collect::<Vec<_>>();
         moves.iter().flat_map(with).collect()
+    }
+
+    fn tell(&self, id: ProcessId, told: u32, process: &mut dyn Process, now: Duration) {
+        let (driver, Impairment { is_out, is_wrong, change }) = Impairment::decoded(told, self.faults.len());
+        let is_driven = self.inner.driven().contains(&id);
+        let drive = |process: &mut dyn Process| {
+            if is_driven {
+                self.inner.tell(id, driver, process, now);
+            }
+        };
+        let changed = change.map(|change| (&self.faults[change.index], change.begins));
+        // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
+        match process.as_any_mut().downcast_mut::<Impaired>() {
+            Some(impaired) => {
+                let was_out = impaired.is_out;
+                (impaired.is_out, impaired.is_wrong) = (is_out, is_wrong);
+                if let Some((Switched { effect: Effect::Outage { crashed: true }, .. }, false)) = changed {
+                    restart(impaired.inner.as_mut(), now);
+                }
+                if !(was_out && is_out) {
+                    drive(impaired.inner.as_mut());
+                }
+            }
+            None => drive(process),
+        }
+        if let Some((Switched { effect: Effect::Machine { mutant, sound }, .. }, begins)) = changed
+            && let Some(skill) = inside_mut(process).as_any_mut().downcast_mut::<SkillProcess>()
+        {
+            *skill = if begins { mutant } else { sound }.succeeding(skill, now);
+        }
     }
 
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId};
 use diagnostics::{Problem, Span, Spanned};
-use explorer::{Damage, PathStep, Performer, Update};
+use explorer::{Damage, EnvironmentState, PathStep, Performer, Update};
 
 use super::{FaultChange, Happening, Schedule, Step, Taken};
 use crate::driven::driven;
@@ -124,7 +124,7 @@ impl Player {
                     }
                     let (told, known) = (told.clone(), Arc::clone(&self.known));
                     let update: Update = Arc::new(move |_, process, _| told.update(process, &known));
-                    PathStep::Environment { words: String::new(), update, state: Vec::new() }
+                    PathStep::Environment { words: String::new(), update, state: EnvironmentState::new() }
                 }
                 Step::Wait(span) => PathStep::Wait(*span),
                 Step::Tick(delivered) => {

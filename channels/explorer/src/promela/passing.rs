@@ -119,7 +119,7 @@ impl Writer<'_> {
             for (key, moves) in semantics.tables.sorted_moves(instant) {
                 let here = self.driven_in(key);
                 for (moved, words) in moves.iter().zip(semantics.tables.words(key, instant)) {
-                    let body = self.moved(key[0], moved);
+                    let body = self.moved(key[0], *moved);
                     lines.push(option(&format!("next == {name} && {here}"), &body, &words));
                 }
                 if instant == Instant::Tick && !moves.is_empty() {
@@ -146,22 +146,21 @@ impl Writer<'_> {
         for (key, moves) in semantics.tables.sorted_moves(Instant::Between) {
             let here = self.driven_in(key);
             for (moved, words) in moves.iter().zip(semantics.tables.words(key, Instant::Between)) {
-                let body = self.moved(key[0], moved);
+                let body = self.moved(key[0], *moved);
+                let effect = semantics.tables.effect(*moved);
                 if semantics.anywhere {
                     lines.push(option(&here, &body, &words));
                     continue;
                 }
-                let guards: BTreeSet<&str> = match moved.processes.iter().all(|(_, step)| step.renaming == 0) {
+                let guards: BTreeSet<&str> = match effect.iter().all(|(_, step)| step.renaming == 0) {
                     true => {
-                        let changed = moved
-                            .processes
-                            .iter()
-                            .filter_map(|(process, step)| steps_of.get(&(*process as usize, step.next)));
+                        let changed =
+                            effect.iter().filter_map(|(process, step)| steps_of.get(&(*process as usize, step.next)));
                         changed.flatten().copied().collect()
                     }
                     false => steps.iter().map(|step| step.guard.as_str()).collect(),
                 };
-                if guards.is_empty() && moved.processes.iter().all(|(_, step)| step.next != ENDLESS) {
+                if guards.is_empty() && effect.iter().all(|(_, step)| step.next != ENDLESS) {
                     continue;
                 }
                 let is_busy = either(guards.iter().map(|guard| format!("({guard})")).collect());
@@ -180,10 +179,11 @@ impl Writer<'_> {
         here.join(" && ")
     }
 
-    fn moved(&mut self, environment: u32, moved: &Moved) -> String {
+    fn moved(&mut self, environment: u32, moved: Moved) -> String {
         let state = (moved.state != environment).then(|| format!("{ENVIRONMENT} = {}", moved.state));
         let mut changes: Vec<String> = state.into_iter().collect();
-        for (process, step) in &moved.processes {
+        let semantics = self.semantics;
+        for (process, step) in semantics.tables.effect(moved) {
             changes.extend(self.follow(*process as usize, *step));
         }
         changes.join("; ")
@@ -192,7 +192,7 @@ impl Writer<'_> {
     /// The variables that a move may change.
     fn variables_of_moves(&self) -> Vec<String> {
         let moves = self.tables().sorted_moves(Instant::Between).into_iter().flat_map(|(_, moves)| moves);
-        let renames = moves.flat_map(|moved| &moved.processes).any(|(_, step)| step.renaming != 0);
+        let renames = moves.flat_map(|moved| self.tables().effect(*moved)).any(|(_, step)| step.renaming != 0);
         let environment = std::iter::once(ENVIRONMENT.to_owned());
         match renames {
             true => {

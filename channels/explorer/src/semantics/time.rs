@@ -36,7 +36,7 @@ impl Semantics {
         for (index, moved) in self.moves(state, instant, out)?.iter().enumerate() {
             let begin = out.changes.len();
             let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let mut fate = self.apply(&mut draft, moved)?;
+            let mut fate = self.apply(&mut draft, *moved)?;
             fate = fate.and(self.pass_time(&mut draft, span, aware)?);
             if !transit.held.is_empty() {
                 self.set_transit(&mut draft, transit.after(span))?;
@@ -119,15 +119,15 @@ impl Semantics {
         let mut vector = mem::take(&mut out.moved);
         state.clone_into(&mut vector);
         for (index, moved) in self.moves(state, Instant::Between, out)?.iter().enumerate() {
-            if moved.processes.is_empty() && !self.anywhere {
+            if self.tables.effect(*moved).is_empty() && !self.anywhere {
                 continue;
             }
             let begin = out.changes.len();
             let mut draft = Draft { from: state, changes: &mut out.changes, begin };
-            let fate = self.apply(&mut draft, moved)?;
+            let fate = self.apply(&mut draft, *moved)?;
             let changes = &out.changes[begin..];
             changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, moved, out)? };
+            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, *moved, out)? };
             for (slot, _) in &out.changes[begin..] {
                 vector[*slot as usize] = state[*slot as usize];
             }
@@ -143,10 +143,10 @@ impl Semantics {
 
     /// Whether a move of the environment enables a process of a quiet system: one that has changed, or one that waits
     /// for it in a handshake.
-    fn is_busy(&self, vector: &[u32], moved: &Moved, out: &mut Successors) -> Result<bool, Gap> {
+    fn is_busy(&self, vector: &[u32], moved: Moved, out: &mut Successors) -> Result<bool, Gap> {
         let transit = self.transit(vector);
         let (before, changes) = (out.len(), out.changes.len());
-        let changed = moved.processes.iter().map(|(process, _)| *process as usize);
+        let changed = self.tables.effect(moved).iter().map(|(process, _)| *process as usize);
         for process in changed.chain(self.tables.shakers.iter().copied()) {
             let number = vector[self.slots.processes[process] as usize];
             let local = self.tables.locals[process].get(number);
@@ -181,9 +181,9 @@ impl Semantics {
         std::iter::once(state[self.slots.environment as usize]).chain(driven)
     }
 
-    fn apply(&self, draft: &mut Draft<'_>, moved: &Moved) -> Result<Fate, Gap> {
+    fn apply(&self, draft: &mut Draft<'_>, moved: Moved) -> Result<Fate, Gap> {
         draft.set(self.slots.environment, moved.state);
-        let steps = moved.processes.iter();
+        let steps = self.tables.effect(moved).iter();
         steps
             .map(|(process, step)| self.follow(draft, *process as usize, *step))
             .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))

@@ -8,11 +8,11 @@ use channels::{
     RequestNumber, Role, Symbol, TickGenerator, Topology,
 };
 
-use super::{ENDLESS, Gap, Moved, Renaming, Situation, Tables, in_words, same_number};
+use super::{ENDLESS, Gap, MoveEffect, Moved, Renaming, Situation, Tables, in_words, same_number};
 use crate::error::Refused;
 use crate::interner::hash_by;
-use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, set};
-use crate::model::{Instant, Move};
+use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, entry, set};
+use crate::model::Instant;
 
 /// The maximum number of states of one process.
 const MAX_LOCALS: usize = 1 << 16;
@@ -221,8 +221,8 @@ impl Tables {
                 && later.same_state(process.as_ref())
         };
         let awaits = receives.iter().fold(0, |all, receive| all | bit(receive.channel));
-        let (later, renamed) = (Vec::new(), Vec::new());
-        Local { process, timer, is_timeless, own, receives, awaits, later, renamed, ticked: UNKNOWN }
+        let (later, told, renamed) = (Vec::new(), Vec::new(), Vec::new());
+        Local { process, timer, is_timeless, own, receives, awaits, later, told, renamed, ticked: UNKNOWN }
     }
 
     /// The number of a channel's contents.
@@ -269,13 +269,15 @@ impl Tables {
         let moves = self.possible(key, instant);
         let mut list = Vec::with_capacity(moves.len());
         for choice in moves {
-            let mut processes = Vec::new();
-            for (index, state) in key[1..].iter().enumerate() {
-                let step = self.tell(index, *state, &choice)?;
-                processes.extend(step.map(|step| (self.driven[index] as u32, step)));
+            let mut effect = MoveEffect::new();
+            for (index, (state, told)) in key[1..].iter().zip(&choice.told).enumerate() {
+                let process = self.driven[index];
+                let step = self.tell(process, *state, *told)?;
+                let is_same = step == Step { next: *state, renaming: 0 };
+                effect.extend((!is_same).then_some((process as u32, step)));
             }
             let state = self.environments.intern(choice.state);
-            list.push(Moved { state, processes: processes.into() });
+            list.push(Moved { state, effect: self.effects.intern(effect) });
         }
         self.move_count += list.len();
         let may_stir = self.may_stir(key);
@@ -285,25 +287,21 @@ impl Tables {
         Ok(())
     }
 
-    /// The step that a move of the environment causes in a state of the driven process with this index.
-    fn tell(&mut self, index: usize, state: u32, choice: &Move) -> Result<Option<Step>, Refused> {
-        let about = (state, choice.told[index]);
-        if let Some(step) = self.told[index].get(&about).copied() {
-            debug_assert!(self.update(index, state, choice).is_ok_and(|same| same == step), "`Move::told` is wrong");
-            return Ok(step);
+    /// The step of a driven process when the environment tells it a number.
+    fn tell(&mut self, process: usize, state: u32, told: u32) -> Result<Step, Refused> {
+        let local = self.locals[process].get(state);
+        let known = entry(&local.told, told, Step::UNKNOWN);
+        if known != Step::UNKNOWN {
+            return Ok(known);
         }
-        let step = self.update(index, state, choice)?;
-        self.told[index].insert(about, step);
+        let mut after = local.process.clone();
+        self.environment.tell(self.id(process), told, after.as_mut(), NormalForm::NOW);
+        let step = match after.same_state(local.process.as_ref()) {
+            true => Step { next: state, renaming: 0 },
+            false => self.settle(process, state, after)?,
+        };
+        set(&mut self.locals[process].get_mut(state).told, told, step, Step::UNKNOWN);
         Ok(step)
-    }
-
-    fn update(&mut self, index: usize, state: u32, choice: &Move) -> Result<Option<Step>, Refused> {
-        let process = self.driven[index];
-        let before = &self.locals[process].get(state).process;
-        let mut after = before.clone();
-        (choice.update)(self.id(process), after.as_mut(), NormalForm::NOW);
-        let is_same = after.same_state(before.as_ref());
-        if is_same { Ok(None) } else { self.settle(process, state, after).map(Some) }
     }
 }
 
