@@ -23,8 +23,8 @@ pub(super) struct Mutants {
 
 /// The result for a mutant.
 enum Fate {
-    /// These properties are violated.
-    Killed(Vec<String>),
+    /// These properties are violated; those that were not decided soon are not examined any further.
+    Killed(Vec<String>, Vec<Open>),
     /// It does not fit into the scenario, for this reason.
     Misfit(String),
     /// It acts differently, but no property notices.
@@ -40,16 +40,26 @@ struct Open {
     property: String,
     /// How many states were explored, and to what depth; or why none were.
     reason: String,
+    /// Whether more memory may decide it.
+    is_full: bool,
 }
 
 impl Fate {
     fn word(&self) -> &'static str {
         match self {
-            Self::Killed(_) => "killed",
+            Self::Killed(..) => "killed",
             Self::Misfit(_) => "does not fit",
             Self::Survives => "survives",
             Self::ChangesNothing => "changes nothing",
             Self::Undecided(_) => "not decided",
+        }
+    }
+
+    /// The properties that are not decided.
+    fn open(&self) -> &[Open] {
+        match self {
+            Self::Killed(_, open) | Self::Undecided(open) => open,
+            Self::Misfit(_) | Self::Survives | Self::ChangesNothing => &[],
         }
     }
 }
@@ -103,7 +113,7 @@ impl Mutants {
             let row = rows.entry((mutant.skill().is_none(), place(mutant))).or_default();
             row[0] += 1;
             match fate {
-                Fate::Killed(by) => {
+                Fate::Killed(by, _) => {
                     row[1] += 1;
                     by.iter().for_each(|property| *killers.entry(property).or_default() += 1);
                 }
@@ -141,8 +151,7 @@ impl Mutants {
             let _ = writeln!(text);
             for (mutant, fate) in such {
                 let _ = writeln!(text, "  {}", in_words(mutant));
-                let open = if let Fate::Undecided(open) = fate { open.as_slice() } else { &[] };
-                for Open { property, reason } in open {
+                for Open { property, reason, .. } in fate.open() {
                     let _ = writeln!(text, "    {property}: {reason}");
                 }
             }
@@ -156,9 +165,8 @@ impl Mutants {
 
     pub(super) fn as_json(&self) -> Value {
         let of = |(mutant, fate): &(Mutant, Fate)| {
-            let killed_by: &[String] = if let Fate::Killed(by) = fate { by } else { &[] };
-            let open = if let Fate::Undecided(open) = fate { open.as_slice() } else { &[] };
-            let undecided: Vec<&str> = open.iter().map(|open| open.property.as_str()).collect();
+            let killed_by: &[String] = if let Fate::Killed(by, _) = fate { by } else { &[] };
+            let undecided: Vec<&str> = fate.open().iter().map(|open| open.property.as_str()).collect();
             let reason = if let Fate::Misfit(reason) = fate { Some(reason) } else { None };
             json!({
                 "skill": mutant.skill(),
@@ -184,7 +192,7 @@ impl Mutants {
             group: "mutants",
             name: in_words(mutant),
             result: match fate {
-                Fate::Killed(_) | Fate::Misfit(_) => CaseResult::Passed,
+                Fate::Killed(..) | Fate::Misfit(_) => CaseResult::Passed,
                 Fate::Survives | Fate::ChangesNothing | Fate::Undecided(_) => {
                     CaseResult::Skipped(fate.word().to_owned())
                 }
@@ -212,27 +220,41 @@ fn fate(proof: &Proof, sound: &[Option<Mutex<Answer>>], mutant: &Mutant, limits:
         Ok(about) => about,
         Err(error) => return Fate::Misfit(error.to_string()),
     };
-    let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
-    let mut changes_nothing = true;
-    for (question, sound) in about.questions().iter().filter(counts).zip(sound) {
+    let differs = |(_, sound): &(&Question, &Option<Mutex<Answer>>)| {
         let mut sound = sound.as_ref().map(|answer| answer.lock().unwrap_or_else(PoisonError::into_inner));
-        if sound.as_mut().is_some_and(|answer| about.is_like(proof, mutant, answer)) {
-            continue;
-        }
-        drop(sound);
-        changes_nothing = false;
-        match outcome(&about, question, limits) {
-            Ok(ProofOutcome::Proved) => {}
-            Ok(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
-            Err(reason) => undecided.push(Open { property: question.property.clone(), reason }),
-        }
+        !sound.as_mut().is_some_and(|answer| about.is_like(proof, mutant, answer))
+    };
+    let questions = about.questions().iter().filter(counts).zip(sound).filter(differs);
+    let mut questions: Vec<&Question> = questions.map(|(question, _)| question).collect();
+    if questions.is_empty() {
+        return Fate::ChangesNothing;
     }
-    match (killed_by.as_slice(), undecided.as_slice()) {
-        ([], []) if changes_nothing => Fate::ChangesNothing,
-        ([], []) => Fate::Survives,
-        ([], _) => Fate::Undecided(undecided),
-        _ => Fate::Killed(killed_by),
+    let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
+    for effort in [Effort::Little, Effort::Full] {
+        let mut full = Vec::new();
+        for question in questions {
+            match outcome(&about, question, effort, limits) {
+                Ok(ProofOutcome::Proved) => {}
+                Ok(ProofOutcome::Violated) => killed_by.push(question.property.clone()),
+                Err(open) if open.is_full && effort == Effort::Little => full.push((question, open)),
+                Err(open) => undecided.push(open),
+            }
+        }
+        if !killed_by.is_empty() {
+            undecided.extend(full.into_iter().map(|(_, open)| open));
+            return Fate::Killed(killed_by, undecided);
+        }
+        questions = full.into_iter().map(|(question, _)| question).collect();
     }
+    if undecided.is_empty() { Fate::Survives } else { Fate::Undecided(undecided) }
+}
+
+/// How much memory a proof about a mutant may take. A single property is enough to kill it, so all of them are tried
+/// with little before any is tried with more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Effort {
+    Little,
+    Full,
 }
 
 /// Whether a mutant violates a property, or why this is not decided.
@@ -240,25 +262,19 @@ fn fate(proof: &Proof, sound: &[Option<Mutex<Answer>>], mutant: &Mutant, limits:
 /// Violations that take many steps, such as missed deadlines, are soon found depth first; most of the others are
 /// decided within the first states. But a depth-first search finds long runs: if no battery can have the levels of such
 /// a run, or messages pile up in it, that says nothing about shorter runs.
-fn outcome(about: &Proof, question: &Question, limits: &Limits) -> Result<ProofOutcome, String> {
-    let search = |order, share| Limits { order, memory: limits.memory / share, ..limits.clone() };
-    let mut reason = String::new();
-    for (limits, is_last) in [
-        (search(Order::Depth, 16), (|_| false) as fn(bool) -> bool),
-        (search(Order::Breadth, 16), |is_full| !is_full),
-        (search(Order::Depth, 1), |is_full| is_full),
-        (search(Order::Breadth, 1), |_| true),
-    ] {
-        let answer = about.prove(question, &limits, &mut |_| ()).map_err(|error| error.reasons())?;
-        if let Some(outcome) = answer.outcome() {
-            return Ok(outcome);
-        }
-        reason = undecided(&answer);
-        if is_last(matches!(answer.exploration.outcome, Outcome::Undecided)) {
-            break;
-        }
+fn outcome(about: &Proof, question: &Question, effort: Effort, limits: &Limits) -> Result<ProofOutcome, Open> {
+    let memory = if effort == Effort::Little { limits.memory / 4 } else { limits.memory };
+    let open = |reason, is_full| Open { property: question.property.clone(), reason, is_full };
+    let search = |order| {
+        let answer = about.prove(question, &Limits { order, memory, ..limits.clone() }, &mut |_| ());
+        let answer = answer.map_err(|error| open(error.reasons(), false))?;
+        let is_full = matches!(answer.exploration.outcome, Outcome::Undecided);
+        answer.outcome().ok_or_else(|| open(undecided(&answer), is_full))
+    };
+    match search(Order::Depth) {
+        Err(open) if !open.is_full || effort == Effort::Little => search(Order::Breadth),
+        outcome => outcome,
     }
-    Err(reason)
 }
 
 fn undecided(answer: &Answer) -> String {
