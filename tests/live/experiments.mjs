@@ -14,7 +14,6 @@ const STATION = [-7.5, 9.0];
 
 // The battery's slider, while the robot is on its way.
 async function battery_fault(cockpit) {
-  await cockpit.speed('10×');
   await cockpit.pauseAt(15);
   await cockpit.charge(10);
   await cockpit.speed('as fast as possible');
@@ -33,8 +32,6 @@ async function skill_bug(cockpit) {
   await page.getByLabel('value', { exact: true }).fill('20');
   await cockpit.button('Do it now').click();
   await cockpit.until(run => run.lasting.length === 1);
-  await cockpit.speed('10×');
-  await cockpit.button('Go').click();
   await cockpit.pauseAt(15);
   await cockpit.charge(25);
   await cockpit.speed('as fast as possible');
