@@ -167,8 +167,8 @@ fn a_state_that_only_a_timer_changes_is_recorded_when_it_changes() {
     while live.time() < Duration::from_millis(1600) {
         live.step().unwrap();
         let step = live.record(Detail::Full);
-        let locations = step.details.unwrap().locations;
-        changes.extend(locations.into_iter().map(|(_, location)| (step.time.as_millis(), location)));
+        let locations = step.details.into_iter().flat_map(|details| details.locations);
+        changes.extend(locations.map(|(_, location)| (step.time.as_millis(), location)));
     }
     let changes: Vec<(u128, &str)> = changes.iter().map(|(time, location)| (*time, location.as_str())).collect();
     assert_eq!(changes, [(20, "resting"), (320, "idle"), (1020, "resting"), (1320, "idle")]);

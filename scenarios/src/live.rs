@@ -9,8 +9,8 @@ use channels::{ChannelSystem, Event, Monitor, Scheduler, Verdict};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
 use recording::{
-    Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene,
-    SceneClock, Step, TraceHash, event_line,
+    Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation, RobotBody,
+    RobotState, Scene, SceneClock, Step, TraceHash, event_line,
 };
 use roaml::PropertyMonitor;
 use robot::{RobotModel, Streams};
@@ -79,6 +79,7 @@ struct Told {
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     navigation: Navigation,
+    robot: RobotState,
     /// Whether the record of the last step had a scene.
     scene: bool,
 }
@@ -435,16 +436,18 @@ impl Live {
             Detail::Full => (!is_start && self.scene_clock.is_any(time, robot.is_charging())) || !happenings.is_empty(),
             Detail::Scenes => true,
         };
-        let details = (detail > Detail::Verdicts || is_start).then(|| Box::new(self.details(wants_scene)));
+        let details = (detail > Detail::Verdicts || is_start).then(|| self.details(wants_scene));
         self.told.scene = wants_scene;
+        let changes = robot.since(&self.told.robot);
+        self.told.robot = robot;
         Step {
             time,
             ticks: self.system.ticks(),
             overruns: self.overruns,
             communications: self.system.steps(),
-            robot,
+            robot: changes,
             happenings,
-            details,
+            details: details.filter(|details| !details.is_empty()).map(Box::new),
         }
     }
 

@@ -47,6 +47,8 @@ impl<W: Write> McapWriter<W> {
         let is_due = view.end().is_some() || self.flushed.is_none_or(|flushed| time >= flushed + FLUSH);
         if is_due {
             self.write_chunk(time)?;
+        } else if view.is_quiet() {
+            return Ok(());
         }
         let topics = match &mut self.topics {
             Some(topics) => topics,

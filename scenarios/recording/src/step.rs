@@ -35,15 +35,15 @@ pub struct Step {
     pub overruns: u64,
     /// How many communications there have been.
     pub communications: u64,
-    /// The robot, as far as it is known.
+    /// What has changed in the state of the robot.
     pub robot: RobotState,
     /// Events, in order.
     pub happenings: Vec<Happening>,
-    /// Further details of the step.
+    /// Further details of the step; none if there is nothing to say.
     pub details: Option<Box<Details>>,
 }
 
-/// The state of the robot at the end of a step; empty if there is no robot.
+/// The state of the robot at the end of a step, as far as it is known; empty if there is no robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotState {
     /// Facts that only a simulation can know.
@@ -60,6 +60,25 @@ impl RobotState {
     #[must_use]
     pub fn pose(&self) -> Option<Pose> {
         self.truth.map(|truth| truth.pose).or(self.estimate)
+    }
+
+    /// The parts that differ from those of an earlier state. What is known once remains known.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            truth: self.truth.filter(|_| self.truth != earlier.truth),
+            estimate: self.estimate.filter(|_| self.estimate != earlier.estimate),
+            battery: self.battery.filter(|_| self.battery != earlier.battery),
+        }
+    }
+
+    /// The state after these changes.
+    pub(crate) fn with(&self, changes: &Self) -> Self {
+        Self {
+            truth: changes.truth.or(self.truth),
+            estimate: changes.estimate.or(self.estimate),
+            battery: changes.battery.or(self.battery),
+        }
     }
 
     /// Whether the battery is known to be charging.
@@ -189,6 +208,20 @@ pub struct Details {
     pub navigation: Option<Navigation>,
     /// The visible scene, where a picture may be taken.
     pub scene: Option<Scene>,
+}
+
+impl Details {
+    /// Whether there is nothing to say.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.events.is_empty() && !self.has_new_states() && self.scene.is_none()
+    }
+
+    /// Whether outcomes, locations, monitors or navigation have changed.
+    pub(crate) fn has_new_states(&self) -> bool {
+        let Self { outcomes, locations, monitors, navigation, .. } = self;
+        outcomes.is_some() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some()
+    }
 }
 
 /// The status of navigation, and its reason.

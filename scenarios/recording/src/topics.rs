@@ -20,7 +20,7 @@ use self::messages::{MessageType, unique};
 use self::outlines::Outline;
 use self::output::{Output, Topic};
 use self::ros::{Byte, Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
-use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RobotState, RunView, Scene};
+use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RunView, Scene};
 
 /// The frame of the map.
 const MAP: &str = "map";
@@ -49,7 +49,6 @@ struct Told {
     locations: Option<Vec<Option<String>>>,
     monitors: Option<Vec<MonitorState>>,
     navigation: Option<Navigation>,
-    robot: RobotState,
 }
 
 /// The topics of a robot on a map.
@@ -114,8 +113,7 @@ impl Topics {
             self.write_states(view, output)?;
         }
         if let Some(world) = &self.world {
-            world.follow(view, &self.told.robot, is_due, output)?;
-            self.told.robot = *view.robot();
+            world.follow(view, is_due, output)?;
         }
         for (level, name, text) in view
             .happenings()
@@ -213,22 +211,16 @@ impl World {
         })
     }
 
-    fn follow<W: Write>(
-        &self,
-        view: &RunView,
-        told: &RobotState,
-        is_due: bool,
-        output: &mut Output<W>,
-    ) -> io::Result<()> {
-        let (robot, time) = (view.robot(), view.time());
-        if let Some(pose) = robot.pose().filter(|pose| is_due || Some(*pose) != told.pose()) {
+    fn follow<W: Write>(&self, view: &RunView, is_due: bool, output: &mut Output<W>) -> io::Result<()> {
+        let (robot, changes, time) = (view.robot(), view.robot_changes(), view.time());
+        if let Some(pose) = robot.pose().filter(|_| is_due || changes.pose().is_some()) {
             let transforms = vec![TransformStamped::new(time, MAP, BASE, &pose)];
             output.write(&self.transforms, time, &Transforms { transforms })?;
         }
-        if let Some(pose) = robot.estimate.filter(|pose| is_due || Some(*pose) != told.estimate) {
+        if let Some(pose) = robot.estimate.filter(|_| is_due || changes.estimate.is_some()) {
             output.write(&self.pose, time, &PoseStamped::new(time, MAP, &pose))?;
         }
-        if let Some(battery) = robot.battery.filter(|_| is_due || robot.is_charging() != told.is_charging()) {
+        if let Some(battery) = robot.battery.filter(|_| is_due || changes.battery.is_some()) {
             output.write(&self.battery, time, &battery_state(time, battery))?;
         }
         match view.new_scene() {

@@ -26,6 +26,8 @@ pub struct RunView {
     overruns: u64,
     communications: u64,
     robot: RobotState,
+    /// What the last step changed in it, apart from the battery's charge.
+    changes: RobotState,
     events: Vec<Event>,
     happenings: Vec<Happening>,
     outcomes: Vec<Option<bt::Outcome>>,
@@ -96,10 +98,10 @@ impl RunView {
             reached: vec![None; header.places().len()],
             tally: Tally::default(),
             end: None,
-            robot: start.robot,
+            robot: RobotState::default(),
+            changes: RobotState::default(),
             header: Arc::new(header),
         };
-        view.tally.note_battery(&start.robot);
         view.take(start)?;
         view.has_new_states = true;
         Ok(view)
@@ -110,14 +112,19 @@ impl RunView {
     /// # Errors
     /// [`Inconsistent`] if it does not fit what came before it.
     pub fn apply(&mut self, step: Step) -> Result<(), Inconsistent> {
-        self.tally.add(&step.robot);
-        self.take(step)
+        self.take(step)?;
+        self.tally.count_step();
+        Ok(())
     }
 
     fn take(&mut self, step: Step) -> Result<(), Inconsistent> {
-        let Step { time, ticks, overruns, communications, robot, happenings, details } = step;
+        let Step { time, ticks, overruns, communications, robot: changes, happenings, details } = step;
         (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
-        self.robot = robot;
+        let was_charging = self.robot.is_charging();
+        self.robot = self.robot.with(&changes);
+        self.tally.note(&self.robot, &changes);
+        self.changes = changes;
+        self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);
         self.events.clear();
         self.has_new_scene = false;
         self.has_new_states = !happenings.is_empty();
@@ -170,11 +177,10 @@ impl RunView {
     }
 
     fn take_details(&mut self, details: Details) -> Result<(), Inconsistent> {
+        self.has_new_states |= details.has_new_states();
         let Details { events, outcomes, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
         self.events = events;
-        self.has_new_states |=
-            outcomes.is_some() || !locations.is_empty() || !monitors.is_empty() || navigation.is_some();
         if let Some(outcomes) = outcomes {
             check(outcomes.len() == self.header.tree.len())?;
             self.outcomes = outcomes;
@@ -270,6 +276,11 @@ impl RunView {
         &self.robot
     }
 
+    /// What the last step changed in the state of the robot, apart from the battery's charge.
+    pub(crate) fn robot_changes(&self) -> &RobotState {
+        &self.changes
+    }
+
     /// Where the robot [is](RobotState::pose), in the `map` frame.
     #[must_use]
     pub fn position(&self) -> Option<Point> {
@@ -355,6 +366,12 @@ impl RunView {
     /// Whether outcomes, locations, monitors or navigation may have changed in the last step.
     pub(crate) fn has_new_states(&self) -> bool {
         self.has_new_states
+    }
+
+    /// Whether nothing happened in the last step, and nothing has changed but the time and the battery's charge.
+    pub(crate) fn is_quiet(&self) -> bool {
+        let is_still = self.changes.pose().is_none() && self.changes.battery.is_none();
+        is_still && self.events.is_empty() && !self.has_new_states && !self.has_new_scene
     }
 
     /// What was visible in the last scene.
@@ -585,7 +602,9 @@ pub struct Said {
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     battery: Option<BatteryTally>,
-    /// The number of steps in which both the true and the estimated pose are known.
+    /// The present error of localization, squared, in position and heading; none unless both poses are known.
+    error: Option<(f64, f64)>,
+    /// The number of steps with such an error.
     localized: u64,
     squared_m2: f64,
     max_m: f64,
@@ -613,21 +632,26 @@ pub struct LocalizationError {
 }
 
 impl Tally {
-    fn add(&mut self, robot: &RobotState) {
-        self.note_battery(robot);
-        let (Some(Truth { pose, .. }), Some(estimate)) = (&robot.truth, &robot.estimate) else { return };
-        let squared_m2 = (pose.translation.vector - estimate.translation.vector).norm_squared();
-        let turn_rad = maps::wrap_angle(maps::heading(pose) - maps::heading(estimate));
-        self.localized += 1;
-        self.squared_m2 += squared_m2;
-        self.squared_rad2 += turn_rad * turn_rad;
-        self.max_m = self.max_m.max(squared_m2.sqrt());
+    /// Takes note of the robot's state and of what has changed in it.
+    fn note(&mut self, robot: &RobotState, changes: &RobotState) {
+        if let Some(Battery { charge_pct, .. }) = changes.battery {
+            let battery = self.battery.get_or_insert(BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct });
+            battery.minimum_pct = battery.minimum_pct.min(charge_pct);
+        }
+        if changes.pose().is_some() {
+            self.error = robot.truth.zip(robot.estimate).map(|(Truth { pose, .. }, estimate)| {
+                let turn_rad = maps::wrap_angle(maps::heading(&pose) - maps::heading(&estimate));
+                ((pose.translation.vector - estimate.translation.vector).norm_squared(), turn_rad * turn_rad)
+            });
+        }
     }
 
-    fn note_battery(&mut self, robot: &RobotState) {
-        let Some(Battery { charge_pct, .. }) = robot.battery else { return };
-        let battery = self.battery.get_or_insert(BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct });
-        battery.minimum_pct = battery.minimum_pct.min(charge_pct);
+    fn count_step(&mut self) {
+        let Some((squared_m2, squared_rad2)) = self.error else { return };
+        self.localized += 1;
+        self.squared_m2 += squared_m2;
+        self.squared_rad2 += squared_rad2;
+        self.max_m = self.max_m.max(squared_m2.sqrt());
     }
 
     /// The battery's charge; none if it was never known.
