@@ -6,6 +6,7 @@ mod validator;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::thread;
 
 use bags::Mapping;
 use campaigns::CampaignFile;
@@ -322,37 +323,54 @@ const ONLY_THE_READER: [&str; 30] = [
 #[test]
 #[ignore = "long: .ci/run runs it"]
 fn schema_and_reader_agree_on_every_value_of_every_key() {
-    let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
-    let mut try_out = |kind: &Kind, file: &Value, key: &Key| {
-        for probe in probes(key) {
-            let Some(file) = with(file, key, probe.clone()) else { continue };
-            tried += 1;
-            if let Judged::RefusedByReader(problems) = kind.judged(&file) {
-                only_the_reader.entry(key.path.clone()).or_insert_with(|| format!("{probe}: {}", problems.plain()));
-            }
-        }
-    };
-    for (kind, files) in examples() {
-        for file in &files {
+    let (kinds, scenarios) = (examples(), scenarios());
+    let mut cases: Vec<(&Kind, Value, Key)> = Vec::new();
+    for (kind, files) in &kinds {
+        for file in files {
             assert!(matches!(kind.judged(file), Judged::Accepted(_)), "{file}");
-            kind.keys.iter().for_each(|key| try_out(&kind, file, key));
+            cases.extend(kind.keys.iter().map(|key| (kind, file.clone(), key.clone())));
         }
     }
-    let kind = scenarios();
     for (parameters, file) in faults() {
         let own = parameters.iter().map(|parameter| in_fault(parameter.key()));
-        let timing = kind.keys.iter().filter(|key| key.split().0 == "faults[]").cloned();
+        let timing = scenarios.keys.iter().filter(|key| key.split().0 == "faults[]").cloned();
         for key in own.chain(timing) {
             let mut file = file.clone();
             if key.about.starts_with("Trigger") {
                 let fault = file["faults"][0].as_object_mut().unwrap();
                 fault.retain(|name, _| parameters.iter().any(|parameter| parameter.name == name) || name == "kind");
             }
-            try_out(&kind, &file, &key);
+            cases.push((&scenarios, file, key));
         }
     }
+    let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
+    let threads = thread::available_parallelism().unwrap().get();
+    thread::scope(|scope| {
+        let part = |first: usize| cases.iter().skip(first).step_by(threads);
+        let parts: Vec<_> = (0..threads).map(|first| scope.spawn(move || try_out(part(first)))).collect();
+        for part in parts {
+            let (more, refused) = part.join().unwrap();
+            tried += more;
+            only_the_reader.extend(refused);
+        }
+    });
     assert!(tried > 20_000, "{tried}");
     assert_eq!(only_the_reader.keys().collect::<Vec<_>>(), ONLY_THE_READER, "{only_the_reader:#?}");
+}
+
+/// Tries out each key with all [`probes`]. Returns how many files that were, and an example of each key of which only the
+/// reader knows that something is wrong.
+fn try_out<'c>(cases: impl Iterator<Item = &'c (&'c Kind, Value, Key)>) -> (usize, BTreeMap<String, String>) {
+    let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
+    for (kind, file, key) in cases {
+        for file in probes(key).into_iter().filter_map(|probe| with(file, key, probe)) {
+            tried += 1;
+            if let Judged::RefusedByReader(problems) = kind.judged(&file) {
+                only_the_reader.entry(key.path.clone()).or_insert_with(|| problems.plain());
+            }
+        }
+    }
+    (tried, only_the_reader)
 }
 
 fn in_fault(key: Key) -> Key {
