@@ -358,8 +358,8 @@ fn schema_and_reader_agree_on_every_value_of_every_key() {
     assert_eq!(only_the_reader.keys().collect::<Vec<_>>(), ONLY_THE_READER, "{only_the_reader:#?}");
 }
 
-/// Tries out each key with all [`probes`]. Returns how many files that were, and an example of each key of which only the
-/// reader knows that something is wrong.
+/// Tries out each key with all [`probes`]. Returns how many files that were, and a problem of each key of which only
+/// the reader knows that something is wrong.
 fn try_out<'c>(cases: impl Iterator<Item = &'c (&'c Kind, Value, Key)>) -> (usize, BTreeMap<String, String>) {
     let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
     for (kind, file, key) in cases {
