@@ -9,7 +9,7 @@
 //! 1. A [`Header`]: the scenario and its settings, processes and channels, tree, monitors, faults, map, robot, and the
 //!    expected results.
 //! 2. A [`Step`] in which nothing has happened yet: the initial state.
-//! 3. A [`Step`] for each step of the run: what is known of the robot; [what has happened](Happening); and, if the
+//! 3. A [`Step`] for each step of the run: what has changed of the robot; [what has happened](Happening); and, if the
 //!    run is to be shown, its [`Details`]: events, and what has changed in tree, skills, components and monitors. A
 //!    [`Scene`] (scans, particles, path, other bodies) is present only where a picture may be taken, as decided by a
 //!    [`SceneClock`] and the happenings.

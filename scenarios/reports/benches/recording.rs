@@ -1,17 +1,19 @@
 //! The cost of a recording: `cargo bench -p reports [-- ROUNDS]`.
 //!
 //! Each round runs `nominal` bare, then with full details that nobody uses, then recorded in both formats; then it
-//! reads the recording and makes its report. Last, it runs `nominal` as `steward run` does, with report, page and
-//! pictures, first without and then with a recording in MCAP.
+//! reads the recording and makes its report. Last, it runs `nominal` twice as `steward run` does, with report, page and
+//! pictures, once of them with a recording in MCAP. These two take turns after each simulated second, so that whatever
+//! else the computer does affects both.
 //!
-//! Times are processor times where Linux tells them. Other load on the computer affects consecutive measurements
-//! equally, so times are compared within a round, and the medians are those of the rounds' ratios.
+//! Times are processor times, as Linux tells them for each thread. They are compared within a round, and the medians
+//! are those of the rounds' ratios.
 
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
 
 use recording::{Detail, Recording, RunView};
 use reports::{Outputs, Presentation, report_recording};
@@ -27,8 +29,20 @@ struct Round {
     mcap: f64,
     read: f64,
     reported: f64,
-    shown: f64,
-    shown_and_mcap: f64,
+    shown: Shown,
+    shown_and_mcap: Shown,
+}
+
+/// How long a run took, and then its report with page and pictures, in seconds.
+struct Shown {
+    run: f64,
+    report: f64,
+}
+
+impl Shown {
+    fn whole(&self) -> f64 {
+        self.run + self.report
+    }
 }
 
 #[expect(clippy::print_stdout, reason = "a program that measures")]
@@ -68,24 +82,33 @@ fn main() {
     row("  of which is writing", |round| round.mcap - round.told, |round| (round.mcap - round.told) / round.bare);
     row("reading the recording", |round| round.read, |round| round.read / round.bare);
     row("the report of the recording", |round| round.reported, |round| round.reported / round.bare);
-    row("with page and pictures", |round| round.shown, |round| round.shown / round.bare);
-    row("  and recorded in MCAP", |round| round.shown_and_mcap, |round| round.shown_and_mcap / round.bare);
-    let added = median(|round| round.shown_and_mcap / round.shown - 1.0);
+    row("with page and pictures", |round| round.shown.whole(), |round| round.shown.whole() / round.bare);
+    // Both make the same report.
+    let added = median(|round| (round.shown_and_mcap.run - round.shown.run) / round.shown.whole());
     println!("so recording in MCAP adds {:.1} % to `steward run nominal`", 100.0 * added);
 }
 
 fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
+    let mcap = path.with_extension("mcap");
+    // Replacing a file takes longer than writing a new one.
+    let _ = fs::remove_file(&mcap);
+    let (shown, shown_and_mcap) = thread::scope(|scope| {
+        let (first, second) = Turns::pair();
+        let plain = scope.spawn(|| show(scenario, &path.with_extension("plain"), None, first));
+        let recorded = scope.spawn(|| show(scenario, &path.with_extension("out"), Some(&mcap), second));
+        (plain.join().expect("the run is shown"), recorded.join().expect("the run is shown"))
+    });
     Round {
         bare: seconds(|| run(scenario, Detail::Verdicts, None)),
         told: seconds(|| run(scenario, Detail::Full, None)),
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
-        mcap: seconds(|| run(scenario, Detail::Full, Some(&path.with_extension("mcap")))),
+        mcap: seconds(|| run(scenario, Detail::Full, Some(&mcap))),
         read: seconds(|| drop(go_through(path))),
         reported: seconds(|| {
             drop(report_recording(path, &Outputs::default(), None).expect("the recording is complete"))
         }),
-        shown: seconds(|| show(scenario, path, None)),
-        shown_and_mcap: seconds(|| show(scenario, path, Some(&path.with_extension("mcap")))),
+        shown,
+        shown_and_mcap,
     }
 }
 
@@ -95,20 +118,52 @@ fn run(scenario: &Arc<Scenario>, detail: Detail, record: Option<&Path>) {
     conduct(live, detail, record, follow).expect("the run comes to its end");
 }
 
-/// Runs the scenario with report, page and pictures, beside the recording at `path`.
-fn show(scenario: &Arc<Scenario>, path: &Path, record: Option<&Path>) {
-    let outputs = Outputs { folder: Some(path.with_extension("out")), snapshots: true, ..Outputs::default() };
-    let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
-    let mut begun = None;
-    let view = conduct(live, Detail::Full, record, |view| {
-        match &mut begun {
-            None => begun = Some(Presentation::begin(view, &outputs).expect("there is room for a report")),
-            Some(presentation) => presentation.follow(view).expect("there is room for a report"),
-        }
-        Ok::<_, scenarios::Error>(ControlFlow::Continue(()))
+/// Runs the scenario with report, page and pictures in a folder.
+fn show(scenario: &Arc<Scenario>, folder: &Path, record: Option<&Path>, turns: Turns) -> Shown {
+    let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
+    let (mut begun, mut view) = (None, None);
+    turns.wait();
+    let run = seconds(|| {
+        let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
+        let conducted = conduct(live, Detail::Full, record, |view| {
+            match &mut begun {
+                None => begun = Some(Presentation::begin(view, &outputs).expect("there is room for a report")),
+                Some(presentation) => presentation.follow(view).expect("there is room for a report"),
+            }
+            if view.time().subsec_nanos() == 0 {
+                turns.pass();
+            }
+            Ok::<_, scenarios::Error>(ControlFlow::Continue(()))
+        });
+        view = Some(conducted.expect("the run comes to its end"));
     });
-    let presentation = begun.expect("a run is followed from its start");
-    presentation.finish(&view.expect("the run comes to its end")).expect("there is room for a report");
+    drop(turns);
+    let (presentation, view) = begun.zip(view).expect("a run is followed from its start");
+    Shown { run, report: seconds(|| drop(presentation.finish(&view).expect("there is room for a report"))) }
+}
+
+/// One of two threads that take turns, until one of them drops it.
+struct Turns {
+    other: SyncSender<()>,
+    own: Receiver<()>,
+}
+
+impl Turns {
+    /// The first begins.
+    fn pair() -> (Self, Self) {
+        let ((to_first, first), (to_second, second)) = (sync_channel(1), sync_channel(1));
+        to_first.send(()).expect("both ends exist");
+        (Self { other: to_second, own: first }, Self { other: to_first, own: second })
+    }
+
+    fn wait(&self) {
+        let _ = self.own.recv();
+    }
+
+    fn pass(&self) {
+        let _ = self.other.send(());
+        self.wait();
+    }
 }
 
 /// Reads a recording to its end.
@@ -121,18 +176,15 @@ fn go_through(path: &Path) -> RunView {
     view
 }
 
-#[expect(clippy::disallowed_methods, reason = "this measures time")]
 fn seconds(work: impl FnOnce()) -> f64 {
-    let (began, used) = (Instant::now(), processor_seconds());
+    let before = processor_seconds();
     work();
-    match (used, processor_seconds()) {
-        (Some(before), Some(after)) => after - before,
-        _ => began.elapsed().as_secs_f64(),
-    }
+    processor_seconds() - before
 }
 
 /// The processor time of this thread so far.
-fn processor_seconds() -> Option<f64> {
-    let told = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    told.split(' ').next()?.parse::<f64>().ok().map(|ns| ns * 1e-9)
+fn processor_seconds() -> f64 {
+    let told = fs::read_to_string("/proc/thread-self/schedstat").expect("this computer runs Linux");
+    let nanoseconds: f64 = told.split(' ').next().and_then(|first| first.parse().ok()).expect("the first is a time");
+    1e-9 * nanoseconds
 }
