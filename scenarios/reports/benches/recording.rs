@@ -1,9 +1,9 @@
 //! The cost of a recording: `cargo bench -p reports [-- ROUNDS]`.
 //!
-//! Each round runs `nominal` bare, then with full details that nobody uses, then recorded in both formats; then it
-//! reads the recording and makes its report. Last, it runs `nominal` twice as `steward run` does, with report, page and
-//! pictures, once of them with a recording in MCAP. These two take turns after each simulated second, so that whatever
-//! else the computer does affects both.
+//! Each round runs `nominal` twice as `steward run` does, with report, page and pictures, one of them with a recording
+//! in MCAP. These two take turns after each simulated second, so that whatever else the computer does affects both. The
+//! round then runs `nominal` bare, with full details that nobody uses, and recorded; last, it reads the recording and
+//! makes its report.
 //!
 //! Times are processor times, as Linux tells them for each thread. They are compared within a round, and the medians
 //! are those of the rounds' ratios.
@@ -26,7 +26,6 @@ struct Round {
     bare: f64,
     told: f64,
     recorded: f64,
-    mcap: f64,
     read: f64,
     reported: f64,
     shown: Shown,
@@ -78,8 +77,6 @@ fn main() {
         |round| round.recorded - round.told,
         |round| (round.recorded - round.told) / round.bare,
     );
-    row("recorded in MCAP", |round| round.mcap, |round| round.mcap / round.bare);
-    row("  of which is writing", |round| round.mcap - round.told, |round| (round.mcap - round.told) / round.bare);
     row("reading the recording", |round| round.read, |round| round.read / round.bare);
     row("the report of the recording", |round| round.reported, |round| round.reported / round.bare);
     row("with page and pictures", |round| round.shown.whole(), |round| round.shown.whole() / round.bare);
@@ -102,7 +99,6 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
         bare: seconds(|| run(scenario, Detail::Verdicts, None)),
         told: seconds(|| run(scenario, Detail::Full, None)),
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
-        mcap: seconds(|| run(scenario, Detail::Full, Some(&mcap))),
         read: seconds(|| drop(go_through(path))),
         reported: seconds(|| {
             drop(report_recording(path, &Outputs::default(), None).expect("the recording is complete"))
