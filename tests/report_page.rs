@@ -3,6 +3,7 @@
 //! The tests use Chromium to check pages; without it, the tests say so and pass (CI installs it). Screenshots of every
 //! page stay in `target/tmp/report_page/`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -11,7 +12,7 @@ use tempfile::tempdir;
 
 use crate::steward::{picture_size, report, steward};
 
-const WIDTHS_PX: [u32; 3] = [390, 768, 1400];
+const WIDTHS_PX: [u64; 3] = [390, 768, 1400];
 /// A phone should open a page at once.
 const MOST_BYTES: usize = 800_000;
 
@@ -57,13 +58,18 @@ addEventListener('load', () => {
 });
 </script>"#;
 
-/// A page around the page, because a browser's window is never as narrow as a phone, but a frame can be. Keeps the
-/// probe's report.
-fn frame(width: u32) -> String {
+/// A page around the page, in a frame for each width, because a browser's window is never as narrow as a phone. Keeps
+/// the probe's reports, one per line, and makes every frame as high as its page.
+fn frames() -> String {
+    let frame =
+        |width| format!("<iframe src=\"probed.html\" style=\"width:{width}px;height:900px;border:0\"></iframe>");
     format!(
-        "<!DOCTYPE html><pre id=\"probe\"></pre><script>addEventListener('message', event => \
-         document.getElementById('probe').textContent = event.data)</script>\
-         <iframe src=\"probed.html\" style=\"width:{width}px;height:900px;border:0\"></iframe>"
+        "<!DOCTYPE html><pre id=\"probe\" hidden></pre><script>addEventListener('message', event => {{ \
+         document.getElementById('probe').textContent += event.data + '\\n'; \
+         for (const frame of document.querySelectorAll('iframe')) \
+         if (frame.contentWindow === event.source) frame.style.height = JSON.parse(event.data).height + 'px'; }})\
+         </script><div style=\"display:flex;align-items:start;gap:20px\">{}</div>",
+        WIDTHS_PX.map(frame).concat()
     )
 }
 
@@ -97,44 +103,42 @@ fn open(browser: &Path, page: &Path, (width, height): (u32, u32), arguments: &[&
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The probe's findings at that width.
-fn probe(browser: &Path, folder: &Path, width: u32) -> Value {
-    let page = folder.join("frame.html");
-    std::fs::write(&page, frame(width)).unwrap();
-    let dom = open(browser, &page, (2000, 1000), &["--dump-dom", "--virtual-time-budget=10000"]);
-    let found = dom.split_once("<pre id=\"probe\">{").and_then(|(_, found)| found.split_once("</pre>"));
+/// The probe's findings, by width.
+fn probe(browser: &Path, frames: &Path) -> BTreeMap<u64, Value> {
+    let dom = open(browser, frames, (2700, 1000), &["--dump-dom", "--virtual-time-budget=10000"]);
+    let found = dom.split_once("<pre id=\"probe\" hidden=\"\">").and_then(|(_, found)| found.split_once("</pre>"));
     let (found, _) = found.unwrap_or_else(|| panic!("the probe has reported nothing: {dom}"));
-    let found = format!("{{{found}");
     let found = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
-    serde_json::from_str(&found).unwrap()
+    let found = found.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    found.map(|found| (found["width"].as_u64().unwrap(), found)).collect()
 }
 
-/// Checks the page of a run, and keeps screenshots of it, light and dark.
+/// Checks the page of a run, and keeps screenshots of it at every width, light and dark.
 pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     let Some(browser) = browser() else { return };
     let folder = page.parent().unwrap();
     let text = std::fs::read_to_string(page).unwrap();
     assert!(text.len() < MOST_BYTES, "{name} has {} bytes", text.len());
     std::fs::write(folder.join("probed.html"), text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
-    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
-    std::fs::create_dir_all(&kept).unwrap();
-    for width in WIDTHS_PX {
-        let found = probe(&browser, folder, width);
-        assert_eq!(found["width"], width, "{name}: the page has the requested width");
+    let page = folder.join("frames.html");
+    std::fs::write(&page, frames()).unwrap();
+    let found = probe(&browser, &page);
+    assert!(found.keys().eq(&WIDTHS_PX), "{name}: the page has the requested widths");
+    for (width, found) in &found {
         assert_eq!(found["problems"], Value::Array(Vec::new()), "{name} at {width} px");
         assert_eq!(found["loaded"], Value::Array(Vec::new()), "{name} at {width} px loads something");
         assert_eq!(found["charts"], charts, "{name} at {width} px");
-        let height = u32::try_from(found["height"].as_u64().unwrap()).unwrap();
-        for (surroundings, scheme) in [("light", 1), ("dark", 0)] {
-            if surroundings == "dark" && width == WIDTHS_PX[2] {
-                continue; // It would show nothing new, and browsers are slow.
-            }
-            let picture = kept.join(format!("{name}-{width}-{surroundings}.png"));
-            let screenshot = format!("--screenshot={}", picture.display());
-            let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
-            open(&browser, page, (width, height), &[&screenshot, &scheme]);
-            assert_eq!(picture_size(&picture), (width, height));
-        }
+    }
+    let height = found.values().filter_map(|found| found["height"].as_u64()).max().unwrap();
+    let size = (2700, u32::try_from(height).unwrap() + 20);
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
+    std::fs::create_dir_all(&kept).unwrap();
+    for (surroundings, scheme) in [("light", 1), ("dark", 0)] {
+        let picture = kept.join(format!("{name}-{surroundings}.png"));
+        let screenshot = format!("--screenshot={}", picture.display());
+        let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
+        open(&browser, &page, size, &[&screenshot, &scheme]);
+        assert_eq!(picture_size(&picture), size);
     }
 }
 
