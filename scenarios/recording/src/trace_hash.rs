@@ -9,18 +9,30 @@ use robot::{BatteryState, LaserScan, Odometry};
 #[derive(Debug, Default)]
 pub struct TraceHash {
     hasher: blake3::Hasher,
+    /// What the hasher has not got yet: it is several times faster with many bytes at once.
+    waiting: Vec<u8>,
 }
+
+/// So many bytes at once keep the hasher's vector instructions busy.
+const BLOCK_BYTES: usize = 1 << 14;
 
 impl TraceHash {
     /// Adds a line of the event log.
     pub fn line(&mut self, line: &str) {
-        self.hasher.update(line.as_bytes());
+        self.waiting.extend_from_slice(line.as_bytes());
+        self.pass_on();
     }
 
     /// Adds numbers by their bits.
     fn numbers(&mut self, numbers: impl IntoIterator<Item = f64>) {
-        for number in numbers {
-            self.hasher.update(&number.to_bits().to_le_bytes());
+        self.waiting.extend(numbers.into_iter().flat_map(f64::to_le_bytes));
+        self.pass_on();
+    }
+
+    fn pass_on(&mut self) {
+        if self.waiting.len() >= BLOCK_BYTES {
+            self.hasher.update(&self.waiting);
+            self.waiting.clear();
         }
     }
 
@@ -42,14 +54,13 @@ impl TraceHash {
 
     /// Adds a scan.
     pub fn scan(&mut self, scan: &LaserScan) {
-        for range in &scan.ranges_m {
-            self.hasher.update(&range.to_bits().to_le_bytes());
-        }
+        self.waiting.extend(scan.ranges_m.iter().flat_map(|range| range.to_le_bytes()));
+        self.pass_on();
     }
 
     /// The hash of everything added so far, in hexadecimal.
     #[must_use]
     pub fn finish(&self) -> String {
-        self.hasher.finalize().to_hex().to_string()
+        self.hasher.clone().update(&self.waiting).finalize().to_hex().to_string()
     }
 }
