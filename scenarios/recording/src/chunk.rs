@@ -1,4 +1,4 @@
-//! Chunks: several records at a time, compressed. All recordings consist of them.
+//! Chunks: several records at a time. All recordings consist of them, and compress them except in MCAP.
 
 use std::io::{self, Read, Write};
 
@@ -35,9 +35,7 @@ impl std::fmt::Debug for Chunk {
 
 impl Chunk {
     pub(crate) fn push(&mut self, record: RecordRef<'_>) -> io::Result<()> {
-        let records = std::mem::take(&mut self.records);
-        self.records = postcard::to_extend(&record, records).map_err(io::Error::other)?;
-        Ok(())
+        encode(record, &mut self.records)
     }
 
     /// The records so far, compressed; none if there are none.
@@ -55,6 +53,12 @@ impl Chunk {
     pub(crate) fn is_full(&self) -> bool {
         self.records.len() >= CHUNK_BYTES
     }
+}
+
+/// Adds a record, encoded, to others.
+pub(crate) fn encode(record: RecordRef<'_>, records: &mut Vec<u8>) -> io::Result<()> {
+    *records = postcard::to_extend(&record, std::mem::take(records)).map_err(io::Error::other)?;
+    Ok(())
 }
 
 /// The records of a compressed chunk, encoded.

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
-use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
+use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES, unpack};
 use crate::{FORMAT, RecordRef};
 
 /// The first bytes of every recording.
@@ -71,16 +71,17 @@ impl FileChunks {
         if found == FORMAT { Ok(Self(input)) } else { Err(ChunkError::Version(found)) }
     }
 
-    /// The next chunk, compressed; none if the file ends first. The chunk may be there later if the file grows.
+    /// The records of the next chunk; none if the file ends first. The chunk may be there later if the file grows.
     pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
         let begin = self.0.stream_position()?;
         let whole = self.whole()?;
         if whole.is_none() {
             self.0.seek(SeekFrom::Start(begin))?;
         }
-        Ok(whole)
+        whole.map(|packed| unpack(&packed)).transpose()
     }
 
+    /// The next chunk, compressed.
     fn whole(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
         let mut length = [0; 4];
         if fill(&mut self.0, &mut length)? < length.len() {

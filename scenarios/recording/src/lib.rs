@@ -34,8 +34,9 @@
 //! of a chunk is whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
 //! documented here: fields in order, without names.
 //!
-//! A recording in [MCAP](https://mcap.dev) has the same chunks as messages of type `steward_msgs/msg/Records` on the
-//! topic `/steward/records`, each with the version of the format. All its other topics are for other programs.
+//! A recording in [MCAP](https://mcap.dev) has chunks as messages of type `steward_msgs/msg/Records` on the topic
+//! `/steward/records`, not compressed, each with the version of the format and its CRC-32. All its other topics are for
+//! other programs.
 //! [`Recording`] reads both formats, and an [`Archive`] writes the one that the file's name asks for.
 //!
 //! ```

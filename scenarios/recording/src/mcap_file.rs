@@ -1,4 +1,4 @@
-//! Recordings in MCAP: the chunks of records on a topic, beside topics that other tools show.
+//! Recordings in MCAP: the chunks on a topic, beside topics that other tools show.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -8,7 +8,7 @@ use mcap::McapError;
 use mcap::records::Record as McapRecord;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES};
+use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
 use crate::topics::Topics;
 use crate::topics::output::{Output, Topic};
 use crate::topics::ros;
@@ -22,8 +22,8 @@ const FLUSH: Duration = Duration::from_secs(1);
 /// Writes a recording in MCAP.
 pub(crate) struct McapWriter<W: Write> {
     output: Output<W>,
-    chunk: Chunk,
     records: Topic<ros::Records>,
+    chunk: Vec<u8>,
     topics: Option<Topics>,
     /// When the file was last written to.
     flushed: Option<Duration>,
@@ -33,11 +33,11 @@ impl<W: Write> McapWriter<W> {
     pub(crate) fn begin(output: W) -> io::Result<Self> {
         let mut output = Output::begin(output)?;
         let records = output.topic(TOPIC)?;
-        Ok(Self { output, chunk: Chunk::default(), records, topics: None, flushed: None })
+        Ok(Self { output, records, chunk: Vec::new(), topics: None, flushed: None })
     }
 
     pub(crate) fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
-        self.chunk.push(record)
+        encode(record, &mut self.chunk)
     }
 
     /// Writes the records so far, and the topics for other tools. The first message of the file has records, so that
@@ -63,8 +63,15 @@ impl<W: Write> McapWriter<W> {
     }
 
     fn write_chunk(&mut self, time: Duration) -> io::Result<()> {
-        let Some(records) = self.chunk.pack()? else { return Ok(()) };
-        self.output.write(&self.records, time, &ros::Records { format: FORMAT, records: records.to_vec() })
+        if self.chunk.is_empty() {
+            return Ok(());
+        }
+        let (checksum, records) = (crc32fast::hash(&self.chunk), std::mem::take(&mut self.chunk));
+        let message = ros::Records { format: FORMAT, checksum, records };
+        self.output.write(&self.records, time, &message)?;
+        self.chunk = message.records;
+        self.chunk.clear();
+        Ok(())
     }
 
     pub(crate) fn finish(mut self) -> io::Result<W> {
@@ -142,13 +149,14 @@ fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
         let bytes = message.get(from..from + 4).ok_or(ChunkError::Damaged)?;
         bytes.try_into().map(u32::from_le_bytes).map_err(|_| ChunkError::Damaged)
     };
-    // The encoding, the version, and the length of what follows.
-    let (format, length) = (number(4)?, number(8)?);
+    // What precedes the version tells the encoding.
+    let format = number(4)?;
     if format != FORMAT {
         return Err(ChunkError::Version(format));
     }
-    let chunk = message[12..].get(..length as usize).ok_or(ChunkError::Damaged)?;
-    Ok(chunk.to_vec())
+    let (checksum, length) = (number(8)?, number(12)?);
+    let chunk = message[16..].get(..length as usize).filter(|chunk| crc32fast::hash(chunk) == checksum);
+    chunk.map(<[u8]>::to_vec).ok_or(ChunkError::Damaged)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use crate::chunk::{ChunkError, unpack};
+use crate::chunk::ChunkError;
 use crate::file::FileChunks;
 use crate::mcap_file::McapChunks;
 use crate::{Archive, End, FORMAT, Header, Inconsistent, Record, RecordRef, RunView, Step};
@@ -110,8 +110,8 @@ impl Recording {
         }
         if self.read == self.chunk.len() {
             let failed = |error| RecordingError::new(error, &self.path);
-            let Some(packed) = self.chunks.next().map_err(failed)? else { return Ok(None) };
-            (self.chunk, self.read) = (unpack(&packed).map_err(failed)?, 0);
+            let Some(chunk) = self.chunks.next().map_err(failed)? else { return Ok(None) };
+            (self.chunk, self.read) = (chunk, 0);
         }
         let rest = &self.chunk[self.read..];
         let (record, after) = postcard::take_from_bytes(rest).map_err(|_| self.damaged())?;

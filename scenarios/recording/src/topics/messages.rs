@@ -104,10 +104,13 @@ impl MessageType {
     /// Writes a received message.
     pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut Cdr) {
         Moment { step: event.step, tick: event.tick }.write(cdr);
-        let shape = self.domain.shapes().iter().zip(&self.places).find(|(shape, _)| shape.contains(message));
+        // A message has one of the shapes: if none of the others, the last.
+        let mut shapes = self.domain.shapes().iter().zip(&self.places);
+        let last = shapes.next_back();
+        let shape = shapes.find(|(shape, _)| shape.contains(message)).or(last);
         for (index, field) in self.fields.iter().enumerate() {
             let place = shape.and_then(|(shape, places)| Some((shape, places[index]?)));
-            let value = place.map(|(shape, place)| (&shape.fields()[place].1, &message.fields()[place]));
+            let value = place.and_then(|(shape, at)| Some((&shape.fields()[at].1, message.fields().get(at)?)));
             let is_none = |kind: &FieldKind, value: &Value| {
                 matches!(kind, FieldKind::Optional(_)) && value.is_symbol(FieldKind::NONE)
             };

@@ -284,7 +284,7 @@ messages! {
         line: u32,
     }
     Moment = "steward_msgs/Event" { step: u64, tick: u64 }
-    Records = "steward_msgs/Records" { format: u32, records: Vec<u8> }
+    Records = "steward_msgs/Records" { format: u32, checksum: u32, records: Vec<u8> }
 }
 
 impl From<Duration> for Time {
