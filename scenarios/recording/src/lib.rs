@@ -34,10 +34,10 @@
 //! of a chunk is whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
 //! documented here: fields in order, without names.
 //!
-//! A recording in [MCAP](https://mcap.dev) has chunks as messages of type `steward_msgs/msg/Records` on the topic
-//! `/steward/records`, not compressed, each with the version of the format and its CRC-32. All its other topics are for
-//! other programs.
-//! [`Recording`] reads both formats, and an [`Archive`] writes the one that the file's name asks for.
+//! A recording in [MCAP](https://mcap.dev) has the records as messages of type `steward_msgs/msg/Records` on the topic
+//! `/steward/records`, not compressed, each with the version of the format and a checksum of the records (CRC-32). All
+//! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one that the
+//! file's name asks for.
 //!
 //! ```
 //! use std::time::Duration;
