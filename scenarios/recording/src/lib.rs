@@ -36,8 +36,8 @@
 //!
 //! A recording in [MCAP](https://mcap.dev) has the records as messages of type `steward_msgs/msg/Records` on the topic
 //! `/steward/records`, not compressed, each with the version of the format and a checksum of the records (CRC-32). All
-//! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one that the
-//! file's name asks for.
+//! its other topics are for other programs. [`Recording`] reads both formats, and an [`Archive`] writes the one that
+//! the file's name asks for.
 //!
 //! ```
 //! use std::time::Duration;
