@@ -14,7 +14,7 @@ use std::time::Duration;
 use bags::Contents;
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Outcome, Property};
-use recording::{LoggedRecording, Recording, RecordingError, message_json};
+use recording::{LoggedRecording, Recording, RecordingError};
 use scenarios::scenario::find;
 use serde_json::json;
 
@@ -220,38 +220,15 @@ fn in_words(Verified { properties, end, start_ns, .. }: &Verified) -> String {
             let _ = writeln!(text, "  {open}");
         }
         for vacuity in monitor.vacuous() {
-            let _ = writeln!(
-                text,
-                "  vacuously satisfied: its condition never occurred in {} tries: {}",
-                vacuity.asked, vacuity.antecedent
-            );
+            let _ = writeln!(text, "  {vacuity}");
         }
     }
     text
 }
 
 fn as_json(Verified { properties, start_ns, notes, .. }: &Verified, log: &Path) -> serde_json::Value {
-    let moment =
-        |at: &monitors::EventTime| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
     let of = |property: &Property| {
         let monitor = property.scope_monitor();
-        let witness = monitor.and_then(|monitor| monitor.witness()).map(|witness| {
-            let messages = witness.messages.iter().map(|seen| {
-                let mut message = moment(&seen.at);
-                message["from"] = seen.from.as_str().into();
-                message["to"] = seen.to.as_str().into();
-                message["message"] = message_json(&seen.message);
-                message
-            });
-            json!({
-                "clause": witness.clause,
-                "messages": messages.collect::<Vec<_>>(),
-                "since": witness.since.as_ref().map(moment),
-                "deadline_tick": witness.deadline_tick,
-                "missing": witness.missing,
-                "settled": moment(&witness.settled),
-            })
-        });
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
         let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
         json!({
@@ -259,9 +236,9 @@ fn as_json(Verified { properties, start_ns, notes, .. }: &Verified, log: &Path) 
             "property": property.formula,
             "verdict": Outcome::of(property.monitor.as_ref()).name(),
             "state": property.monitor.location(),
-            "witness": witness,
+            "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
             "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
-            "never_asked_for_anything": vacuous.iter().map(|vacuity| &vacuity.clause).collect::<Vec<_>>(),
+            "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     };
     let mut told =

@@ -61,7 +61,7 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
     assert_eq!(told["start_s"], "1760000000.030000000");
     let report: Value = serde_json::from_slice(&fs::read(Path::new(&out).join("report.json")).unwrap()).unwrap();
     assert_eq!((&report["ended"], &report["scenario"]), (&"recorded".into(), &"nav2".into()));
-    assert_eq!(report["monitors"][4]["tick"], told["monitors"][4]["witness"]["settled"]["tick"]);
+    assert_eq!(report["monitors"][4]["tick"], told["monitors"][4]["witness"]["tick"]);
     let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
     assert!(page.contains("Check it again") && page.contains("--map-channels"), "how to check it again");
     assert!(page.contains("What the mapping says") && page.contains("battery_state"), "the mapping");

@@ -120,6 +120,8 @@ impl Drop for Unfinished {
 pub struct Staging {
     folder: PathBuf,
     hidden: PathBuf,
+    /// The folders that were created for it, the innermost first.
+    created: Vec<PathBuf>,
     /// Old files to remove when these appear.
     replaced: Vec<String>,
     /// Locked while this value exists, so that others can recognize the remains of a killed program.
@@ -133,6 +135,7 @@ impl Staging {
     /// [`Error::Write`].
     pub fn begin(folder: &Path) -> Result<Self, Error> {
         let begin = || {
+            let created = folder.ancestors().take_while(|folder| !folder.exists()).map(Path::to_owned).collect();
             fs::create_dir_all(folder)?;
             // On a file system without locks, nothing is cleaned up.
             let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
@@ -141,7 +144,7 @@ impl Staging {
             }
             let hidden = first_free(folder, "", |path| fs::create_dir(path))?.0;
             let lock = File::open(&hidden).ok().filter(|lock| lock.try_lock().is_ok());
-            Ok(Self { folder: folder.to_owned(), hidden, replaced: Vec::new(), _lock: lock })
+            Ok(Self { folder: folder.to_owned(), hidden, created, replaced: Vec::new(), _lock: lock })
         };
         begin().map_err(|source| write_error(folder, source))
     }
@@ -216,6 +219,10 @@ impl Drop for Staging {
     fn drop(&mut self) {
         // A failure can no longer be reported.
         let _ = fs::remove_dir_all(&self.hidden);
+        for folder in &self.created {
+            // Only an empty folder can be removed.
+            let _ = fs::remove_dir(folder);
+        }
     }
 }
 
@@ -350,6 +357,19 @@ mod tests {
         assert_eq!(names(folder.path()), ["c.txt", "sub"]);
         assert!(!begin().is_alone().unwrap());
         assert_eq!(fs::read_to_string(folder.path().join("c.txt")).unwrap(), "c");
+    }
+
+    #[test]
+    fn nothing_remains_of_files_that_are_never_published() {
+        let folder = tempfile::tempdir().unwrap();
+        let begin = || Staging::begin(&folder.path().join("new/run")).unwrap();
+        begin().write("a.txt", "a").unwrap();
+        assert!(names(folder.path()).is_empty());
+        let staging = begin();
+        staging.write("a.txt", "a").unwrap();
+        staging.publish(&["a.txt"]).unwrap();
+        begin().write("b.txt", "b").unwrap();
+        assert_eq!(names(&folder.path().join("new/run")), ["a.txt"]);
     }
 
     #[cfg(unix)]

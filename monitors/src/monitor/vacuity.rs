@@ -1,5 +1,7 @@
 //! Antecedents that never held: a property that demands nothing is satisfied vacuously.
 
+use std::fmt;
+
 use channels::{Event, EventKind, Topology};
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +20,12 @@ pub struct Vacuity {
     pub antecedent: String,
     /// The number of states in which the clause was checked.
     pub asked: u64,
+}
+
+impl fmt::Display for Vacuity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "vacuously satisfied: {} never occurred", self.antecedent)
+    }
 }
 
 /// Watches whether the antecedent of a clause holds.

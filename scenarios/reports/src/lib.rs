@@ -16,3 +16,4 @@ pub mod timeline;
 pub use error::Error;
 pub use file_name::file_name;
 pub use presentation::{Outputs, Presentation, REPORT, report_recording};
+pub use reporting::witness;

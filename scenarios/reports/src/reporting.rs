@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::EventKind;
-use monitors::{Sighting, Vacuity};
+use monitors::{EventTime, Sighting, Witness};
 use recording::{
     BatteryTally, Decision, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said,
     SkillError, TreeError, Truth, UndoneFault, message_json,
@@ -110,27 +110,22 @@ fn expectations(view: &RunView) -> Vec<ExpectationReport> {
 
 fn monitors(view: &RunView) -> Vec<MonitorReport> {
     let report = |monitor: MonitorView<'_>| {
-        let violation = monitor.violation();
+        let decision = monitor.violation();
         let said = monitor.ending();
         MonitorReport {
             name: monitor.name().to_owned(),
             property: monitor.about.property.clone(),
             verdict: monitor.outcome(),
             state: monitor.state.location.clone(),
-            tick: violation.map(|violation| violation.event.tick),
-            time_s: violation.map(|violation| violation.event.time.as_secs_f64()),
-            witness: violation.map(|violation| witness(violation, view)),
+            tick: decision.map(|decision| decision.event.tick),
+            time_s: decision.map(|decision| decision.event.time.as_secs_f64()),
+            witness: decision.map(|decision| violation(decision, view)),
             open: words(&said.open),
-            vacuous: said.vacuous.iter().map(vacuous).collect(),
+            vacuous: words(&said.vacuous),
             errors: said.errors,
         }
     };
     view.monitors().map(report).collect()
-}
-
-/// Says that a clause was vacuously satisfied.
-fn vacuous(clause: &Vacuity) -> String {
-    format!("vacuously satisfied: {} never occurred", clause.antecedent)
 }
 
 fn words<T: ToString>(items: &[T]) -> Vec<String> {
@@ -138,34 +133,39 @@ fn words<T: ToString>(items: &[T]) -> Vec<String> {
 }
 
 /// The event at which a property was violated, and why, as data and in words.
-fn witness(Decision { event, witness: why, .. }: &Decision, view: &RunView) -> serde_json::Value {
-    let mut witness = json!({ "step": event.step, "tick": event.tick, "time_s": event.time.as_secs_f64() });
+fn violation(Decision { event, witness: why, .. }: &Decision, view: &RunView) -> serde_json::Value {
+    let mut witness = why.as_ref().map_or_else(|| moment(&EventTime::of(event)), witness);
     if let EventKind::Received { channel, message } = &event.kind {
         let (from, to) = view.topology().ends(*channel);
         witness["from"] = from.into();
         witness["to"] = to.into();
         witness["message"] = message_json(message);
     }
-    if let Some(why) = why {
-        witness["clause"] = why.clause.as_str().into();
-        witness["messages"] = why.messages.iter().map(sighting).collect();
-        witness["since_tick"] = why.since.map(|since| since.tick).into();
-        witness["deadline_tick"] = why.deadline_tick.into();
-        witness["missing"] = why.missing.as_deref().into();
-        witness["words"] = why.to_string().into();
-    }
+    witness
+}
+
+/// Why a property is violated, as in `report.json`: as data and in words.
+pub fn witness(why: &Witness) -> serde_json::Value {
+    let mut witness = moment(&why.settled);
+    witness["clause"] = why.clause.as_str().into();
+    witness["messages"] = why.messages.iter().map(sighting).collect();
+    witness["since_tick"] = why.since.map(|since| since.tick).into();
+    witness["deadline_tick"] = why.deadline_tick.into();
+    witness["missing"] = why.missing.as_deref().into();
+    witness["words"] = why.to_string().into();
     witness
 }
 
 fn sighting(seen: &Sighting) -> serde_json::Value {
-    json!({
-        "step": seen.at.step,
-        "tick": seen.at.tick,
-        "time_s": seen.at.time.as_secs_f64(),
-        "from": seen.from,
-        "to": seen.to,
-        "message": message_json(&seen.message),
-    })
+    let mut sighting = moment(&seen.at);
+    sighting["from"] = seen.from.as_str().into();
+    sighting["to"] = seen.to.as_str().into();
+    sighting["message"] = message_json(&seen.message);
+    sighting
+}
+
+fn moment(at: &EventTime) -> serde_json::Value {
+    json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() })
 }
 
 fn faults(view: &RunView, end: &End) -> Vec<FaultReport> {
