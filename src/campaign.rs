@@ -38,7 +38,7 @@ pub(crate) struct CampaignArgs {
     /// Runs only those k with k mod N = I [default: as given by the Slurm array or the indexed Kubernetes job]
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
-    /// Repeats run K alone, with pictures and report; exit status 1 if it is not as expected
+    /// Repeats only run K, with pictures and report; exit status 1 if it is not as expected
     #[arg(long, value_name = "K", conflicts_with = "shard")]
     only: Option<u64>,
     /// Where the results go; an interrupted campaign resumes there [default: out/NAME]
@@ -69,7 +69,7 @@ enum CampaignCommand {
     Compare {
         /// The earlier results: a folder that a campaign wrote, or merged
         before: PathBuf,
-        /// The results after
+        /// The later results
         after: PathBuf,
         /// Prints JSON instead of text
         #[arg(long)]

@@ -35,7 +35,7 @@ pub(crate) struct CheckArgs {
     /// list`)
     #[arg(value_name = "NAME|FILE", required = true)]
     files: Vec<String>,
-    /// The scenario whose processes and channels property files mention, and whose places interfaces do
+    /// The scenario with the processes and channels of property files and the places of interfaces
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     scenario: String,
     /// Prints the findings as JSON

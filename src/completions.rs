@@ -11,7 +11,7 @@ use crate::output::print;
 /// For which shell.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-To have it in each new shell, write it to:
+To complete commands in every new shell, save the script as:
   bash  ~/.local/share/bash-completion/completions/steward
   zsh   _steward in a folder of your $fpath
   fish  ~/.config/fish/completions/steward.fish")]

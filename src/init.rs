@@ -64,9 +64,9 @@ const RECORDING: [(&str, &[u8]); 5] = [
 /// The kind of a file in an application, by the ending of its name.
 const KINDS: &[(&str, &str)] = &[
     (".schema.json", "the keys of a scenario: editors that know `#:schema` complete and check keys with it"),
-    (".yaml", "the map: its picture, resolution and origin"),
-    (".pgm", "the map's picture: dark is a wall"),
-    (".png", "the map's picture: dark is a wall"),
+    (".yaml", "the map: its image, resolution and origin"),
+    (".pgm", "the map's image: dark is a wall"),
+    (".png", "the map's image: dark is a wall"),
     (".xml", "the behavior tree"),
     (".scxml", "a state machine: the skill of a leaf, a component or a monitor"),
     (".scope", "properties that are monitored"),
@@ -220,7 +220,7 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
 }
 
-/// The text, in which the key names a file beside it if it named this scenario or one of its variants.
+/// The text; if the key named this scenario or one of its variants, it names a file in the same folder instead.
 fn beside(text: &str, key: &str, scenario: &str) -> String {
     let own = |line: &str| {
         let named = line.strip_prefix(&format!("{key} = \""))?.strip_suffix("\"\n")?;

@@ -33,7 +33,7 @@ pub(crate) struct LocalizeArgs {
     /// The map: a file in ROS `map_server` format, or the name of a shipped one [default: the one in the bag]
     #[arg(long, value_name = "MAP.yaml")]
     map: Option<PathBuf>,
-    /// The log, in CARMEN's format (.log or .log.gz), or a bag of ROS 2
+    /// The log, in CARMEN's format (.log or .log.gz), or a ROS 2 bag
     #[arg(long)]
     log: PathBuf,
     #[command(flatten)]
@@ -45,7 +45,7 @@ pub(crate) struct LocalizeArgs {
     #[arg(long, value_name = "N", requires = "global", conflicts_with = "out",
           value_parser = clap::value_parser!(u16).range(1..))]
     starts: Option<u16>,
-    /// How much too far odometry drives and turns: 0.05 or 5%
+    /// By how much odometry overestimates each motion and turn: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_drift: f64,
     /// Additional random error of odometry, as a standard deviation: 0.05 or 5%

@@ -45,7 +45,7 @@ use crate::names::ScenarioName;
 use crate::output::{complain, print};
 use crate::run::RunOptions;
 
-/// The notices that the licenses of its parts require.
+/// The notices that the licenses of the program's parts require.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
 /// The text at the end of the help.
@@ -86,7 +86,8 @@ struct Cli {
 enum Command {
     /// Runs scenarios; one with a summary, several in a table
     Run(run::RunArgs),
-    /// Checks files without a run: reads all that they name, connects, plans, and reports what is wrong
+    /// Checks files without a run: reads every file that they name, connects the processes, plans the paths, and
+    /// reports all problems
     Check(check::CheckArgs),
     /// Opens a page in the browser on which a person can watch a run and intervene
     Live(live::LiveArgs),
@@ -98,7 +99,7 @@ enum Command {
     Init(init::InitArgs),
     /// Runs a scenario many times with varied values, and says how likely each violation is
     Campaign(campaign::CampaignArgs),
-    /// Shows which property notices which fault
+    /// Shows which property detects which fault
     Matrix(matrix::MatrixArgs),
     /// Simulates the paper's experiments and checks them against each of its claims
     Reproduce(reproduce::ReproduceArgs),
@@ -106,7 +107,7 @@ enum Command {
     Prove(prove::ProveArgs),
     /// Makes the report of a recorded run, with its page and pictures
     Report(report::ReportArgs),
-    /// Checks event logs of runs and bags of ROS 2 against properties
+    /// Checks event logs of runs and ROS 2 bags against properties
     Verify(verify::VerifyArgs),
     /// Behavior trees: checks files, shows them, ticks them without a robot
     #[command(subcommand)]
@@ -127,14 +128,14 @@ enum Command {
     Help(help::HelpArgs),
     /// Prints the JSON schema of scenario, campaign, interface or mapping files, for editors
     Schema {
-        /// Of which files
+        /// The kind of file
         file: help::SchemaFile,
     },
     /// Prints a script with which a shell completes commands
     Completions(completions::CompletionsArgs),
     /// Writes a man page for each command
     Man(man::ManArgs),
-    /// Prints the notices that the licenses of its parts require
+    /// Prints the notices that the licenses of the program's parts require
     Licenses,
 }
 

@@ -14,19 +14,19 @@ use crate::output::say;
 /// A log, and how to make a map from it.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
-    /// The log, in CARMEN's format (.log or .log.gz), or a bag of ROS 2
+    /// The log, in CARMEN's format (.log or .log.gz), or a ROS 2 bag
     #[arg(long)]
     log: PathBuf,
     #[command(flatten)]
     topics: TopicArgs,
-    /// Where the map goes: a YAML file, with the picture (PGM) beside it, or a folder [default: the log's name with
+    /// Where the map goes: a YAML file, with the image (PGM) beside it, or a folder [default: the log's name with
     /// .yaml, here]
     #[arg(long, value_name = "MAP.yaml|DIR")]
     out: Option<PathBuf>,
     /// Overwrites an existing map
     #[arg(long)]
     force: bool,
-    /// Side of a cell, in meters
+    /// The size of a cell, in meters
     #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = meters)]
     resolution: f64,
     /// Uses beams up to this range, in meters
@@ -45,7 +45,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     let there = [path.clone(), path.with_extension("pgm")].into_iter().find(|path| path.exists());
     if let Some(there) = there.filter(|_| !args.force) {
         let message = format!("{} is there already", there.display());
-        return Err(Error::refused(message, "`--force` replaces a map and its picture"));
+        return Err(Error::refused(message, "`--force` replaces a map and its image"));
     }
     let Log { recording, .. } = open_log(&args.log, &args.topics)?;
     let parameters = MappingParameters {

@@ -1,4 +1,4 @@
-//! `steward matrix`: which property notices which fault.
+//! `steward matrix`: which property detects which fault.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

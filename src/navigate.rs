@@ -37,7 +37,8 @@ pub(crate) struct NavigateArgs {
     /// The root seed of the first trip on each map; each further trip uses the next one
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Exits with 1 if fewer trips arrive, in percent, or if the robot touches a wall or anything that stands still
+    /// Exits with 1 if less than PCT percent of the trips arrive, or if the robot touches a wall or anything that
+    /// stands still
     #[arg(long, value_name = "PCT", value_parser = percent)]
     at_least: Option<f64>,
     /// Which trips to draw
@@ -106,7 +107,7 @@ fn percent(text: &str) -> Result<f64, String> {
 /// The root seeds of this many trips.
 fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
     let last = first.checked_add(count - 1).ok_or_else(|| {
-        let message = format!("there are no {count} seeds from {first} on: the last is {}", u64::MAX);
+        let message = format!("there are no {count} seeds beginning with {first}: the last is {}", u64::MAX);
         Error::refused(message, "use a smaller --seed, or fewer --goals")
     })?;
     Ok(first..=last)

@@ -48,8 +48,8 @@ pub(crate) struct ProveArgs {
     /// How many threads explore; the result does not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
     threads: Option<u64>,
-    /// Proves the properties for every single-step mistake in a skill or the tree, and lists the mistakes that no
-    /// property notices
+    /// Proves the properties for every single mistake in a skill or the tree, and lists the mistakes that no property
+    /// detects
     #[arg(long, conflicts_with_all = ["messages", "unreached", "promela", "out", "replay"])]
     mutants: bool,
     /// Shows all messages of a run that violates a property, not only those that the property is about
@@ -59,8 +59,8 @@ pub(crate) struct ProveArgs {
     /// schedule, and as a scenario that follows it
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Repeats each run that violates a property with the physics, with levels and lost messages as faults at the same
-    /// times; says whether the property is violated there too, or what differs
+    /// Repeats each run that violates a property in the simulation, with levels and lost messages as faults at the
+    /// same times; says whether the property is violated there too, or what differs
     #[arg(long)]
     replay: bool,
     /// Lists the nodes, states and transitions that are reached in no run, instead of counting them
@@ -132,7 +132,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(!is_as_expected)))
 }
 
-/// Looks for mistakes that no property notices.
+/// Looks for mistakes that no property detects.
 fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> Result<ExitCode, Error> {
     let mut all = Vec::new();
     for proof in proofs {
@@ -201,7 +201,7 @@ impl ProveArgs {
         if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
             let monitor = proof.monitor(question);
             let model = explorer::promela(&answer.model, monitor, &limits, &mut |_| ());
-            let help = "`--memory` gives it more memory; a coarser `execution.tick_s` makes times shorter";
+            let help = "`--memory` gives it more memory; a larger `execution.tick_s` makes times shorter in ticks";
             let model = model.map_err(|error| Error::refused(error.to_string(), help))?;
             let name = format!("{}-{}.pml", proof.scenario().name, question.property).replace('/', "-");
             diagnostics::write_whole(&folder.join(name), model.text)?;

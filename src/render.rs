@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_text_without_a_line_end_is_marked() {
+    fn a_missing_line_end_is_marked() {
         let source = Source::new("a.toml", "a =");
         let problem = source.span(3..3).problem("a value is missing").with_label("here");
         assert!(rendered(&handler(), [&problem as &dyn Diagnostic]).contains("-- here"));

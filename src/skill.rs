@@ -32,12 +32,12 @@ pub(crate) enum SkillCommand {
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
-    /// Lists the single-step mistakes that a machine may have, as the fault `skill_mutant` names them
+    /// Lists the single mistakes that a machine may have, as the fault `skill_mutant` names them
     Mutants {
         /// Machines: SCXML files, or names of shipped ones [default: those of the shipped tree]
         files: Vec<PathBuf>,
     },
-    /// Runs a machine alone: prints its log, every configuration that it enters, and the last one
+    /// Runs a machine on its own: prints its log, every configuration that it enters, and the last one
     Run {
         /// The machine: an SCXML file, or the name of a shipped one
         file: PathBuf,

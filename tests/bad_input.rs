@@ -129,7 +129,7 @@ fn a_mistake_in_a_map_or_its_places_has_one_message() {
 }
 
 #[test]
-fn a_broken_picture_of_a_map_is_refused() {
+fn a_broken_image_of_a_map_is_refused() {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
     let picture = scenario.parent().unwrap().join("maps/house.pgm");

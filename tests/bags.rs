@@ -93,7 +93,7 @@ fn a_bag_is_checked_against_the_channels_of_a_scenario() {
 }
 
 #[test]
-fn messages_before_the_damage_are_judged() {
+fn messages_before_the_damage_are_checked() {
     let recorded = Recorded::new();
     let whole = fs::read(recorded.root.join("nav2.mcap")).unwrap();
     let copies = recorded.root.join("several");

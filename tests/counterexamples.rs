@@ -191,7 +191,7 @@ fn the_physics_show_the_violation_too_or_the_difference_is_reported() {
     let report = report(path(&physics), &folder.path().join("again"), &[]);
     assert_eq!((&report["outcome"], &report["monitors"][0]["tick"]), (&"as_expected".into(), &tick.into()));
     let difference = of("phi2")["difference"].clone();
-    let expected = "at tick 1 the robot is at RechargingStation, and with the physics it is at no place";
+    let expected = "at tick 1 the robot is at RechargingStation, and in the simulation it is at no place";
     assert_eq!((&of("phi2")["violated_at_tick"], &difference), (&Value::Null, &expected.into()));
     assert!(!folder.path().join("phi2/physics.toml").exists());
 }

@@ -40,7 +40,7 @@ fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
     let broken = broken.into_inner().unwrap();
     let by_some: BTreeSet<&str> = broken.values().flatten().map(String::as_str).collect();
     let properties: BTreeSet<&str> = Kind::Properties.names().filter_map(|name| name.strip_prefix("guide/")).collect();
-    assert_eq!(by_some, properties, "each property notices something");
+    assert_eq!(by_some, properties, "each property detects something");
     let kinds: BTreeSet<&BTreeSet<String>> = broken.values().collect();
     assert!(kinds.len() >= 12, "different problems are distinguished: {broken:?}");
     let tolerated = broken.values().filter(|violated| violated.is_empty()).count();

@@ -286,7 +286,7 @@ fn names_are_text_in_everything_that_the_server_draws() {
     assert_eq!(drawn.iter().map(|svg| has_evil(svg)).collect::<Vec<_>>(), [(false, true); 2]);
     assert_eq!(greeting["scenario"], EVIL);
     assert_eq!(has_evil(hear(&mut pilot, "tree").as_str().unwrap()), (false, true));
-    // The next tick violates a property, and the page explains how that came about.
+    // The next tick violates a property, and the page explains how that happened.
     ask(&mut pilot, &json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 10 } }));
     while hear(&mut pilot, "stories") == "" {}
     for part in ["stories", "verdicts", "course"] {

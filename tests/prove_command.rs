@@ -161,8 +161,8 @@ fn what_cannot_be_proved_is_reported_with_a_remedy() {
     let pick = refusal(&["prove", "pick"]);
     assert!(pick.contains("the property delivered requires something without a time limit"), "{pick}");
     let guide = refusal(&["prove", "guide", "--set", "prove.components={}"]);
-    assert!(guide.contains("TourPlanner cannot be proved: it is a program"), "{guide}");
-    assert!(guide.contains("Door cannot be proved: it senses and changes"), "{guide}");
+    assert!(guide.contains("TourPlanner cannot be explored: it is a program"), "{guide}");
+    assert!(guide.contains("Door cannot be explored: it senses and changes"), "{guide}");
     assert!(guide.contains("[prove.components.TourPlanner]"), "{guide}");
     let folder = tempdir().expect("a folder");
     let machine = folder.path().join("BatteryLevel.scxml");
@@ -398,7 +398,7 @@ fn faults_of_the_catalogue_may_occur_in_a_proof() {
 
 #[test]
 #[ignore = "long: .ci/run runs it"]
-fn mutants_that_survive_are_mistakes_that_no_property_notices() {
+fn mutants_that_survive_are_mistakes_that_no_property_detects() {
     let scenario = "nav2/halted_early_fixed";
     let all = proof(0, &[scenario, "--mutants"]);
     let mutants = all["mutants"].as_array().expect("mutants");

@@ -118,7 +118,7 @@ def compare_with_log(topics, log):
 
 
 def compare_with_report(topics, report):
-    """Compares what is known at the end, and how it came about."""
+    """Compares what is known at the end, and how it happened."""
     final = {status["name"]: status for status in topics["/monitors"][-1][1]["status"]}
     assert {name: status["message"] for name, status in final.items()} == {
         monitor["name"]: monitor["verdict"] for monitor in report["monitors"]

@@ -220,7 +220,7 @@ fn a_missing_message_is_described_and_drawn() {
         "At 20.5 s a fault took effect: battery level set to 25\u{a0}%.",
         "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
-        "But GotoRechargingStation told Navigation nothing at all in that time.",
+        "But GotoRechargingStation sent Navigation nothing at all in that time.",
         "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 10 times",
         "GotoRechargingStation was not asked by the tree",
         "At tick 31 (31.02 s) it was too late: phi2 is violated.",
@@ -236,7 +236,7 @@ fn a_robot_that_never_arrives_is_described() {
     let words = [
         "At 0 s a fault took effect: a box stands at",
         "So Localization had to tell AtRechargingStation <code>[&lt;ok&gt;, true]</code> by tick 150.",
-        "But Localization told AtRechargingStation only 120 other messages in that time, the last of them <code>[&lt;ok&gt;, false]</code> at tick 150.",
+        "But Localization sent AtRechargingStation only 120 other messages in that time, the last of them <code>[&lt;ok&gt;, false]</code> at tick 150.",
         "navigation was moving, then preparing before move, then waiting obstacle, then thinking, then failing.",
         "Navigation told GotoRechargingStation <code>[&lt;ok&gt;, &lt;running&gt;]</code>",
         "it was too late: phi3 is violated.",
@@ -250,7 +250,7 @@ fn a_violation_by_a_robot_at_the_station_is_described() {
     let words = [
         "At 0.5 s a fault took effect: battery level set to 29\u{a0}%.",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",
-        "BatteryReader continued to tell BatteryLevel: at tick 10 it was <code>[&lt;ok&gt;, 47.04]</code>.",
+        "BatteryReader continued to send messages to BatteryLevel: the last, at tick 10, was <code>[&lt;ok&gt;, 47.04]</code>.",
         "GotoRechargingStation was not asked by the tree",
         "it was too late: phi2 is violated.",
     ];

@@ -17,7 +17,7 @@ use crate::Status;
 ///   [`PauseResumeController`].
 /// - A child that is *skipped* has no effect on its parent. If all children of a node are skipped, the node is skipped
 ///   unless stated otherwise.
-/// - A node that has *the tree ticked again* answers running. When the tick is finished and the root is running, the
+/// - A node that *requests another tick* returns running. When the tick is finished and the root is running, the
 ///   tree is ticked once more as part of the same tick (BehaviorTree.CPP's wake-up signal, with `tickOnce`). So
 ///   reactive nodes above can check their conditions again. After 10,000 repetitions within one tick, another is
 ///   refused, and the tick ends.
@@ -45,9 +45,9 @@ pub enum Kind {
     /// child has failed or the node has been halted: only its own success starts it over. After a failure, the failed
     /// child and those after it are reset.
     ///
-    /// When a child that was idle succeeds and is not the last, the node has the tree ticked again.
+    /// When a child that was idle succeeds and is not the last, the node requests another tick.
     SequenceWithMemory,
-    /// Like [`Sequence`](Kind::Sequence), but has the tree ticked again when a child that was idle succeeds and is not
+    /// Like [`Sequence`](Kind::Sequence), but requests another tick when a child that was idle succeeds and is not
     /// the last.
     AsyncSequence,
     /// Ticks its children in order until one succeeds or runs; fails when all have failed. While a child is running,
@@ -56,7 +56,7 @@ pub enum Kind {
     /// Ticks its children in order, *from the first at every tick*, until one succeeds or runs; fails when all have
     /// failed. When a child runs, all others are reset. This is the paper's fallback.
     ReactiveFallback,
-    /// Like [`Fallback`](Kind::Fallback), but has the tree ticked again when a child that was idle fails and is not the
+    /// Like [`Fallback`](Kind::Fallback), but requests another tick when a child that was idle fails and is not the
     /// last.
     AsyncFallback,
     /// Ticks all children that have neither succeeded nor failed yet. Succeeds as soon as `success_count` children have
@@ -67,10 +67,10 @@ pub enum Kind {
     /// `max_failures` (default 1) have failed, and succeeds otherwise.
     ParallelAll,
     /// Ticks its first child. If that succeeds, ticks the second; if it fails, ticks the third, or fails if there is
-    /// none. While the second or third is running, the first is not ticked again. A condition may not be skipped.
+    /// none. While the second or third is running, the first is not ticked again. The condition must not be skipped.
     IfThenElse,
     /// Ticks its first child *at every tick*. While that succeeds, ticks the second; while it fails, ticks the third,
-    /// or fails if there is none. A branch that is no longer selected is halted. A condition may not be skipped.
+    /// or fails if there is none. A branch that is no longer selected is halted. The condition must not be skipped.
     WhileDoElse,
     /// Compares `variable` with `case_1`, `case_2`, … (as strings, or as numbers) and ticks the child of the first
     /// equal case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
@@ -81,12 +81,12 @@ pub enum Kind {
     /// halted before that.
     TryCatch,
     /// Nav2's sequence for work in stages, such as planning and following: ticks its children in order *from the first
-    /// at every tick*, and moves past a running child that comes before the last one reached. Answers running at the
+    /// at every tick*, and moves past a running child that comes before the last one reached. Returns running at the
     /// first running child that is not before that one. Fails when a child fails, and succeeds when the last has
     /// succeeded or was skipped; then all are reset.
     PipelineSequence,
     /// Nav2's nonblocking sequence: ticks all its children at every tick. Fails as soon as one fails, succeeds when all
-    /// succeed in the same tick, and otherwise answers running. A child may not be skipped.
+    /// succeed in the same tick, and otherwise returns running. No child may be skipped.
     NonblockingSequence,
     /// Nav2's sequence that keeps its position in the entry `current_child_idx`, counted from 0, so that the position
     /// survives a halt. The entry must have a value before the first tick. The position advances when a child succeeds
@@ -127,9 +127,9 @@ pub enum Kind {
     /// Ticks its child until it succeeds, at most `num_attempts` times (−1: forever). When a child that was idle fails
     /// and attempts remain, the tree is ticked again.
     RetryUntilSuccessful,
-    /// Answers running when its child succeeds, and fails when it fails.
+    /// Returns running when its child succeeds, and fails when it fails.
     KeepRunningUntilFailure,
-    /// Answers running for `delay_msec` milliseconds, then ticks its child.
+    /// Returns running for `delay_msec` milliseconds, then ticks its child.
     Delay,
     /// Ticks its child. If the child is running and `msec` milliseconds have passed since the first tick, the child is
     /// halted, and the node fails. 0 means no limit.
@@ -137,28 +137,28 @@ pub enum Kind {
     /// Ticks its child until it has succeeded or failed once. After that it is always skipped, or repeats the answer if
     /// `then_skip` is false. Halting it does not change that.
     RunOnce,
-    /// Takes the first item from a `queue`, writes it to `value` and ticks its child; answers running unless the child
-    /// fails, so each tick takes one item. Answers `if_empty` (default `SUCCESS`) when nothing is left. A queue is a
+    /// Takes the first item from a `queue`, writes it to `value` and ticks its child; returns running unless the child
+    /// fails, so each tick takes one item. Returns `if_empty` (default `SUCCESS`) when nothing is left. A queue is a
     /// string such as `1;2;3`, which stays unchanged, or a list on the blackboard, which gets shorter.
     Loop(Item),
-    /// Ticks its child if the script `if` holds, and then until the child is done; otherwise answers `else` (default
+    /// Ticks its child if the script `if` holds, and then until the child is done; otherwise returns `else` (default
     /// `FAILURE`).
     Precondition,
     /// Is skipped unless the blackboard's `entry` has been written since it was last checked; then ticks its child, and
     /// continues to do so while the child is running.
     SkipUnlessUpdated,
-    /// Answers running unless the blackboard's `entry` has been written since it was last checked; then ticks its
+    /// Returns running unless the blackboard's `entry` has been written since it was last checked; then ticks its
     /// child, and continues to do so while the child is running.
     WaitValueUpdate,
     /// Nav2's rate limit: ticks its child at the first tick, and again when 1/`hz` seconds have passed since the
-    /// child's last success (or else since the first tick); otherwise answers running. Ticks a running child at every
+    /// child's last success (or else since the first tick); otherwise returns running. Ticks a running child at every
     /// tick.
     ///
     /// It starts over after it has been reset. Below a [`PipelineSequence`](Kind::PipelineSequence), which resets no
     /// child until it is done itself, the period counts from success to success.
     RateController,
     /// Nav2's distance limit: ticks its child at the first tick, and again when the robot is at least `distance` meters
-    /// from where it was when the child last succeeded (or else at the first tick); otherwise answers running. Ticks a
+    /// from where it was when the child last succeeded (or else at the first tick); otherwise returns running. Ticks a
     /// running child at every tick. Fails while the pose is unknown; as in Nav2, a running child is not halted then.
     ///
     /// The pose is the entry `robot_pose` of the main tree: `x;y` in meters, or Nav2's nine fields
@@ -179,7 +179,7 @@ pub enum Kind {
     /// ignored if it has no stamp or an older one than the input. In any other format, the update counts.
     GoalUpdater,
     /// Nav2's trigger for new goals: ticks its child at the first tick, and again when `goal` or `goals` has changed;
-    /// otherwise answers running. Ticks a running child at every tick.
+    /// otherwise returns running. Ticks a running child at every tick.
     GoalUpdatedController,
     /// Nav2's guard against detours near the goal: ticks its child if the `path` has become more than `length_factor`
     /// times longer while the goal is the same and the previous path was shorter than `prox_len` meters; otherwise
@@ -205,14 +205,14 @@ pub enum Kind {
     SetBlackboard,
     /// Removes the entry `key` if it belongs to this tree.
     UnsetBlackboard,
-    /// Answers running for `msec` milliseconds, then succeeds. Halting it has no further effect.
+    /// Returns running for `msec` milliseconds, then succeeds. Halting it has no further effect.
     Sleep,
     /// Succeeds if the blackboard's `entry` has been written since it was last checked.
     WasEntryUpdated,
-    /// A leaf outside the tree that checks something. It is never told to stop: a condition that answers running (it
-    /// should not) is simply reset when it is halted.
+    /// A leaf that checks something, in a process of its own. It is never told to stop: a condition that returns
+    /// running (it should not) is simply reset when it is halted.
     Condition,
-    /// A leaf outside the tree that does something. When it is halted while it runs, it is told to stop.
+    /// A leaf that does something, in a process of its own. When it is halted while it runs, it is told to stop.
     Action,
 }
 

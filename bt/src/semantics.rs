@@ -105,7 +105,7 @@ pub(crate) enum Then {
     Answer(Status),
     /// It is idle again, and is skipped.
     Skip,
-    /// It answers running and has the whole tree ticked again.
+    /// It returns running and requests another tick of the whole tree.
     Again,
     /// BehaviorTree.CPP would throw an exception: the node fails for this reason.
     Fault(&'static str),

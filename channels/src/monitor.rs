@@ -62,7 +62,7 @@ pub trait Monitor: Any + Debug + Send + Sync {
     }
 
     /// Brings the state into normal form: the last tick has the number 0, the next one has the number 1, and how the
-    /// state came about is forgotten. Needed only for proofs.
+    /// state was reached is forgotten. Needed only for proofs.
     ///
     /// # Errors
     /// [`NoNormalForm`] if the monitor has none; by default it has none.

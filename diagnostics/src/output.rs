@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_still_written_can_be_found() {
+    fn a_file_that_is_still_being_written_can_be_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.rec");
         assert_eq!(Unfinished::of(&path), None);

@@ -19,7 +19,7 @@ pub enum Cell {
 pub struct CellIndex {
     /// Column, 0 at the origin.
     pub column: usize,
-    /// Row, 0 at the origin, growing along y (upwards in a picture of the map).
+    /// Row, 0 at the origin, growing along y (upwards in an image of the map).
     pub row: usize,
 }
 

@@ -33,7 +33,7 @@ use crate::{Places, PlacesFile};
 /// File name of the map.
 pub const YAML_NAME: &str = "house.yaml";
 
-/// The map's files, name and content: the YAML, its picture and its places.
+/// The map's files, name and content: the YAML, its image and its places.
 pub const FILES: [(&str, &[u8]); 3] = [
     (YAML_NAME, include_bytes!("../house.yaml")),
     ("house.pgm", include_bytes!("../house.pgm")),

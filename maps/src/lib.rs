@@ -3,7 +3,7 @@
 //! A robot and its user must agree on three things, which this crate defines.
 //!
 //! **Where things are.** A [`Pose`] is a position and a heading in meters and radians; everything on a map is in the
-//! `map` frame (in a picture: x to the right, y up, angles counter-clockwise).
+//! `map` frame (in an image: x to the right, y up, angles counter-clockwise).
 //!
 //! **What is there.** An [`OccupancyGrid`] divides a floor into cells that are free, occupied or
 //! [unknown](Cell::Unknown). [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM or PNG, and [`save_map`]

@@ -1,4 +1,4 @@
-//! Map files: the YAML and picture of ROS `map_server`, as `nav2_map_server` reads them.
+//! Map files: the YAML and image of ROS `map_server`, as `nav2_map_server` reads them.
 
 mod meaning;
 mod save;
@@ -17,12 +17,12 @@ use crate::{OccupancyGrid, Pose, pose};
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
-/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
+/// `read` reads the YAML and the image, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
 ///
 /// ```yaml
 /// image: house.pgm            # PGM or PNG, relative to this file
 /// resolution: 0.05            # meters per cell
-/// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the picture's lower left corner
+/// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the image's lower left corner
 /// negate: 0                   # 1: black is free
 /// occupied_thresh: 0.65
 /// free_thresh: 0.196
@@ -34,7 +34,7 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 ///
 /// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown otherwise. Alpha counts as a
 ///   color.
-/// - **scale**: unknown where the picture is transparent. Elsewhere ROS publishes 100 % above `occupied_thresh`, 0 %
+/// - **scale**: unknown where the image is transparent. Elsewhere ROS publishes 100 % above `occupied_thresh`, 0 %
 ///   below `free_thresh`, and scales values between them linearly from 0 to 100 %.
 /// - **raw**: ROS publishes the shade, from 0 to 255, as a percentage if it is at most 100, otherwise as unknown.
 ///   `negate` has no effect.
@@ -50,8 +50,8 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 ///
 /// # Errors
 /// [`Error::Read`](diagnostics::Error::Read) if the YAML file cannot be read;
-/// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with the YAML and its picture. An
-/// unusable picture is reported at the line that names it.
+/// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with the YAML and its image. An
+/// unusable image is reported at the line that names it.
 ///
 /// # Example
 /// A map in memory:
@@ -83,7 +83,7 @@ fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<Occupa
     let origin = read_origin(root);
     let meaning = read_meaning(root);
     let (raster, meaning) = (raster?, meaning?);
-    // A picture begins with its top row, a grid with its bottom row.
+    // An image begins with its top row, a grid with its bottom row.
     let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white)).collect();
     flip(&mut cells, raster.width);
     Some(OccupancyGrid::from_cells(raster.width, raster.height, resolution_m?, origin?, cells))
@@ -139,7 +139,7 @@ fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
     item.as_boolean().or(word).or(number).ok_or_else(|| item.wrong("0, 1, false or true"))
 }
 
-/// Flips the rows of a picture vertically.
+/// Flips the rows of an image vertically.
 fn flip<T>(cells: &mut [T], width: usize) {
     let height = cells.len() / width;
     let (top, bottom) = cells.split_at_mut(height / 2 * width);

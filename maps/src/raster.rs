@@ -1,4 +1,4 @@
-//! The picture of a map: decoding PGM and PNG within bounds.
+//! The image of a map: decoding PGM and PNG within bounds.
 
 mod pgm;
 mod png;
@@ -16,8 +16,8 @@ impl Raster {
             [b'P', b'2', ..] => pgm::decode_plain(bytes),
             [b'P', b'5', ..] => pgm::decode_raw(bytes),
             [b'P', b'1' | b'4', ..] => Err(RasterError::OtherNetpbm("a bitmap (PBM)")),
-            [b'P', b'3' | b'6', ..] => Err(RasterError::OtherNetpbm("a color picture (PPM)")),
-            [b'P', b'7', ..] => Err(RasterError::OtherNetpbm("a PAM picture")),
+            [b'P', b'3' | b'6', ..] => Err(RasterError::OtherNetpbm("a color image (PPM)")),
+            [b'P', b'7', ..] => Err(RasterError::OtherNetpbm("a PAM image")),
             [0x89, b'P', b'N', b'G', ..] => png::decode(bytes),
             _ => Err(RasterError::Magic),
         }
@@ -35,7 +35,7 @@ mod tests {
 
     #[test]
     fn files_that_are_not_graymaps_are_named() {
-        assert_eq!(Raster::decode(b"P6 1 1 255 abc"), Err(RasterError::OtherNetpbm("a color picture (PPM)")));
+        assert_eq!(Raster::decode(b"P6 1 1 255 abc"), Err(RasterError::OtherNetpbm("a color image (PPM)")));
         assert_eq!(Raster::decode(b"\xff\xd8\xff\xe0"), Err(RasterError::Magic));
         assert_eq!(Raster::decode(b""), Err(RasterError::Magic));
     }

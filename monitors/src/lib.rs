@@ -155,7 +155,7 @@
 //! for. An operator that looks back at values keeps the messages within its bound, so it must have a bound (except
 //! `previous`). Both are [`Method::Rules`] if the formula has the form of rules: a violation then comes as early as
 //! possible. Conditions on several fields or with arithmetic are judged exactly, but not foreseen: which of them
-//! exclude each other is unknown.
+//! contradict each other is unknown.
 //!
 //! A monitor's normal form, for proofs, contains the ages and values that matter. A timed formula has no normal form,
 //! nor has one that looks back at values; both say so.

@@ -127,7 +127,7 @@ fn an_answer_in_time_ends_the_obligation() {
 }
 
 #[test]
-fn being_at_the_station_answers_the_variant() {
+fn being_at_the_station_satisfies_the_variant() {
     let mut watch = Watch::shipped("phi2_or_there");
     watch.running();
     watch.level(12.0);

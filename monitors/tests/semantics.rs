@@ -141,7 +141,7 @@ fn next_is_the_next_message_on_its_own_channels() {
 }
 
 #[test]
-fn once_is_about_now_and_before() {
+fn once_covers_the_present_and_the_past() {
     let formula = is("a").implies(once(Bound::NONE, is("b"))).always();
     says(&formula, &["", "tick a-", "b+ tick a+", "b+ b- tick a+ a+", "tick b+"], &["a+", "tick a+ b+", "b- a+"]);
     let recent = is("a").implies(once(within(Relation::Less, 2), is("b"))).always();
@@ -153,7 +153,7 @@ fn once_is_about_now_and_before() {
 }
 
 #[test]
-fn historically_is_about_every_time_it_was_checked() {
+fn historically_covers_every_earlier_check() {
     let formula = is("a").implies(Formula::Historically(within(Relation::LessOrEqual, 1), Box::new(is("b")))).always();
     says(&formula, &["a+", "b+ a+", "b- tick tick tick b+ a+"], &["b- a+", "tick b- tick b+ a+"]);
 }

@@ -36,8 +36,7 @@ pub(crate) fn open_log(path: &Path, topics: &TopicArgs) -> Result<Log, Error> {
     if bags::is_bag(path) {
         return open_bag(path, topics);
     }
-    let help =
-        "a log is a text file in CARMEN's format, plain or gzipped, with ODOM and FLASER lines, or a bag of ROS 2";
+    let help = "a log is a text file in CARMEN's format, plain or gzipped, with ODOM and FLASER lines, or a ROS 2 bag";
     let name = path.display();
     let bytes = diagnostics::from_disk_or_pipe(path)
         .map_err(|error| Error::refused(format!("cannot read the log {name}: {error}"), help))?;

@@ -15,7 +15,7 @@ pub(crate) struct Finding {
     pub(crate) seconds: f64,
     /// A run in which something goes wrong.
     pub(crate) violation: Option<Violation>,
-    /// The result with the physics, if that was requested.
+    /// The result in the simulation, if that was requested.
     pub(crate) physical: Option<Physical>,
 }
 

@@ -1,4 +1,4 @@
-//! `steward prove --mutants`: which property notices which mistake in a skill or in the tree.
+//! `steward prove --mutants`: which property detects which mistake in a skill or in the tree.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -27,7 +27,7 @@ enum Fate {
     Killed(Vec<String>, Vec<Open>),
     /// It does not fit into the scenario, for this reason.
     Misfit(String),
-    /// It acts differently, but no property notices.
+    /// It acts differently, but no property detects it.
     Survives,
     /// Under the assumptions, it never acts differently.
     ChangesNothing,

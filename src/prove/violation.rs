@@ -61,7 +61,7 @@ impl Violation {
             Outcome::Proved | Outcome::Undecided => return Ok(None),
         };
         let mut replay = path.replay(&answer.model, monitor).map_err(|error| {
-            let help = "this is a mistake of steward: please report it with the scenario";
+            let help = "this is a bug in steward: please report it, with the scenario";
             Error::refused(format!("a run that violates {} cannot be replayed: {error}", question.property), help)
         })?;
         let mut watched: Vec<ChannelId> = Vec::new();
@@ -112,7 +112,7 @@ impl Violation {
         let replayed = match (self.is_replayed, self.tick()) {
             (true, Some(tick)) => format!("{} at tick {tick}, as found", self.outcome()),
             (true, None) => format!("{} before the first tick, as found", self.outcome()),
-            (false, _) => "NOT as found, so the search is wrong: please report it".to_owned(),
+            (false, _) => "NOT as found: this is a bug in steward, please report it".to_owned(),
         };
         let _ = writeln!(text, "  replayed in the channel system: {replayed}");
         text

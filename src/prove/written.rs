@@ -31,7 +31,7 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
     let live = Live::new(Arc::clone(&scenario), scenario.file.seed, true)?;
     let report = run_and_report(live, Detail::Full, &outputs, None, |_| ControlFlow::Continue(()))?;
     if report.outcome != OutcomeReport::AsExpected {
-        let help = "this is a mistake of steward: please report it with the scenario";
+        let help = "this is a bug in steward: please report it, with the scenario";
         let message = format!("{} does not violate {property} as it was found", file.display());
         return Err(Error::refused(message, help));
     }
@@ -45,12 +45,12 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
     Ok(Some(format!("  wrote {files}\n")))
 }
 
-/// The result of following a run with the physics, in words; empty if it was not requested.
+/// The result of following a run in the simulation, in words; empty if it was not requested.
 pub(super) fn physics(finding: &Finding) -> String {
     let Some(Physical { tick, difference, .. }) = &finding.physical else { return String::new() };
     let difference = difference.as_ref().map_or(String::new(), |difference| format!("; {difference}"));
     match tick {
-        Some(tick) => format!("  run with the physics: also violated, at tick {tick}\n"),
-        None => format!("  run with the physics: not violated{difference}\n"),
+        Some(tick) => format!("  run in the simulation: also violated, at tick {tick}\n"),
+        None => format!("  run in the simulation: not violated{difference}\n"),
     }
 }

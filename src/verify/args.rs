@@ -8,7 +8,7 @@ use reports::html::quoted;
 /// Recorded runs and robots, and the properties to check.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// Event logs and recordings, as `--record FILE` writes them, and bags of ROS 2; `-` reads a log from standard
+    /// Event logs and recordings, as `--record FILE` writes them, and ROS 2 bags; `-` reads a log from standard
     /// input
     #[arg(value_name = "LOG", required = true)]
     pub(crate) logs: Vec<PathBuf>,

@@ -131,7 +131,7 @@ fn a_program_that_ends_at_the_start_fails_there() {
 }
 
 #[test]
-fn a_file_that_the_system_cannot_execute_says_so() {
+fn a_file_that_cannot_be_executed_is_reported() {
     let stage = Stage::new("");
     let file = stage.folder.path().join("binary");
     std::fs::write(&file, [0, 1, 2]).unwrap();

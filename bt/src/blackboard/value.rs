@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_is_parsed_up_to_where_it_stops_being_a_number() {
+    fn a_string_is_parsed_up_to_where_it_stops_being_a_number() {
         assert_eq!(leading_int("12"), Some(12));
         assert_eq!(leading_int("-3.9"), Some(-3));
         assert_eq!(leading_int("4 apples"), Some(4));

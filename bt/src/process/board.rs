@@ -9,7 +9,7 @@ use channels::{
     TransitionId, Use, Value,
 };
 
-use super::protocol::{Line, number, stands_name, status_of, symbol};
+use super::protocol::{Line, number, own_status_name, status_of, symbol};
 use crate::blackboard::Blackboard;
 use crate::hooks::Entrance;
 use crate::ports::Traffic;
@@ -101,7 +101,7 @@ impl BlackboardProcess {
         let wiring = Shared::clone(&self.wiring);
         let program = &wiring.tree.program;
         let node = number(message, 2).and_then(|node| u32::try_from(node).ok()).unwrap_or_default();
-        let stands = symbol(message, 3).and_then(status_of);
+        let own_status = symbol(message, 3).and_then(status_of);
         let kind = wiring.tree.node(NodeId(node)).kind();
         let board = &mut self.board;
         let traffic = wiring.traffic.get(&node);
@@ -116,17 +116,19 @@ impl BlackboardProcess {
                 let written = traffic.map_or(Ok(()), |traffic| traffic.write(outputs, board));
                 written.map(|()| Told::Done).map_err(|error| error.to_string())
             }
-            Some("enter") => program.hooks(node).enter(stands, board).map(Told::Entrance).map_err(|e| e.to_string()),
+            Some("enter") => {
+                program.hooks(node).enter(own_status, board).map(Told::Entrance).map_err(|e| e.to_string())
+            }
             Some("read") => {
-                let read = program.setting(node).read(board, stands.is_none(), kind);
+                let read = program.setting(node).read(board, own_status.is_none(), kind);
                 read.map(Told::Reading).map_err(|error| error.to_string())
             }
             Some("read_after") => {
-                let read = program.setting(node).read_after(stands.unwrap_or(Status::Skipped), board, kind);
+                let read = program.setting(node).read_after(own_status.unwrap_or(Status::Skipped), board, kind);
                 read.map(Told::Reading).map_err(|error| error.to_string())
             }
             Some("leave") => {
-                let left = program.hooks(node).leave(stands.unwrap_or(Status::Running), board);
+                let left = program.hooks(node).leave(own_status.unwrap_or(Status::Running), board);
                 left.map(|()| Told::Done).map_err(|error| error.to_string())
             }
             _ => program.hooks(node).halted(board).map(|()| Told::Done).map_err(|error| error.to_string()),
@@ -185,15 +187,15 @@ impl Process for BlackboardProcess {
 
 impl Question {
     /// The question of a node with this status.
-    pub(super) fn message(self, node: NodeId, stands: Option<Status>) -> Message {
-        let (question, stands) = match self {
-            Self::Enter => ("enter", stands),
-            Self::Read => ("read", stands),
+    pub(super) fn message(self, node: NodeId, own_status: Option<Status>) -> Message {
+        let (question, own_status) = match self {
+            Self::Enter => ("enter", own_status),
+            Self::Read => ("read", own_status),
             Self::ReadAfter(status) => ("read_after", Some(status)),
             Self::Leave(status) => ("leave", Some(status)),
-            Self::Halted => ("halted", stands),
+            Self::Halted => ("halted", own_status),
         };
-        Message::new([Value::symbol(question), Value::Int(node.0.into()), Value::symbol(stands_name(stands))])
+        Message::new([Value::symbol(question), Value::Int(node.0.into()), Value::symbol(own_status_name(own_status))])
     }
 }
 
@@ -228,7 +230,7 @@ pub(super) fn asked_domain() -> Domain {
     Domain::new([Shape::new([
         ("question", FieldKind::symbols(["enter", "read", "read_after", "leave", "halted"])),
         ("node", FieldKind::Int),
-        ("stands", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
+        ("own_status", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
     ])])
 }
 

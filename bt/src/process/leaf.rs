@@ -224,7 +224,7 @@ impl Process for LeafProcess {
 /// A leaf's answer to its parent.
 fn said_by_leaf(reply: Reply) -> Said {
     match reply {
-        Reply::Status(status) => Said { status: Some(status), stands: Some(status), again: false },
-        Reply::Halted => Said { status: None, stands: None, again: false },
+        Reply::Status(status) => Said { status: Some(status), own_status: Some(status), again: false },
+        Reply::Halted => Said { status: None, own_status: None, again: false },
     }
 }

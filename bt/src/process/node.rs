@@ -13,7 +13,7 @@ use channels::{
 use stage::Stage;
 
 use super::board::Told;
-use super::protocol::{Line, said_message, stands_name};
+use super::protocol::{Line, own_status_name, said_message};
 use crate::program::Flags;
 use crate::semantics::{Memory, Reading};
 use crate::shared::Shared;
@@ -172,9 +172,9 @@ impl NodeProcess {
             Request::Halt => "halt",
         };
         // The child is already marked as being asked; send its status before that.
-        let stands = self.records[child].mark.before();
+        let own_status = self.records[child].mark.before();
         let tick = Value::Int(self.tick.unwrap_or_default());
-        Message::new([Value::symbol(head), tick, Value::symbol(stands_name(stands))])
+        Message::new([Value::symbol(head), tick, Value::symbol(own_status_name(own_status))])
     }
 }
 

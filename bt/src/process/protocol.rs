@@ -128,7 +128,7 @@ pub(super) struct Said {
     /// Its answer to a tick; `None` if it has been halted.
     pub(super) status: Option<Status>,
     /// Its status now; `None` is idle.
-    pub(super) stands: Option<Status>,
+    pub(super) own_status: Option<Status>,
     /// Whether the whole tree must be ticked again at once.
     pub(super) again: bool,
 }
@@ -139,7 +139,7 @@ pub(super) fn question_domain() -> Domain {
     Domain::new([Shape::new([
         ("request", FieldKind::symbols(["tick", "halt"])),
         ("tick", FieldKind::Int),
-        ("stands", FieldKind::symbols(["idle", "running", "success", "failure"])),
+        ("own_status", FieldKind::symbols(["idle", "running", "success", "failure"])),
     ])])
 }
 
@@ -147,26 +147,26 @@ pub(super) fn question_domain() -> Domain {
 pub(super) fn said_domain() -> Domain {
     Domain::new([Shape::new([
         ("reply", FieldKind::symbols(["running", "success", "failure", "skipped", "halted"])),
-        ("stands", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
+        ("own_status", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
         ("again", FieldKind::Bool),
     ])])
 }
 
 pub(super) fn said_message(said: Said) -> Message {
     let reply = said.status.map_or("halted", Status::name);
-    Message::new([Value::symbol(reply), Value::symbol(stands_name(said.stands)), Value::Bool(said.again)])
+    Message::new([Value::symbol(reply), Value::symbol(own_status_name(said.own_status)), Value::Bool(said.again)])
 }
 
 pub(super) fn said_of(message: &Message) -> Said {
     Said {
         status: message.head().and_then(status_of),
-        stands: symbol(message, 2).and_then(status_of),
+        own_status: symbol(message, 2).and_then(status_of),
         again: message.field(3) == Some(&Value::Bool(true)),
     }
 }
 
 /// The name of a node's status.
-pub(super) fn stands_name(status: Option<Status>) -> &'static str {
+pub(super) fn own_status_name(status: Option<Status>) -> &'static str {
     status.map_or("idle", Status::name)
 }
 

@@ -144,7 +144,7 @@ fn pass_on(status: Status) -> Reaction {
     if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
 }
 
-/// The node answers running unless its child fails.
+/// The node returns running unless its child fails.
 fn until_failure(status: Status) -> Reaction {
     match status {
         Status::Failure => Reaction::finish(Status::Failure),

@@ -57,8 +57,8 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
         }
         references.push(found);
     }
-    let stands = vec![Visit::Open; definitions.len()];
-    let mut search = CycleSearch { definitions, references, files, path: Vec::new(), stands };
+    let visits = vec![Visit::Open; definitions.len()];
+    let mut search = CycleSearch { definitions, references, files, path: Vec::new(), visits };
     for start in 0..definitions.len() {
         search.visit(start);
     }
@@ -72,7 +72,7 @@ struct CycleSearch<'a> {
     files: &'a mut [SourceFile],
     /// The trees from the start of the search to the current one, with the number of references followed in each.
     path: Vec<(usize, usize)>,
-    stands: Vec<Visit>,
+    visits: Vec<Visit>,
 }
 
 /// The progress of the search at a tree.
@@ -87,18 +87,18 @@ enum Visit {
 
 impl CycleSearch<'_> {
     fn visit(&mut self, start: usize) {
-        if self.stands[start] == Visit::Open {
+        if self.visits[start] == Visit::Open {
             self.enter(start);
         }
         while let Some((tree, followed)) = self.path.last_mut() {
             let tree = *tree;
             let Some(&(target, span)) = self.references[tree].get(*followed) else {
-                self.stands[tree] = Visit::Done;
+                self.visits[tree] = Visit::Done;
                 self.path.pop();
                 continue;
             };
             *followed += 1;
-            match self.stands[target] {
+            match self.visits[target] {
                 Visit::Open => self.enter(target),
                 Visit::OnPath(first) => {
                     let cycle = self.circle(first, target);
@@ -113,7 +113,7 @@ impl CycleSearch<'_> {
     }
 
     fn enter(&mut self, tree: usize) {
-        self.stands[tree] = Visit::OnPath(self.path.len());
+        self.visits[tree] = Visit::OnPath(self.path.len());
         self.path.push((tree, 0));
     }
 

@@ -18,13 +18,13 @@ behaviors! {
         "a=K b=S -> S", "a=R -> R",
     ];
 
-    keep_running_until_failure_answers_running_to_success: "<KeepRunningUntilFailure><a/></KeepRunningUntilFailure>" => [
+    keep_running_until_failure_returns_running_to_success: "<KeepRunningUntilFailure><a/></KeepRunningUntilFailure>" => [
         "a=S -> R",
         "a=S -> R",
         "a=R -> R",
         "a=F -> F",
     ];
-    keep_running_until_failure_answers_running_when_its_child_is_skipped:
+    keep_running_until_failure_returns_running_when_its_child_is_skipped:
         "<KeepRunningUntilFailure><a/></KeepRunningUntilFailure>" => ["a=K -> R"];
     keep_running_until_failure_halts_its_child: "<KeepRunningUntilFailure><a/></KeepRunningUntilFailure>" => [
         "a=R -> R",

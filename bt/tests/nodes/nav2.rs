@@ -685,7 +685,7 @@ fn wrong_numbers_of_children_and_missing_ports_are_refused() {
 }
 
 #[test]
-fn entries_of_the_robot_are_those_of_the_main_tree() {
+fn entries_of_the_robot_are_read_from_the_main_tree() {
     let trees = r#"<BehaviorTree ID="T"><SubTree ID="S"/></BehaviorTree>
         <BehaviorTree ID="S"><DistanceController><a/></DistanceController></BehaviorTree>"#;
     let mut execution = Execution::new(file(trees));

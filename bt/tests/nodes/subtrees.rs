@@ -102,7 +102,7 @@ fn subtree_has_its_own_scripts() {
 }
 
 #[test]
-fn subtree_gives_the_answer_of_its_tree() {
+fn subtree_returns_the_status_of_its_tree() {
     play_file(&with_subtree("", "<a/>"), &["a=R -> R", "a=F -> F", "a=S -> S"]);
     let trees = r#"<BehaviorTree ID="T"><Fallback><SubTree ID="S"/><b/></Fallback></BehaviorTree><BehaviorTree ID="S"><a/></BehaviorTree>"#;
     play_file(trees, &["a=K b=S -> S"]);

@@ -3,7 +3,7 @@
 use crate::stage::behaviors;
 
 behaviors! {
-    delay_answers_running_until_its_time_has_come: r#"<Delay delay_msec="100"><a/></Delay>"# => [
+    delay_returns_running_until_its_time_has_come: r#"<Delay delay_msec="100"><a/></Delay>"# => [
         "@0 -> R",
         "@99 -> R",
         "@100 a=S -> S",

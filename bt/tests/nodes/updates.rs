@@ -46,7 +46,7 @@ fn skip_unless_updated_that_was_halted_waits_for_the_next_update() {
 }
 
 #[test]
-fn wait_value_update_answers_running_without_an_update() {
+fn wait_value_update_returns_running_without_an_update() {
     play_with_updates(
         r#"<WaitValueUpdate entry="{x}"><a/></WaitValueUpdate>"#,
         &["-> R", "!a=S -> S", "-> R", "!a=F -> F"],

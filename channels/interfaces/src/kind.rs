@@ -9,7 +9,7 @@ use crate::name::is_symbol;
 /// The kinds that have names, each with its meaning.
 pub const KINDS: [(&str, &str); 5] = [
     ("bool", "`true` or `false`"),
-    ("int", "an integer of 64 bits"),
+    ("int", "a 64-bit integer"),
     ("real", "a number"),
     ("text", "a string"),
     ("place", "one of the scenario's places, as a symbol"),

@@ -93,7 +93,7 @@ pub enum DeviceSettings {
     People {
         /// Its range from the robot's center, in meters.
         within_m: f64,
-        /// The people that it notices; all if none are listed.
+        /// The people that it detects; all if none are listed.
         only: Vec<String>,
     },
     /// A speaker.

@@ -1,4 +1,4 @@
-//! The meaning of the pixels in a map's picture.
+//! The meaning of the pixels in a map's image.
 
 use crate::Cell;
 
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn trinary_thresholds_the_darkness() {
-        let cells = |negate| [0, 128, 254].map(|grey| meaning(Mode::Trinary, negate).cell(&[grey], 255));
+        let cells = |negate| [0, 128, 254].map(|gray| meaning(Mode::Trinary, negate).cell(&[gray], 255));
         assert_eq!(cells(false), [Occupied, Unknown, Free]);
         assert_eq!(cells(true), [Free, Unknown, Occupied]);
     }
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn trinary_values_on_a_threshold_are_unknown() {
         let exact = Meaning { occupied_threshold: 0.75, free_threshold: 0.25, ..meaning(Mode::Trinary, false) };
-        assert_eq!([64, 63, 192, 193].map(|grey| exact.cell(&[grey], 256)), [Unknown, Occupied, Unknown, Free]);
+        assert_eq!([64, 63, 192, 193].map(|gray| exact.cell(&[gray], 256)), [Unknown, Occupied, Unknown, Free]);
     }
 
     #[test]
@@ -113,14 +113,14 @@ mod tests {
     #[test]
     fn scale_stretches_between_the_thresholds() {
         // With thresholds 0.25 and 0.65 an occupancy of 0.35 is 25 %, one of 0.51 is 65 %.
-        let cell = |grey| meaning(Mode::Scale, false).cell(&[grey], 100);
+        let cell = |gray| meaning(Mode::Scale, false).cell(&[gray], 100);
         assert_eq!([100, 65, 64, 50, 49, 0].map(cell), [Free, Free, Unknown, Unknown, Occupied, Occupied]);
     }
 
     #[test]
     fn raw_reads_shades_as_percentages_and_ignores_negate() {
         for negate in [false, true] {
-            let cell = |grey| meaning(Mode::Raw, negate).cell(&[grey], 255);
+            let cell = |gray| meaning(Mode::Raw, negate).cell(&[gray], 255);
             assert_eq!(
                 [0, 25, 26, 64, 65, 100, 101, 255].map(cell),
                 [Free, Free, Unknown, Unknown, Occupied, Occupied, Unknown, Unknown]

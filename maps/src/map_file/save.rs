@@ -1,4 +1,4 @@
-//! Writing a map as `map_server` YAML and a picture.
+//! Writing a map as `map_server` YAML and an image.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,7 +8,7 @@ use diagnostics::Staging;
 use crate::raster::{MAX_CELLS, encode_pgm, encode_png};
 use crate::{Cell, Error, OccupancyGrid, heading};
 
-/// The kind of picture that a map is saved as.
+/// The kind of image that a map is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum ImageFormat {
     /// A raw graymap: large, but the same bytes from any encoder.
@@ -23,11 +23,11 @@ pub enum ImageFormat {
 pub struct MapFiles {
     /// The YAML file.
     pub yaml: String,
-    /// The picture.
+    /// The image.
     pub image: Vec<u8>,
 }
 
-/// A map as files; the picture belongs beside the YAML under `image_name`.
+/// A map as files; the image belongs beside the YAML under `image_name`.
 ///
 /// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light gray (205), like those
 /// of ROS's map saver. Loading the files gives an equal grid, except for rounding in a rotated origin.
@@ -47,7 +47,7 @@ pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) ->
     Ok(MapFiles { yaml: yaml(grid, image_name), image })
 }
 
-/// Saves a map as the YAML file at `path` and a picture with the same name beside it. Existing files are replaced; see
+/// Saves a map as the YAML file at `path` and an image with the same name beside it. Existing files are replaced; see
 /// [`map_files`].
 ///
 /// # Errors
@@ -65,7 +65,7 @@ pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Resul
         Staging::begin(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
     staging.write(&*image_name, &files.image)?;
     staging.write(yaml_name, &files.yaml)?;
-    // The YAML is published last, so it never lacks its picture.
+    // The YAML is published last, so it never lacks its image.
     Ok(staging.publish(&[yaml_name])?)
 }
 

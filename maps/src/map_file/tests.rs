@@ -60,7 +60,7 @@ fn a_grid_begins_with_the_bottom_row_of_the_picture() {
 #[test]
 fn yaw_rotates_the_whole_map() {
     let map = load_yaml(&YAML.replace("2.0, 0.0", "2.0, 1.5707963267948966")).unwrap();
-    // The picture's x axis now points up: column 2 of row 1 lies 2.5 cells above and 1.5 cells left of the origin.
+    // The image's x axis now points up: column 2 of row 1 lies 2.5 cells above and 1.5 cells left of the origin.
     let center = map.center(crate::CellIndex { column: 2, row: 1 });
     assert!((center - Point::new(-1.5 - 0.075, 2.0 + 0.125)).norm() < 1e-12, "{center}");
 }

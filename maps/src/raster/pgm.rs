@@ -52,7 +52,7 @@ pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
 /// # Panics
 /// If there are not `width` × `height` pixels.
 pub(crate) fn encode(width: usize, height: usize, pixels: &[u8]) -> Vec<u8> {
-    assert_eq!(pixels.len(), width * height, "a picture must have one pixel per column and row");
+    assert_eq!(pixels.len(), width * height, "an image must have one pixel per column and row");
     let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
     bytes.extend_from_slice(pixels);
     bytes
@@ -134,25 +134,25 @@ impl<'b> Reader<'b> {
 mod tests {
     use super::*;
 
-    fn grey(width: usize, height: usize, white: u16, samples: &[u16]) -> Raster {
+    fn gray(width: usize, height: usize, white: u16, samples: &[u16]) -> Raster {
         Raster { width, height, channels: 1, white, samples: samples.to_vec() }
     }
 
     #[test]
     fn plain_and_raw_give_the_same_result() {
-        let wanted = Ok(grey(3, 2, 9, &[0, 1, 2, 7, 8, 9]));
+        let wanted = Ok(gray(3, 2, 9, &[0, 1, 2, 7, 8, 9]));
         assert_eq!(decode_plain(b"P2\n# drawn by hand\n3 2\n9\n0 1 2 # first row\n7 8 9"), wanted);
         assert_eq!(decode_raw(b"P5 3 # width\n2\n9\n\x00\x01\x02\x07\x08\x09 and more"), wanted);
     }
 
     #[test]
     fn a_white_above_255_takes_two_bytes_with_the_higher_one_first() {
-        assert_eq!(decode_raw(b"P5 2 1 300\n\x01\x2c\x00\x07"), Ok(grey(2, 1, 300, &[300, 7])));
+        assert_eq!(decode_raw(b"P5 2 1 300\n\x01\x2c\x00\x07"), Ok(gray(2, 1, 300, &[300, 7])));
     }
 
     #[test]
     fn a_pixel_that_looks_like_a_blank_is_a_pixel() {
-        assert_eq!(decode_raw(b"P5 2 1 255\n\n#"), Ok(grey(2, 1, 255, &[10, 35])));
+        assert_eq!(decode_raw(b"P5 2 1 255\n\n#"), Ok(gray(2, 1, 255, &[10, 35])));
     }
 
     #[test]

@@ -50,7 +50,7 @@ fn encode_as((width, height): (u32, u32), color: ColorType, depth: BitDepth, sam
         writer.write_image_data(samples)?;
         writer.finish()
     });
-    written.expect("a picture of that size can be written to memory");
+    written.expect("an image of that size can be written to memory");
     bytes
 }
 

@@ -1,6 +1,6 @@
-//! The samples of a picture, within limits.
+//! The samples of an image, within limits.
 
-/// A decoded picture, row by row from the top.
+/// A decoded image, row by row from the top.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Raster {
     /// Pixels per row.
@@ -15,7 +15,7 @@ pub(crate) struct Raster {
     pub(crate) samples: Vec<u16>,
 }
 
-/// Why bytes are not a picture that can serve as a map.
+/// Why bytes are not an image that can serve as a map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum RasterError {
     #[error("it is neither PGM nor PNG")]
@@ -38,7 +38,7 @@ pub(crate) enum RasterError {
     Png(String),
 }
 
-/// The number of cells of a picture of this size, if it is allowed.
+/// The number of cells of an image of this size, if it is allowed.
 pub(super) fn cell_count(width: u64, height: u64) -> Result<usize, RasterError> {
     let count = width.checked_mul(height).and_then(|count| usize::try_from(count).ok());
     count.filter(|count| *count <= MAX_CELLS).ok_or(RasterError::TooLarge { width, height })

@@ -175,7 +175,7 @@ impl Data {
         product.iter().all(|literal| self.literal(literal, &values, i, known))
     }
 
-    /// Forgets how the state came about, and all messages but those on these channels.
+    /// Forgets how the state was reached, and all messages but those on these channels.
     pub(super) fn normalize(&mut self, kept: &BTreeSet<ChannelId>) {
         let mut messages = self.moments.pop().map(|moment| moment.messages).unwrap_or_default();
         messages.retain(|(channel, _)| kept.contains(channel));

@@ -332,7 +332,7 @@ fn odometry_that_jumps_continues_from_its_last_position() {
 }
 
 #[test]
-fn a_stray_corrected_pose_is_left_out_but_a_carried_robot_is_not() {
+fn a_stray_corrected_pose_is_left_out_but_a_kidnapped_robot_is_not() {
     let moved = |lines: &mut [String], by_m: f64| {
         for line in lines.iter_mut().filter(|line| line.starts_with("FLASER")) {
             let mut fields: Vec<String> = line.split(' ').map(str::to_owned).collect();

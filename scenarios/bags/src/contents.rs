@@ -54,10 +54,7 @@ impl Contents {
             .zip(&survey.counts)
             .map(|(topic, messages)| {
                 let layout = definitions.layout(topic);
-                let mut found = Vec::new();
-                if let Ok(layout) = &layout {
-                    leaves(layout, "", &mut found);
-                }
+                let found = layout.as_deref().map(leaves).unwrap_or_default();
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
                 let entry = if names.insert(topic.name.clone()) {
                     entry(&topic.name, &topic.kind, &found)

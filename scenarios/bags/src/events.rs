@@ -95,14 +95,12 @@ impl Events {
         let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
             let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
             let why = match reason {
-                Reason::Mismatch(mismatch) => {
-                    format!("their bytes do not fit the definition: {mismatch}; the first is {first}")
-                }
-                Reason::Stamp => format!("their stamps are 0, or far from those of other messages; the first: {first}"),
-                Reason::Symbol => format!("the mapping has no symbol for their value; the first: {first}"),
-                Reason::Channel => format!("their channel does not carry them; the first: {first}"),
+                Reason::Mismatch(mismatch) => format!("the bytes do not fit the definition: {mismatch}"),
+                Reason::Stamp => "the stamp is 0, or far from those of other messages".to_owned(),
+                Reason::Symbol => "the mapping has no symbol for the value".to_owned(),
+                Reason::Channel => "the channel does not carry such a message".to_owned(),
             };
-            format!("{count} {messages} of {} {are} left out: {why}", self.topics[*topic])
+            format!("{count} {messages} on {} {are} left out: {why}; the first: {first}", self.topics[*topic])
         });
         let late = (self.late.0 > 0).then(|| {
             format!(

@@ -137,14 +137,23 @@ pub(crate) struct Leaf<'l> {
     pub(crate) constants: &'l [Constant],
 }
 
-/// The fields of a type that can be a value; for an array of messages, those of the last message.
-pub(crate) fn leaves<'l>(layout: &'l Layout, below: &str, found: &mut Vec<Leaf<'l>>) {
+/// The fields of a type that can be a value, among its first 10,000; for an array of messages, those of the last
+/// message. Messages nested in each other may have far more fields than definitions.
+pub(crate) fn leaves(layout: &Layout) -> Vec<Leaf<'_>> {
+    let mut found = Vec::new();
+    add_leaves(layout, "", &mut 10_000, &mut found);
+    found
+}
+
+fn add_leaves<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut Vec<Leaf<'l>>) {
     for slot in &layout.fields {
+        let Some(fewer) = left.checked_sub(1) else { return };
+        *left = fewer;
         let path = if below.is_empty() { slot.name.clone() } else { format!("{below}.{}", slot.name) };
         match (&slot.item, end_of(&slot.item, slot.count, false)) {
             (_, Ok(end)) => found.push(Leaf { path, end, constants: &layout.constants }),
-            (Item::Message(inner), Err(_)) if slot.count == Count::One => leaves(inner, &path, found),
-            (Item::Message(inner), Err(_)) => leaves(inner, &format!("{path}[-1]"), found),
+            (Item::Message(inner), Err(_)) if slot.count == Count::One => add_leaves(inner, &path, left, found),
+            (Item::Message(inner), Err(_)) => add_leaves(inner, &format!("{path}[-1]"), left, found),
             (Item::Plain(_), Err(_)) => {}
         }
     }

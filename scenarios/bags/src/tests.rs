@@ -184,9 +184,9 @@ fn messages_become_events_with_ticks_between_them() {
     ];
     assert_eq!(events, expected);
     let expected = [
-        "1 message of /cmd_vel is left out: their bytes do not fit the definition: they end before their definition does; \
-         the first is 2.500 s after the first message of the bag",
-        "1 message of /odd is left out: the mapping has no symbol for their value; the first: `mode` is 2",
+        "1 message on /cmd_vel is left out: the bytes do not fit the definition: they end before their definition does; \
+         the first: 2.500 s after the first message of the bag",
+        "1 message on /odd is left out: the mapping has no symbol for the value; the first: `mode` is 2",
     ];
     assert_eq!(notes, expected);
 }
@@ -209,7 +209,7 @@ fn stamps_in_messages_can_be_their_time() {
     let times: Vec<&str> = messages.map(|line| line.split(':').next().unwrap_or_default()).collect();
     assert_eq!(times, ["0 ms", "700 ms", "900 ms", "1000 ms", "2500 ms", "2600 ms"]);
     assert_eq!(notes.len(), 1, "{notes:?}");
-    assert!(notes[0].starts_with("2 messages of /odd are left out: their stamps are 0, or far from"), "{notes:?}");
+    assert!(notes[0].starts_with("2 messages on /odd are left out: the stamp is 0, or far from"), "{notes:?}");
 }
 
 #[test]
@@ -281,6 +281,18 @@ fn the_proposed_mapping_works_as_it_is() {
     insta::assert_snapshot!(proposal);
     let (events, notes) = told(&bag, &proposal);
     assert_eq!((events.len(), notes.len()), (4, 0), "{events:?}");
+}
+
+/// Such a type has 2⁴⁰ fields.
+#[test]
+fn of_a_type_with_endlessly_many_fields_the_first_are_listed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pair = |depth: usize| format!("T{depth} a\nT{depth} b\n===\nMSG: p/T{depth}\n");
+    let definition = (1..=40).map(pair).collect::<String>() + "uint8 x\n";
+    let bag = bag_of(folder.path(), &[("/deep", ("p/msg/T0", definition.as_str()), 1, Vec::new())]);
+    let contents = Contents::of(&bag, &Definitions { topics: &[], folders: &[], read: &nothing });
+    let fields = contents.topics[0].fields.as_ref().expect("its definition is known");
+    assert!((1_000..10_000).contains(&fields.len()), "{}", fields.len());
 }
 
 #[test]

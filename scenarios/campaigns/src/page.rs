@@ -296,7 +296,7 @@ impl Page<'_> {
                         code { "dataset.parquet" }
                         ": one row per run, with parameters, verdicts, times and measurements"
                     }
-                    li { code { "summary.json" } ": the rates of this page, for programs" }
+                    li { code { "summary.json" } ": the rates of this page, as data" }
                     li { code { "timing.csv" } ": how long each run took on the computer that ran it" }
                 }
             }

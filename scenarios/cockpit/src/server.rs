@@ -295,7 +295,7 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
     let named = only(headers, &HOST).is_some_and(is_own);
     let origin = only(headers, &ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
     let mut response = if !named || headers.contains_key(ORIGIN) && !origin.is_some_and(is_own) {
-        (StatusCode::FORBIDDEN, "This is not the server's own address.").into_response()
+        (StatusCode::FORBIDDEN, "The request is not for this server's own address.").into_response()
     } else {
         next.run(request).await
     };

@@ -112,7 +112,7 @@ pub struct Battery {
 /// Something that has happened in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Happening {
-    /// Somebody interfered manually: this fault is appended to those of the [header](crate::Header::faults).
+    /// Somebody intervened: this fault is appended to those of the [header](crate::Header::faults).
     FaultAdded(Arc<Fault>),
     /// A fault took effect.
     FaultBegan {

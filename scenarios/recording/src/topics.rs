@@ -315,7 +315,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     let data = map.cells().iter().map(occupancy).collect();
     let topic = output.latched("/map")?;
     output.write(&topic, Duration::ZERO, &ros::OccupancyGrid { header: header.clone(), info, data })?;
-    let grey = |cell: &Cell| match cell {
+    let gray = |cell: &Cell| match cell {
         Cell::Free => 254,
         Cell::Occupied => 0,
         Cell::Unknown => 205,
@@ -323,7 +323,7 @@ fn write_map<W: Write>(map: &OccupancyGrid, output: &mut Output<W>) -> io::Resul
     // The first row of an image is the top one.
     let rows = map.cells().chunks(map.width().max(1)).rev();
     let mut data = Vec::with_capacity(3 * map.cells().len());
-    rows.flatten().for_each(|cell| data.extend([grey(cell); 3]));
+    rows.flatten().for_each(|cell| data.extend([gray(cell); 3]));
     // Viewers would interpret an image with one number per pixel as distances.
     let encoding = "rgb8".to_owned();
     let image = ros::Image { header, height, width, encoding, is_bigendian: 0, step: 3 * width, data };

@@ -43,7 +43,7 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
     pub skill_errors: Vec<SkillErrorReport>,
-    /// The texts that speakers said, in order.
+    /// What speakers said, in order.
     pub said: Vec<SaidReport>,
     /// The battery's charge; null without a battery.
     pub battery: Option<BatteryReport>,

@@ -64,7 +64,7 @@ pub(crate) enum Effect {
 /// What is wrong with a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeviceTrouble {
-    /// A sensor notices nothing.
+    /// A sensor detects nothing.
     Deaf,
     /// A speaker cannot be heard.
     Mute,

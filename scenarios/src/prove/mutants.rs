@@ -35,7 +35,7 @@ impl Mutant {
 }
 
 impl Proof {
-    /// All single-step mistakes in the tree and in the skills; the latter are those of the fault `skill_mutant`.
+    /// All single mistakes in the tree and in the skills; the latter are those of the fault `skill_mutant`.
     ///
     /// # Errors
     /// [`Error::BadInput`] if a machine of a skill cannot be changed.

@@ -1,4 +1,4 @@
-//! A run that was found, simulated with the physics: the environment's moves become settings and faults of the
+//! A run that was found, simulated: the environment's moves become settings and faults of the
 //! scenario.
 //!
 //! Levels, damaged messages and other faults occur at the same times as in the run. The physics determine where the
@@ -20,10 +20,10 @@ use crate::live::Live;
 use crate::scenario::{AllowedFault, Found, STEP, Scenario};
 use crate::schedule::quoted;
 
-/// How much longer the run may take with the physics.
+/// How much longer the run may take in the simulation.
 const LONGER: Duration = Duration::from_secs(60);
 
-/// What the physics show about a run that was found.
+/// What the simulation shows about a run that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Physical {
     /// The tick at which the property is violated, if it is.
@@ -184,7 +184,7 @@ fn duration(run: &Path) -> Duration {
     waits.sum()
 }
 
-/// The difference with the physics, in words.
+/// The difference in the simulation, in words.
 fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
     let place = |place: &Option<String>| place.as_ref().map_or("at no place".to_owned(), |place| format!("at {place}"));
     let trip = |trip: Option<TripStatus>| match trip {
@@ -194,7 +194,7 @@ fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
         Some(TripStatus::Failure) => "has failed to arrive",
     };
     let differs =
-        |found: String, physical: String| Some(format!("the robot {found}, and with the physics it {physical}"));
+        |found: String, physical: String| Some(format!("the robot {found}, and in the simulation it {physical}"));
     match () {
         () if expected.place != told.place => {
             differs(format!("is {}", place(&expected.place)), format!("is {}", place(&told.place)))

@@ -17,10 +17,9 @@ use crate::scenario::{BatteryAssumption, ComponentEntry, Passes, Premises, RunsE
 pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     let mut complaints = Complaints::default();
     if let Some(model) = &scenario.file.model {
-        let problem = model
-            .path
-            .span
-            .problem("a RoAML model cannot be proved: its properties refer to the inside of its processes");
+        let problem = model.path.span.problem(
+            "the properties of a RoAML model cannot be proved: they refer to internal states of its processes",
+        );
         let help = "run it many times instead: `steward campaign`";
         complaints.push(problem.with_label("this model").with_help(help));
     }
@@ -32,7 +31,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
             }
             RunsEntry::Machine(_) | RunsEntry::Device { .. } => continue,
         };
-        let problem = place.problem(format!("the component {} cannot be proved: it {what}", name.value));
+        let problem = place.problem(format!("the component {} cannot be explored: it {what}", name.value));
         let help = format!(
             "replace it by a machine that allows all that it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
             name.value
@@ -44,10 +43,9 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
     if let Some(key) = tree.and_then(|tree| of_the_world.into_iter().find(|key| tree.names_entry(key))) {
         let place = &scenario.file.tree.span;
         let problem =
-            place.problem(format!("the tree reads `{key}`, which depends on the physics, and a proof has none"));
-        complaints.push(
-            problem.with_label("this tree").with_help("prove a tree without nodes that measure speed or distance"),
-        );
+            place.problem(format!("the tree reads `{key}`, which depends on the simulation, and a proof has none"));
+        complaints
+            .push(problem.with_label("this tree").with_help("use a tree without nodes that measure speed or distance"));
     }
     complaints.check()
 }
@@ -75,7 +73,7 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
         let has_station = scenario.premises.as_ref().is_some_and(|premises| premises.station.is_some());
         if drained.charge_pct > 0.0 && !has_station {
             let problem =
-                drained.place.problem("`charge_pct_per_tick` contradicts a scenario without a charging station");
+                drained.place.problem("`charge_pct_per_tick` needs a charging station, and the scenario has none");
             complaints
                 .push(problem.with_label("this battery").with_help("name the station, `sites.station`, or remove it"));
         }

@@ -17,7 +17,7 @@ use crate::schedule::{FaultChange, Schedule, quoted};
 
 /// The name of the file with the schedule.
 pub const SCHEDULE: &str = "schedule.toml";
-/// The name of the file with the scenario that also violates the property with the physics.
+/// The name of the file with the scenario that also violates the property in the simulation.
 pub const PHYSICS: &str = "physics.toml";
 /// The name of the file with the scenario.
 pub const COUNTEREXAMPLE: &str = "counterexample.toml";
@@ -66,7 +66,7 @@ impl Proof {
         look: impl FnMut(usize, &ChannelSystem),
     ) -> Result<(), Error> {
         let replayed = run.replay_and_look(&answer.model, None, look);
-        let help = "this is a mistake of steward: please report it with the scenario";
+        let help = "this is a bug in steward: please report it, with the scenario";
         let failed =
             |error| Error::refused(format!("a run of {} cannot be replayed: {error}", self.scenario.name), help);
         replayed.map(|_| ()).map_err(failed)
@@ -88,12 +88,12 @@ impl Proof {
         Ok(text)
     }
 
-    /// Writes the scenario that also violates a property with the physics.
+    /// Writes the scenario that also violates a property in the simulation.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn write_physical(&self, question: &Question, physical: &Physical, folder: &Path) -> Result<(), Error> {
-        let about = format!("{} is also violated with the physics", question.property);
+        let about = format!("{} is also violated in the simulation", question.property);
         let text = "# The levels and the lost messages of the run that was found, as faults.\n".to_owned();
         let mut text = text + &self.based_on_it(&about, &physical.overrides);
         // Writing to a string cannot fail.

@@ -76,7 +76,7 @@ fn files() -> Vec<Key> {
         Key::new(
             "map",
             "The map: a YAML file in the format of ROS's `map_server`. Without a map, there is no robot: tree, skills \
-             and components run alone.",
+             and components run on their own.",
             text(),
         ),
         Key::new("places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).", text()),
@@ -88,12 +88,13 @@ fn files() -> Vec<Key> {
         ),
         Key::new(
             "tree",
-            "The behavior tree: an XML file of BehaviorTree.CPP. Needed without a `base` or a `model`.",
+            "The behavior tree: an XML file of BehaviorTree.CPP. Required unless there is a `base` or a `model`.",
             text(),
         ),
         Key::new(
             "skills",
-            "The folder of the SCXML machines that carry out the tree's leaves. Needed without a `base` or a `model`.",
+            "The folder of the SCXML machines that carry out the tree's leaves. Required unless there is a `base` or a \
+             `model`.",
             text(),
         ),
         Key::new(
@@ -110,8 +111,8 @@ fn files() -> Vec<Key> {
         ),
         Key::new("leaves.NAME.data", "Initial values of the machine's data.", table(json!({}))),
         Key::new("leaves.NAME.data.ID", "The initial value of `<data id=\"ID\">`.", scalar()),
-        Key::new("sites", "The places that the scenario needs. Needed with a map.", table(json!({}))),
-        Key::new("sites.start", "Where the robot starts. Needed with a map.", start),
+        Key::new("sites", "The places that the scenario needs. Required if there is a map.", table(json!({}))),
+        Key::new("sites.start", "Where the robot starts. Required if there is a map.", start),
         Key::new(
             "sites.station",
             "The point at which the charging station stands. Without it, the battery is never charged.",
@@ -245,34 +246,34 @@ fn execution() -> Vec<Key> {
             "A device of the world instead of a machine. Its interface is fixed.",
             one_of(&DeviceKind::ALL.map(DeviceKind::name)),
         ),
-        Key::new("components.NAME.door", "Of a door: its name in the world.", text()),
+        Key::new("components.NAME.door", "For a door: its name in the world.", text()),
         Key::new(
             "components.NAME.within_m",
-            "Of a people sensor: its range from the robot's center, in meters.",
+            "For a people sensor: its range from the robot's center, in meters.",
             or(number(0.1, 100.0), 5),
         ),
         Key::new(
             "components.NAME.only",
-            "Of a people sensor: the people that it notices; everyone if empty.",
+            "For a people sensor: the people that it detects; everyone if empty.",
             or(list("an array of strings", &text()), json!([])),
         ),
         Key::new(
             "components.NAME.letters_per_s",
-            "Of a speaker: how fast it speaks, in letters per second.",
+            "For a speaker: how fast it speaks, in letters per second.",
             or(number(0.1, 1000.0), 15),
         ),
         Key::new(
             "components.NAME.pressed_s",
-            "Of a button: the times at which it is pressed, in seconds.",
+            "For a button: the times at which it is pressed, in seconds.",
             or(list("an array of times in seconds", &seconds()), json!([])),
         ),
-        Key::new("components.NAME.hears[]", "Of a microphone: a request that it hears.", table(json!({}))),
+        Key::new("components.NAME.hears[]", "For a microphone: a request that it hears.", table(json!({}))),
         Key::new("components.NAME.hears[].at_s", "When, in seconds.", seconds()).required(),
         Key::new("components.NAME.hears[].text", "What somebody says.", with(name(), json!({ "maxLength": 1000 })))
             .required(),
         Key::new(
             "components.NAME.reach_m",
-            "Of a tray: the maximum distance of a box from the robot's edge, in meters.",
+            "For a tray: the maximum distance of a box from the robot's edge, in meters.",
             or(number(0.0, 5.0), 0.8),
         ),
         Key::new("components.NAME.data", "Initial values of the machine's data.", table(json!({}))),
@@ -415,8 +416,8 @@ fn world() -> Vec<Key> {
         ),
         Key::new("doors[]", "A door, which never closes onto the robot.", table(json!({}))),
         Key::new("doors[].name", "The name in reports. If not given, `door 1`, `door 2`, …", name()),
-        Key::new("doors[].at", "The middle of the closed leaf.", pose()).required(),
-        Key::new("doors[].width_m", "Width of the leaf, in meters.", or(number(0.1, 20.0), 1)),
+        Key::new("doors[].at", "The middle of the closed door.", pose()).required(),
+        Key::new("doors[].width_m", "Its width, in meters.", or(number(0.1, 20.0), 1)),
         Key::new(
             "doors[].opens",
             "How it opens: it slides, or swings to one side.",
@@ -453,11 +454,11 @@ fn monitors() -> Vec<Key> {
         ),
         Key::new("monitors[].name", "The monitor's name. If not given, that of the machine or figure.", text()),
         Key::new("monitors[].figure", "The monitor of the paper's Figure 5 (a) or (b).", one_of(&["5 (a)", "5 (b)"])),
-        Key::new("monitors[].machine", "The SCXML file. Needed without `figure`.", text()),
+        Key::new("monitors[].machine", "The SCXML file. Required without `figure`.", text()),
         Key::new(
             "monitors[].violated_in",
-            "The states that indicate a violation, which is final even if the machine leaves them at once. Needed with \
-             `machine`.",
+            "The states that indicate a violation, which is final even if the machine leaves them at once. Required \
+             with `machine`.",
             names(),
         ),
         Key::new(
@@ -467,7 +468,7 @@ fn monitors() -> Vec<Key> {
         ),
         Key::new(
             "monitors[].events[]",
-            "The messages that become events of the machine. Needed with `machine`.",
+            "The messages that become events of the machine. Required with `machine`.",
             table(json!({})),
         ),
         Key::new("monitors[].events[].event", "The event's name.", text()).required(),

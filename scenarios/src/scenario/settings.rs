@@ -283,7 +283,7 @@ fn follow_in_words(follow: &Follow) -> String {
     let Follow { distance_m, meets_within_m, speed_mps, stands } = follow;
     let stands = if stands.is_empty() { String::new() } else { format!(", stands {}", intervals(stands)) };
     format!(
-        "follows the robot from {} on at a distance of {}, at most at {}{stands}",
+        "follows the robot once it is within {}, at a distance of {} and at most {}{stands}",
         with_unit(*meets_within_m, "m"),
         with_unit(*distance_m, "m"),
         with_unit(*speed_mps, "m/s"),

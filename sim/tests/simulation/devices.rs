@@ -181,7 +181,7 @@ fn a_box_of_a_fault_disappears_with_it_even_from_somebodys_hands() {
 }
 
 #[test]
-fn walls_leaves_and_fixed_bodies_block_the_view_and_nothing_else() {
+fn walls_doors_and_fixed_bodies_block_the_view_and_nothing_else() {
     let walk =
         ObstacleMotion::Route { waypoints: vec![Point::new(3.0, 5.0)], speed_mps: 0.1, end: RouteEnd::BackAndForth };
     let mut sim = among(vec![

@@ -46,7 +46,7 @@ impl Compiler<'_> {
                 None => {
                     let problem =
                         Problem::new("<cancel> does not name a <send>").at(name_span(node), "`sendid` is missing");
-                    self.problems.push(problem.with_help("`sendid` is the `id` of the <send> to be cancelled"));
+                    self.problems.push(problem.with_help("`sendid` is the `id` of the <send> to be canceled"));
                     return None;
                 }
             },

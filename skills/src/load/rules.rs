@@ -113,7 +113,7 @@ impl Rule {
     }
 }
 
-/// Attributes that exclude each other, by element.
+/// Mutually exclusive attributes, by element.
 pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 11] = [
     ("send", ["event", "eventexpr"]),
     ("send", ["target", "targetexpr"]),

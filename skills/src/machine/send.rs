@@ -193,7 +193,7 @@ impl Macrostep<'_, '_> {
         Ok(())
     }
 
-    /// Cancels the delayed events with this id; one that is already on its way cannot be cancelled.
+    /// Cancels the delayed events with this id; one that is already on its way cannot be canceled.
     pub(super) fn cancel(&mut self, id: &Source, span: SourceSpan) -> Result<(), Aborted> {
         match self.source(id) {
             Ok(id) => {

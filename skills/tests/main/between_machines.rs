@@ -266,7 +266,7 @@ fn unpublished_topics_and_messages_that_no_channel_carries_are_refused() {
     assert_eq!(refused(&send("targetexpr='_event.origin' event='okay'")), "no channel from Arm carries <okay>");
 }
 
-/// Invokes a separate machine for each request, which is cancelled if it takes too long.
+/// Invokes a separate machine for each request, which is canceled if it takes too long.
 const FOREMAN: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
 <state id='idle'>
     <transition event='say' target='busy'>

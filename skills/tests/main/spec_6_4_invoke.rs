@@ -116,21 +116,21 @@ fn spec_6_4_leaving_the_state_ends_the_machine_and_runs_its_exit_handlers() {
 }
 
 #[test]
-fn spec_6_4_a_cancelled_machine_reports_no_end() {
+fn spec_6_4_a_canceled_machine_reports_no_end() {
     let mut stage = parent("<state id='s'/>", "");
     stage.send("leave").send("other");
     assert_eq!(stage.log(), "idle other");
 }
 
 #[test]
-fn spec_6_4_events_of_a_cancelled_machine_on_exit_are_dropped() {
+fn spec_6_4_events_of_a_canceled_machine_on_exit_are_dropped() {
     let mut stage = parent("<state id='s'><onexit><send target='#_parent' event='bye'/></onexit></state>", "");
     stage.send("leave");
     assert_eq!(stage.log(), "");
 }
 
 #[test]
-fn spec_6_4_the_delayed_events_of_a_cancelled_machine_never_come() {
+fn spec_6_4_the_delayed_events_of_a_canceled_machine_never_come() {
     let mut stage =
         parent("<state id='s'><onentry><send target='#_parent' event='late' delay='1s'/></onentry></state>", "");
     stage.send("leave").at_ms(2_000);

@@ -1,4 +1,4 @@
-//! SCXML clause 6: sending and cancelling.
+//! SCXML clause 6: sending and canceling.
 
 use crate::stage::{Stage, lenient, stage};
 

@@ -61,7 +61,7 @@ impl NodeProcess {
 
     pub(super) fn said_when_halted(&mut self, skips: bool) -> Said {
         let again = std::mem::take(&mut self.again);
-        Said { status: skips.then_some(Status::Skipped), stands: None, again }
+        Said { status: skips.then_some(Status::Skipped), own_status: None, again }
     }
 
     pub(super) fn forget(&mut self) {

@@ -114,15 +114,15 @@ impl NodeProcess {
                 self.record_halt(child);
                 self.reset(rest, goal)
             }
-            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.stands, now),
+            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.own_status, now),
         }
     }
 
     /// Handles a child's answer to a tick.
-    fn answered(&mut self, child: usize, status: Status, stands: Option<Status>, now: Duration) -> Stage {
+    fn answered(&mut self, child: usize, status: Status, own_status: Option<Status>, now: Duration) -> Stage {
         let record = &mut self.records[child];
         let was_idle = record.mark.was_idle();
-        *record = Record { mark: mark_of(stands), outcome: Some(Outcome::Answered(status)), tick: self.tick };
+        *record = Record { mark: mark_of(own_status), outcome: Some(Outcome::Answered(status)), tick: self.tick };
         if self.node().is_none() {
             return self.root_answered(status);
         }
@@ -201,8 +201,8 @@ impl NodeProcess {
     }
 
     pub(super) fn answer(&mut self, status: Status) -> Stage {
-        let stands = self.mark.answered(status).status();
-        Stage::Answering(Said { status: Some(status), stands, again: std::mem::take(&mut self.again) })
+        let own_status = self.mark.answered(status).status();
+        Stage::Answering(Said { status: Some(status), own_status, again: std::mem::take(&mut self.again) })
     }
 
     /// The root has answered: the tick is finished, unless a node wants another at once.
@@ -222,8 +222,8 @@ impl NodeProcess {
 }
 
 /// The status of a node, as another node reported it.
-fn mark_of(stands: Option<Status>) -> Mark {
-    match stands {
+fn mark_of(own_status: Option<Status>) -> Mark {
+    match own_status {
         Some(Status::Running) => Mark::Running,
         Some(Status::Success) => Mark::Success,
         Some(Status::Failure) => Mark::Failure,

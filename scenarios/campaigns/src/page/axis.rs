@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn few_values_are_classes_many_numbers_a_scale_and_many_texts_no_axis() {
+    fn few_values_make_classes_many_numbers_a_scale_and_many_strings_no_axis() {
         let numbers = |count: i64| axis((0..count).rev().map(ParameterValue::Integer));
         assert_eq!(
             numbers(3),

@@ -127,7 +127,7 @@ fn figures(reproduction: &Reproduction) -> Vec<Figure> {
             panels: whole(
                 &context,
                 &html! {
-                    "The triangle stands for the tree’s process, grey boxes for skills, blue ones for components, lines for \
+                    "The triangle stands for the tree’s process, gray boxes for skills, blue ones for components, lines for \
                      channels."
                 },
             ),

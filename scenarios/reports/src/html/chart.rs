@@ -44,14 +44,14 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     html! {
         (lanes::colors(&groups, &charts))
         @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
-            " Dark grey: changes that follow each other too quickly to be drawn individually."
+            " Dark gray: changes that follow each other too quickly to be drawn individually."
         }
         @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
         @if !pictures::thresholds(view.header()).is_empty() {
             " Dashed lines in the battery’s chart: levels in the properties named there."
         }
         @if charts[0].axis.shortened().next().is_some() {
-            " The time axis is compressed where the background is grey and only the battery changes."
+            " The time axis is compressed where the background is gray and only the battery changes."
         }
         @if !meanings.is_empty() {
             " States of the monitors: "

@@ -83,7 +83,7 @@ pub fn machine(machine: &Machine) -> String {
     colors::adopted(&pictures::machine_svg(machine)).into_string()
 }
 
-/// A card per property: what it requires, its verdict so far, and how a violation came about.
+/// A card per property: what it requires, its verdict so far, and how a violation happened.
 #[must_use]
 pub fn verdicts(view: &RunView, timeline: &Timeline) -> String {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
@@ -112,7 +112,7 @@ fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
     }
 }
 
-/// How each violation came about, in words and as a sequence chart.
+/// How each violation happened, in words and as a sequence chart.
 #[must_use]
 pub fn stories(view: &RunView, timeline: &Timeline) -> String {
     violations::section(view, timeline).into_string()

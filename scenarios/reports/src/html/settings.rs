@@ -59,7 +59,7 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
                 "With version " (report.version) " of the program, this gives the same run to the last bit on any \
                  machine of the same kind. The hash of its trace is " code { (report.trace_hash) } "."
             } }
-            p { "Beside this page: " a href="report.json" { "report.json" } ", the same data for programs." }
+            p { "Beside this page: " a href="report.json" { "report.json" } ", the same as data." }
             @if !report.snapshots.is_empty() {
                 ul.files { @for picture in &report.snapshots { li { a href=(picture.file) { (picture.file) } } } }
             }

@@ -20,7 +20,7 @@ pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
     let episodes = timeline.episodes();
     let stories = html! { @for episode in episodes { (story(&Evidence::of(episode, view), view, timeline)) } };
     let which = if episodes.len() == 1 { "the violation" } else { "the violations" };
-    markup::section("violations", &format!("How {which} came about"), stories)
+    markup::section("violations", &format!("How {which} happened"), stories)
 }
 
 /// The sequence charts of all violations as separate pictures, each with the property's name, as SVG for browsers and
@@ -42,7 +42,7 @@ pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
-    html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence)) } { "How it came about" } }
+    html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence)) } { "How it happened" } }
 }
 
 fn anchor(evidence: &Evidence<'_>) -> String {
@@ -246,12 +246,12 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
         let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
         let before = last_before(evidence, missing, topology)
             .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
-            .map(|seen| format!("; before that, at tick {}, it had told it `{}`", seen.at.tick, seen.message))
+            .map(|seen| format!("; its previous message was `{}`, at tick {}", seen.message, seen.at.tick))
             .unwrap_or_default();
         match passed.last() {
-            None => format!("But {} told {} nothing at all in that time{before}.", missing.from, missing.to),
+            None => format!("But {} sent {} nothing at all in that time{before}.", missing.from, missing.to),
             Some(last) => format!(
-                "But {} told {} only {} in that time, the last of them `{}` at tick {}{before}.",
+                "But {} sent {} only {} in that time, the last of them `{}` at tick {}{before}.",
                 missing.from,
                 missing.to,
                 words::count(passed.len(), "other message"),
@@ -271,7 +271,7 @@ fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<Str
     let mut later = later.filter_map(|event| Seen::of(event, topology));
     let last = later.rfind(|seen| seen.from == cause.from && seen.to == cause.to)?;
     let Seen { at, from, to, message } = &last;
-    Some(format!("{from} continued to tell {to}: at tick {} it was `{message}`.", at.tick))
+    Some(format!("{from} continued to send messages to {to}: the last, at tick {}, was `{message}`.", at.tick))
 }
 
 /// The answers to the tree from the leaves that the property concerns.

@@ -156,7 +156,7 @@ pub(super) const MUTATED: FaultKind = FaultKind {
 pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
     name: "leaf_inverted",
     place: Place::Behavior,
-    about: "the tree receives success and failure of a leaf swapped",
+    about: "the tree receives a leaf's success as failure, and its failure as success",
     parameters: &[LEAF],
     momentary: false,
     example: "at_s = 0\nleaf = \"BatteryLevel\"",
@@ -164,7 +164,7 @@ pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
         let decided = "m[1] = <success> or m[1] = <failure>";
         damaged(with, with.text("leaf"), "BT", decided, Damage::Opposite)
     },
-    words: |with| format!("the tree receives success and failure of {} swapped", with.text("leaf")),
+    words: |with| format!("the tree receives success of {0} as failure, and failure as success", with.text("leaf")),
 };
 
 pub(super) const HALT_LOST: FaultKind = FaultKind {

@@ -25,18 +25,18 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
 pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
     name: "device_deaf",
     place: Place::Devices,
-    about: "a button, a microphone or a people sensor notices nothing",
+    about: "a button, a microphone or a people sensor detects nothing",
     parameters: &[Parameter::required("component", "which device", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"CallButton\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Deaf),
-    words: |with| format!("{} notices nothing", with.text("component")),
+    words: |with| format!("{} detects nothing", with.text("component")),
 };
 
 pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     name: "speaker_mute",
     place: Place::Devices,
-    about: "a speaker cannot be heard, and does not notice it",
+    about: "a speaker cannot be heard, but reports success",
     parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
@@ -47,7 +47,7 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
 pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     name: "box_dropped",
     place: Place::Devices,
-    about: "the box on a tray falls off behind the robot, and the tray does not notice it",
+    about: "the box on a tray falls off behind the robot, and the tray does not detect it",
     parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
     momentary: true,
     example: "at_s = 10\ncomponent = \"Tray\"",

@@ -23,7 +23,7 @@ fn every_message(with: &Arguments, channels: Which, damage: Damage) -> Effect {
 pub(super) const KIDNAP: FaultKind = FaultKind {
     name: "kidnap",
     place: Place::Software,
-    about: "the robot is lifted and put down elsewhere; odometry does not notice",
+    about: "the robot is lifted and put down elsewhere; odometry does not register it",
     parameters: &[Parameter::required("to", "its new pose", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",

@@ -112,7 +112,7 @@ fn named(lane: &Lane<String>, end: Duration) -> Bars {
     bars(&lane.name, &lane.track, end, |state| (state.clone(), BarStyle::of_name(state)))
 }
 
-/// A skill's lane: the state of its machine, in grey while the tree does not ask it.
+/// A skill's lane: the state of its machine, in gray while the tree does not ask it.
 fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
     let end = timeline.end();
     let leaf = timeline.leaves().iter().find(|leaf| leaf.name == lane.name);
@@ -148,7 +148,7 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
         (has(BarStyle::status(NodeStatus::Success)), "green with ✓: success"),
         (has(BarStyle::status(NodeStatus::Failure)), "red with ✗: failure"),
         (has(BarStyle::status(NodeStatus::Running)), "orange: running"),
-        (has(BarStyle::QUIET), "grey: at rest, or a skill that is not asked"),
+        (has(BarStyle::QUIET), "gray: at rest, or a skill that is not asked"),
         (has(BarStyle::status(NodeStatus::NotTicked)), "a thin line: a leaf that is not ticked"),
         (has(BarStyle::NEUTRAL), "white: another state"),
         (has(verdict_style(Verdict::HoldsSoFar)), "plain green: a property that holds so far"),
