@@ -64,9 +64,12 @@ fn a_fast_robot_brakes_in_time() {
 
 #[test]
 fn a_wide_robot_does_not_fit_through_the_doors() {
+    let folder = tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
     let wide = |radius: &str| {
         let set = format!("robot.radius_m={radius}");
-        steward(&["run", "errand", "--no-snapshots", "--set", "execution.max_time_s=1", "--set", &set, "--json"])
+        let run = ["run", "errand", "--no-snapshots", "--json", "--out", out];
+        steward(&[&run[..], &["--set", "execution.max_time_s=1", "--set", &set]].concat())
     };
     assert_eq!(wide("0.35").status.code().map(|status| status < 2), Some(true));
     let refused = wide("0.7");
@@ -92,7 +95,9 @@ fn one_laser_that_looks_ahead_is_enough() {
 #[test]
 fn a_robot_without_room_for_error_in_docking_causes_a_warning() {
     let set = ["--set", "robot.docking={distance_m=0.1,angle_deg=2}", "--set", "execution.max_time_s=1"];
-    let output = steward(&[&["run", "errand", "--no-snapshots"][..], &set].concat());
+    let folder = tempdir().unwrap();
+    let run = ["run", "errand", "--no-snapshots", "--out", folder.path().to_str().unwrap()];
+    let output = steward(&[&run[..], &set].concat());
     let said = words(&output.stderr);
     assert!(said.contains("but docks only within 0.1 m and 2°"), "{said}");
 }

@@ -11,6 +11,7 @@ mod parameters;
 use std::sync::Arc;
 
 use maps::{OccupancyGrid, Point};
+use wide::u8x16;
 
 use crate::grid_frame::GridFrame;
 use crate::{Atlas, Error};
@@ -251,11 +252,19 @@ impl Costmap {
             let (left, right) = (first.max(0), end.min(width));
             if (0..height).contains(&row) && left < right {
                 let cells = &mut self.clearances[(row * width + left) as usize..(row * width + right) as usize];
-                let stamp = &clearances[(left - first) as usize..];
-                cells.iter_mut().zip(stamp).for_each(|(cell, clearance)| *cell = (*cell).min(*clearance));
+                lower(cells, &clearances[(left - first) as usize..(right - first) as usize]);
             }
         }
     }
+}
+
+/// Lowers cells to the clearances of a stamp, 16 at a time: where people walk, this takes a tenth of a run.
+fn lower(cells: &mut [u8], stamp: &[u8]) {
+    let ((blocks, cells), (stamp_blocks, stamp)) = (cells.as_chunks_mut(), stamp.as_chunks());
+    for (cells, stamp) in blocks.iter_mut().zip(stamp_blocks) {
+        *cells = u8x16::new(*cells).min(u8x16::new(*stamp)).to_array();
+    }
+    cells.iter_mut().zip(stamp).for_each(|(cell, clearance)| *cell = (*cell).min(*clearance));
 }
 
 /// The corners of the smallest box that contains another box and a cell.
