@@ -184,7 +184,7 @@ fn messages_before_the_obligation_are_mentioned() {
     report("faults/halt_lost", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
     assert!(page.contains("one from GotoRechargingStation to Navigation, before one was due"), "{page}");
-    let before = "it had told it <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code>";
+    let before = "the last message before that was <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code>";
     assert!(page.contains(before), "{page}");
 }
 

@@ -49,7 +49,7 @@ fn rendered(problems: &FileProblems) -> String {
 }
 
 #[test]
-fn a_grid_begins_with_the_bottom_row_of_the_picture() {
+fn a_grid_begins_with_the_bottom_row_of_the_image() {
     use Cell::{Free, Occupied, Unknown};
     let map = load_yaml(YAML).unwrap();
     assert_eq!(map.cells(), [Unknown, Free, Free, Occupied, Occupied, Free]);
@@ -100,7 +100,7 @@ fn missing_values_and_wrong_types_are_named() {
 }
 
 #[test]
-fn an_unusable_picture_is_a_problem_of_the_line_that_names_it() {
+fn an_unusable_image_is_a_problem_of_the_line_that_names_it() {
     let report = |image: &[u8]| problems(load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", image)])).plain();
     let huge = format!("P5 {} 2 255\n", MAX_CELLS);
     let reports =

@@ -22,7 +22,8 @@ pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topol
     if once.len() > MOST {
         told.push(words::count(once.len() - MOST, "more message"));
     }
-    (!told.is_empty()).then(|| format!("Sent only once in that time, in this order: {}.", told.join("; ")))
+    (!told.is_empty())
+        .then(|| format!("These messages were sent only once in that time, in this order: {}.", told.join("; ")))
 }
 
 fn says_the_same(a: &Event, b: &Event) -> bool {
@@ -67,7 +68,7 @@ mod tests {
         let said = |to| sentence(&events, (Duration::ZERO, Duration::from_secs(to)), &topology);
         assert_eq!(
             said(4).unwrap(),
-            "Sent only once in that time, in this order: Reader told Skill `[<error>]` at tick 2."
+            "These messages were sent only once in that time, in this order: Reader told Skill `[<error>]` at tick 2."
         );
         assert!(said(1).unwrap().contains("[<ok>, 31]"), "{:?}", said(1));
         assert_eq!(said(0), None);

@@ -246,7 +246,7 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
         let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
         let before = last_before(evidence, missing, topology)
             .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
-            .map(|seen| format!("; its previous message was `{}`, at tick {}", seen.message, seen.at.tick))
+            .map(|seen| format!("; the last message before that was `{}`, at tick {}", seen.message, seen.at.tick))
             .unwrap_or_default();
         match passed.last() {
             None => format!("But {} sent {} nothing at all in that time{before}.", missing.from, missing.to),
