@@ -269,7 +269,7 @@ def damage(folder, store, plugins):
         scope.write_text("property p := always (b, m, m.x < 1)\n")
         done = subprocess.run([STEWARD, "verify", path, "--property", scope, "--map-channels", mapping],
                               capture_output=True, text=True)
-        assert done.returncode == 0 and "100 messages of /b are left out" in done.stderr, done
+        assert done.returncode == 0 and "100 messages on /b are left out" in done.stderr, done
     print("damage: nothing panics, and everything before it is read")
 
 
