@@ -28,10 +28,11 @@ pub(crate) struct NavigateArgs {
     /// How many trips there are on each map, between random places
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     goals: u64,
-    /// How many people there are: two thirds walk back and forth across the robot's way, the others stand still
+    /// How many people there are: two thirds walk back and forth across the robot's path, and the
+    /// others stand still
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     people: u16,
-    /// How many boxes that are not on the map stand beside the robot's way, leaving it room
+    /// How many boxes that are not on the map stand beside the robot's path, leaving it room
     #[arg(long, value_name = "B", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     boxes: u16,
     /// The root seed of the first trip on each map; each further trip uses the next one

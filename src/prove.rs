@@ -59,7 +59,7 @@ pub(crate) struct ProveArgs {
     /// schedule, and as a scenario that follows it
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Repeats each run that violates a property in the simulation, with levels and lost messages as faults at the
+    /// Repeats in the simulation each run that violates a property, with levels and lost messages as faults at the
     /// same times; says whether the property is violated there too, or what differs
     #[arg(long)]
     replay: bool,

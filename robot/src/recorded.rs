@@ -123,7 +123,7 @@ impl Recording {
         &self.records
     }
 
-    /// Problems of the log and what was done about them, by line.
+    /// Problems in the log, and what was done about each, by line.
     #[must_use]
     pub fn complaints(&self) -> &[Complaint] {
         &self.complaints

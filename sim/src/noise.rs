@@ -1,4 +1,4 @@
-//! Random errors of a motion.
+//! Random errors in a motion.
 
 use rand_chacha::ChaCha8Rng;
 use robot::normal;

@@ -56,7 +56,7 @@ mod tests {
         }
 
         #[test]
-        fn equally_weak_wheels_keep_the_curve(share in 0.0..2.0_f64, forward_m in 0.1..1.0_f64, turn_rad in -1.0..1.0_f64) {
+        fn equally_weak_wheels_keep_the_curvature(share in 0.0..2.0_f64, forward_m in 0.1..1.0_f64, turn_rad in -1.0..1.0_f64) {
             let (forward, turn) = turned(&wheels(share, share), (forward_m, turn_rad), 0.4);
             prop_assert!((forward - share * forward_m).abs() < 1e-12 && (turn - share * turn_rad).abs() < 1e-12);
         }

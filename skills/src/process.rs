@@ -33,7 +33,7 @@ pub use wiring::CLIENT;
 const MAX_NOTES: usize = 1_000;
 
 /// A machine that communicates over channels. The crate's documentation describes how messages become events and events
-/// become messages; a process with [another adapter](Self::connected) has other rules.
+/// become messages; a process with [another adapter](Self::connected) follows other rules.
 ///
 /// A machine that has reached a final state, or was stopped because it did not come to rest, continues to receive and
 /// answers nothing.

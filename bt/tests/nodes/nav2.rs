@@ -261,7 +261,7 @@ fn recovery_node_succeeds_with_its_first_child() {
 }
 
 #[test]
-fn recovery_node_fails_with_the_recovery_or_after_all_retries() {
+fn recovery_node_fails_if_the_recovery_fails_or_retries_run_out() {
     held(RECOVERY, &["a=F b=F -> F", "a=F b=S a=F -> F", "a=F b=S a=R -> R", "a=F -> F"]);
     held(r#"<RecoveryNode number_of_retries="0"><a/><b/></RecoveryNode>"#, &["a=F -> F"]);
     let lines = ["a=F b=S a=F b=S a=F b=S a=F -> F"];

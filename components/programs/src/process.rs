@@ -279,7 +279,7 @@ impl Process for ProgramProcess {
     fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         Err(NoNormalForm::Unsupported {
             reason: "it is a program, whose states are unknown".to_owned(),
-            help: Some("replace it by a machine for the proof: an SCXML file with the same interface".to_owned()),
+            help: Some("replace it with a machine for the proof: an SCXML file with the same interface".to_owned()),
         })
     }
 

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn the_robot_is_followed_around_the_corner() {
+    fn progress_is_tracked_around_the_corner() {
         let mut route = corner();
         assert!((route.remaining_m() - 2.0).abs() < 1e-12);
         assert!((route.advance(&Point::new(0.4, 0.1)) - 0.1).abs() < 1e-12);

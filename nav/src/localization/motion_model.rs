@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn bell_numbers_have_mean_zero_and_variance_one() {
+    fn bell_shaped_samples_have_mean_zero_and_variance_one() {
         let mut rng = robot::Streams::new(7).stream("bell");
         let numbers: Vec<f64> = (0..40_000).map(|_| bell(&mut rng)).collect();
         let mean = numbers.iter().sum::<f64>() / 40_000.0;

@@ -79,11 +79,11 @@ pub struct Unmet {
 pub struct Estimate {
     /// The event: a violated property, or `expectation`.
     pub of: String,
-    /// In how many of how many runs it happened.
+    /// How many runs there were, and in how many of them it happened.
     pub count: Count,
-    /// The fraction; null without runs.
+    /// The fraction; null if there are no runs.
     pub rate: Option<f64>,
-    /// The exact interval with a confidence of 0.95, for a number of runs fixed in advance.
+    /// The exact 95 % confidence interval, for a number of runs fixed in advance.
     pub interval: Interval,
 }
 
@@ -103,7 +103,7 @@ pub struct Named {
 pub struct GoalReport {
     /// The event whose probability is in question.
     pub of: String,
-    /// In how many of how many runs it happened. Runs that failed do not count for any property.
+    /// How many runs there were, and in how many of them it happened. Runs that failed do not count for any property.
     pub count: Count,
     /// Whether the goal was reached with these runs.
     pub reached: bool,

@@ -1,4 +1,4 @@
-//! The thread that drives what is shown: lets it go on in time, obeys the pilot, and tells browsers what happens.
+//! The thread that drives the run on the page: it advances the run, obeys the pilot, and tells browsers what happens.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};

@@ -10,7 +10,7 @@ use super::geometry::Spot;
 /// On which side of the row an arrow runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
-    /// Arrows that skip locations, and loops.
+    /// Loops, and arrows that skip locations.
     Above,
     /// Arrows that go back.
     Below,

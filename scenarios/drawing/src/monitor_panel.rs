@@ -107,7 +107,7 @@ fn lines_height(lines: usize) -> f64 {
     lines as f64 * SMALL.line_height() + if lines > 0 { 6.0 } else { 0.0 }
 }
 
-/// Writes the meaning of a machine's location names below it, and returns the height of that.
+/// Writes the meanings of a machine's location names below it, and returns the height of this text.
 pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> f64 {
     let lines = meanings(diagrams, area.width);
     for (number, line) in lines.iter().enumerate() {

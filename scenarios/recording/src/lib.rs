@@ -80,12 +80,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Values of other crates are written as numbers. A pose is x, y, and cosine and sine of the heading. The map is its
-//! columns, its rows, the side of a cell, the pose of its lower left corner, and one byte per cell (0 free, 1 occupied,
-//! 2 unknown), row by row. The topology is its processes (name, index of the parent process) and its channels (indices
-//! of sender and receiver, whether they are synchronous, shapes of the messages). A laser is its name, its pose, the
-//! angle of the first beam and the angle between beams, the number of beams, the time between scans, and the shortest
-//! and longest range; a scan is its time, the index of its laser, and one range per beam.
+//! Values of types from other crates are written as numbers. A pose is x, y, and cosine and sine of the heading. The
+//! map is its columns, its rows, the side of a cell, the pose of its lower left corner, and one byte per cell (0 free,
+//! 1 occupied, 2 unknown), row by row. The topology is its processes (name, index of the parent process) and its
+//! channels (indices of sender and receiver, whether they are synchronous, shapes of the messages). A laser is its
+//! name, its pose, the angle of the first beam and the angle between beams, the number of beams, the time between
+//! scans, and the shortest and longest range; a scan is its time, the index of its laser, and one range per beam.
 //!
 //! A [`Judge`] makes the records of events that were recorded elsewhere, such as those of a real robot.
 //!

@@ -33,7 +33,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
         };
         let problem = place.problem(format!("the component {} cannot be explored: it {what}", name.value));
         let help = format!(
-            "replace it by a machine that allows all that it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
+            "replace it with a machine that allows all that it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
             name.value
         );
         complaints.push(problem.with_label("this component").with_help(help));

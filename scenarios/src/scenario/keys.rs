@@ -656,7 +656,7 @@ fn prove() -> Vec<Key> {
         ),
         Key::new(
             "prove.battery.charge_pct_per_tick",
-            "The minimum rise of the level, in percent, in a tick throughout which the battery is charged.",
+            "The minimum rise of the level, in percent, in a tick throughout which the battery is charging.",
             or(per_tick(), 0),
         ),
         Key::new(
@@ -707,7 +707,7 @@ fn prove() -> Vec<Key> {
         ),
         Key::new(
             "prove.faults.component_frozen",
-            "Components that may hang, and continue.",
+            "Components that may hang, and continue later.",
             or(one_or_more(), json!([])),
         ),
         Key::new(

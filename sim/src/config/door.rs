@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// When and how a leaf moves, unless it is [commanded](crate::Simulation::command_door). The obstacle's pose is that of
-/// the closed leaf's center, its heading is along the leaf.
+/// the closed leaf's center; its heading is along the leaf.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Door {
     /// How it opens.

@@ -188,7 +188,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                the station.",
         claims: &[
             Claim {
-                says: "at 35 %, here the level at the start, φ1 is not violated",
+                says: "at 35 %, which is the initial level here, φ1 is not violated",
                 source: "Figure 8 (a)",
                 differs: |run| {
                     let start_pct = run.report.battery.map_or(0.0, |battery| battery.initial);

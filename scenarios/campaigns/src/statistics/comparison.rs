@@ -19,7 +19,7 @@ pub struct Comparison {
     /// Fisher's exact test, two-sided: the probability of counts that differ at least this much if the true rates are
     /// the same.
     pub p_value: f64,
-    /// The rate after minus the rate before; none without runs.
+    /// The rate after minus the rate before; none if there are no runs.
     pub difference: Option<f64>,
     /// The confidence interval of the true difference: the two intervals of Clopper and Pearson, combined by Newcombe's
     /// method (Statistics in Medicine 17, 1998, method 10).

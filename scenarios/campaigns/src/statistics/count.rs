@@ -34,7 +34,7 @@ impl Confidence {
     }
 }
 
-/// In how many of how many runs something happened.
+/// How many runs there were, and in how many of them something happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Count {
     /// In how many runs it happened.
@@ -78,7 +78,7 @@ impl Count {
         self.runs
     }
 
-    /// The fraction of runs in which it happened; none without runs.
+    /// The fraction of runs in which it happened; none if there are no runs.
     #[must_use]
     pub fn rate(self) -> Option<f64> {
         (self.runs > 0).then(|| self.happened as f64 / self.runs as f64)

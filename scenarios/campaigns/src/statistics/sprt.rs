@@ -1,4 +1,4 @@
-//! Decides on which side of a bound a probability lies, with as few runs as possible.
+//! Decides whether a probability lies above or below a bound, with as few runs as possible.
 
 use serde::Serialize;
 

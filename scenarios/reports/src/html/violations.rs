@@ -62,7 +62,7 @@ fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
             figure {
                 (figure(&label, |layout| sequence::draw(&sequence, layout)))
                 figcaption {
-                    "Time runs down; each arrow is a message, numbered by its step in the run. "
+                    "Time runs from top to bottom; each arrow is a message, numbered by its step in the run. "
                     @if sequence.has(Weight::Cause) { "Orange: the messages that caused it. " }
                     "Red: where the property was violated"
                     @if !evidence.missing.is_empty() { ", and the message that did not come" }
