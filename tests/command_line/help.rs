@@ -115,7 +115,8 @@ fn completed(shell: &str, script: &Path) -> Option<String> {
             "zmodload zsh/zpty\nzpty shell zsh -f -i\n\
              zpty -w shell 'PROMPT=; autoload -U compinit && compinit -D -u; source {script}; stty -echo; unsetopt beep'\n\
              zpty -w -n shell $'steward ru\\t nomin\\t\\C-a: \\n'\n\
-             for i in {{1..30}}; do zpty -r -t shell line && print -r -- $line; sleep 0.1; done\nzpty -d shell\n"
+             repeat 1000; do zpty -r -t shell line && print -r -- $line && [[ $line == *nominal* ]] && break\n\
+             sleep 0.1; done\nzpty -d shell\n"
         ),
         "fish" => format!("source {script}\ncomplete -C 'steward ru'\ncomplete -C 'steward run nomin'\n"),
         other => unreachable!("{other}"),
