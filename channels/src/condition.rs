@@ -190,23 +190,19 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// Whether the relation holds. Integers and reals compare as numbers; values of other types have no order. Between
-    /// values of different types, every relation but `!=` is false.
+    /// Whether the relation holds. Integers and reals compare as numbers, exactly; values of other types have no order.
+    /// Between values of different types, every relation but `!=` is false.
     #[must_use]
     pub fn holds(self, a: &Value, b: &Value) -> bool {
-        let order = match (a.as_number(), b.as_number()) {
-            (Some(a), Some(b)) => a.partial_cmp(&b),
-            _ if a == b => Some(Ordering::Equal),
-            _ => None,
-        };
-        let ordered = a.as_number().is_some();
+        let order = a.order(b);
+        let equal = || if a.is_number() && b.is_number() { order == Some(Ordering::Equal) } else { a == b };
         match self {
-            Self::Equal => order == Some(Ordering::Equal),
-            Self::NotEqual => order != Some(Ordering::Equal),
-            Self::Less => ordered && order == Some(Ordering::Less),
-            Self::LessOrEqual => ordered && order.is_some_and(Ordering::is_le),
-            Self::Greater => ordered && order == Some(Ordering::Greater),
-            Self::GreaterOrEqual => ordered && order.is_some_and(Ordering::is_ge),
+            Self::Equal => equal(),
+            Self::NotEqual => !equal(),
+            Self::Less => order == Some(Ordering::Less),
+            Self::LessOrEqual => order.is_some_and(Ordering::is_le),
+            Self::Greater => order == Some(Ordering::Greater),
+            Self::GreaterOrEqual => order.is_some_and(Ordering::is_ge),
         }
     }
 }
@@ -331,6 +327,38 @@ mod tests {
         assert!(Relation::GreaterOrEqual.holds(&Value::Real(20.0), &Value::Int(20)));
         assert!(Relation::Equal.holds(&Value::Real(20.0), &Value::Int(20)));
         assert!(!Relation::Less.holds(&Value::Real(20.0), &Value::Int(20)));
+    }
+
+    #[test]
+    fn numbers_compare_exactly_whatever_their_size() {
+        let all = |relation: Relation, pairs: &[(Value, Value)]| pairs.iter().all(|(a, b)| relation.holds(a, b));
+        let (int, real) = (Value::Int, Value::Real);
+        assert!(all(
+            Relation::Equal,
+            &[
+                (int(1 << 60), real(1_152_921_504_606_846_976.0)),
+                (real(-9_223_372_036_854_775_808.0), int(i64::MIN)),
+                (real(-0.0), int(0)),
+            ]
+        ));
+        assert!(all(Relation::NotEqual, &[(int(9_007_199_254_740_993), real(9_007_199_254_740_992.0))]));
+        assert!(all(
+            Relation::Less,
+            &[
+                (int(1_700_000_000_000_000_001), int(1_700_000_000_000_000_002)),
+                (int(9_007_199_254_740_992), int(9_007_199_254_740_993)),
+                (real(9_007_199_254_740_992.0), int(9_007_199_254_740_993)),
+                (int(i64::MAX), real(9_223_372_036_854_775_808.0)),
+                (int(i64::MAX), real(f64::INFINITY)),
+                (real(f64::NEG_INFINITY), int(i64::MIN)),
+                (int(-3), real(-2.5)),
+                (real(-2.5), int(-2)),
+                (real(2.5), int(3)),
+            ]
+        ));
+        for relation in [Relation::Equal, Relation::LessOrEqual, Relation::GreaterOrEqual] {
+            assert!(!relation.holds(&int(0), &real(f64::NAN)));
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Values that messages carry.
 
+use std::cmp::Ordering;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -62,7 +63,26 @@ impl Value {
         Self::Symbol(Symbol::new(name))
     }
 
-    /// The number, if the value is an integer or a real.
+    /// The order of two numbers, exact also between an integer and a real; `None` if one of them is no number, or NaN.
+    #[must_use]
+    pub fn order(&self, other: &Self) -> Option<Ordering> {
+        match (self, other) {
+            (Self::Int(a), Self::Int(b)) => Some(a.cmp(b)),
+            (Self::Real(a), Self::Real(b)) => a.partial_cmp(b),
+            (Self::Int(a), Self::Real(b)) => order_of(*a, *b),
+            (Self::Real(a), Self::Int(b)) => order_of(*b, *a).map(Ordering::reverse),
+            _ => None,
+        }
+    }
+
+    /// Whether the value is an integer or a real.
+    #[must_use]
+    pub fn is_number(&self) -> bool {
+        matches!(self, Self::Int(_) | Self::Real(_))
+    }
+
+    /// The number as a real, if the value is an integer or a real. An integer of more than 53 bits is rounded: numbers
+    /// are compared with [`Value::order`].
     #[must_use]
     pub fn as_number(&self) -> Option<f64> {
         match self {
@@ -87,6 +107,21 @@ impl Value {
         } else {
             number.to_bits()
         }
+    }
+}
+
+/// The order of an integer and a real. As a real, an integer of more than 53 bits would be rounded.
+fn order_of(integer: i64, real: f64) -> Option<Ordering> {
+    const LIMIT: f64 = -(i64::MIN as f64);
+    if real.is_nan() {
+        None
+    } else if real >= LIMIT {
+        Some(Ordering::Less)
+    } else if real < -LIMIT {
+        Some(Ordering::Greater)
+    } else {
+        let whole = real.trunc();
+        Some(integer.cmp(&(whole as i64)).then_with(|| whole.total_cmp(&real)))
     }
 }
 
