@@ -263,6 +263,36 @@ enum Shape {
 /// A formula is refused if a set in its clause form has more parts than this.
 const MAX_PARTS: usize = 2_000;
 
+/// The clauses of a formula, and the events in them. An event that the clauses no longer contain, such as E in `E
+/// implies true`, is not one of the formula's: formulas that are equal by the laws of the clause form see the same
+/// states.
+pub(crate) fn normal_form(formula: &Formula) -> Result<(Form, Vocabulary), FormulaError> {
+    let mut words = Vocabulary::of(formula);
+    let mut form = clauses(formula, &words)?;
+    let mut used = BTreeSet::new();
+    events(&form, &mut used);
+    if used.len() < words.len() {
+        let (mut kept, dropped): (Vec<_>, Vec<_>) = words.ids().partition(|event| used.contains(event));
+        kept.extend(dropped);
+        words.events = kept.into_iter().map(|event| words.get(event).clone()).collect();
+        form = clauses(formula, &words)?;
+        words.events.truncate(used.len());
+    }
+    Ok((form, words))
+}
+
+/// Collects the events of a form.
+fn events(form: &Form, all: &mut BTreeSet<EventId>) {
+    for literal in form.iter().flatten() {
+        match literal {
+            Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
+                all.insert(*event);
+            }
+            operator => operator.forms().into_iter().for_each(|form| events(form, all)),
+        }
+    }
+}
+
 /// The clauses of a formula.
 pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, FormulaError> {
     if formula.looks_ahead_of_the_past() {

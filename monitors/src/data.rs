@@ -194,7 +194,7 @@ impl MessageCondition {
     }
 
     /// Its immediate parts.
-    fn operands(&self) -> Vec<&Self> {
+    pub(crate) fn operands(&self) -> Vec<&Self> {
         match self {
             Self::True | Self::False | Self::Compare { .. } | Self::Relate { .. } | Self::Remember { .. } => Vec::new(),
             Self::Not(a) => vec![a],

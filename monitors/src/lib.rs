@@ -38,12 +38,14 @@
 //!
 //! *States.* There is one state for each message received between processes, and one for each tick *generated*, whether
 //! or not a process takes it. τi is the number of the last tick generated at state i; the tick's own state already has
-//! it. A formula sees the ticks and the messages on the channels that it mentions; i = 0 is the first of those states.
-//! So a message on another channel before the first tick is not a state: the sequence has not begun.
+//! it. A formula sees the ticks and the messages on the channels that its clause form mentions; i = 0 is the first of
+//! those states. So a message on another channel before the first tick is not a state: the sequence has not begun. In
+//! `next (E implies true)`, the clause form of which is `next true`, E is such a channel.
 //!
 //! *Atoms.* An event (p, q, c) holds at i if the **last** message that q received from p, up to and including i,
 //! satisfies c. Before the first message it is false for any c. In c, a field that is missing or of another type makes
-//! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers.
+//! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers,
+//! without rounding.
 //!
 //! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
 //! τj − τi ⋈ θ. It refers to any such message, not only to the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in
@@ -105,8 +107,9 @@
 //! missing field, a value that is not a number, a division by zero or an infinite result has no value,
 //! and compares like a missing field: only `!=` holds.
 //!
-//! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the
-//! rest rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's
+//! *Laws.* De Morgan's laws, distribution, absorption, currying, double negation and the laws of `true` and `false`
+//! rewrite a formula under any operator without changing a verdict. The excluded middle does not: `next (A or not A)`
+//! waits for a message on A's channel, `next true` for a tick. `always` and `eventually` are each other's
 //! duals, and idempotent; `always (f and g)` is `always f and always g` unless a clause of one subsumes a clause of the
 //! other. (`always ((a or b) and a)` is `always a` by absorption. `always (a or b)` alone is also checked at a message
 //! on b's channel before the first message on a's, and can fail there.)
@@ -137,7 +140,7 @@
 //! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs in the
 //! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
 //! automata whose letters are the classes of messages that the formula distinguishes, with at most
-//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each state
+//! [`Limits::automaton_states`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each state
 //! of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too large
 //! causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists of
 //! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
@@ -226,16 +229,14 @@ pub mod syntax;
 mod synthesis;
 mod wording;
 
-pub use engine::Symbol;
+pub use engine::{Limits, Symbol};
 pub use explain::explain;
 pub use export::Format;
 pub use formula::{Arithmetic, Bound, EventAtom, Formula, FormulaError, MessageCondition, Term};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
-pub use monitor::{
-    Continuation, EventTime, MAX_AUTOMATON_STATES, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,
-};
+pub use monitor::{Continuation, EventTime, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness};
 pub use occurrence::occurrences;
 pub use oracle::{holds, holds_endlessly};
 pub use outcome::Outcome;

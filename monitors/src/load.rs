@@ -6,9 +6,10 @@ use std::time::Duration;
 use channels::{Monitor, Topology, Verdict};
 use diagnostics::{Problem, Source};
 
+use crate::engine::Limits;
 use crate::explain::explain;
 use crate::formula::Formula;
-use crate::monitor::{MAX_AUTOMATON_STATES, ScopeMonitor};
+use crate::monitor::ScopeMonitor;
 use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, resolve};
 use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file};
@@ -140,8 +141,11 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
         _ => {}
     }
     if !monitor.method().is_prompt() {
-        let (why, label) = if monitor.has_letters() {
-            (format!("needs more than {MAX_AUTOMATON_STATES} states"), "too large for an automaton")
+        let (why, label) = if monitor.is_cut_off() {
+            ("has conditions with too many combinations".to_owned(), "not all are foreseen")
+        } else if monitor.has_letters() {
+            let states = Limits::default().automaton_states;
+            (format!("needs more than {states} states"), "too large for an automaton")
         } else {
             ("has no automaton: it measures time, remembers values or calculates".to_owned(), "more than rules")
         };

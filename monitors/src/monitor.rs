@@ -12,9 +12,9 @@ use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm
 
 use crate::clause::Window;
 use crate::describe;
-use crate::engine::{CompactRun, Letter, Obligation, Situation, Symbol};
+use crate::engine::{CompactRun, Letter, Limits, Obligation, Situation, Symbol, combinations};
 use crate::export::Picture;
-use crate::formula::{Formula, FormulaError};
+use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use record::{Record, Told};
@@ -66,9 +66,6 @@ pub struct ScopeMonitor {
     watches: Vec<Watch>,
 }
 
-/// The largest number of states of an automaton; a formula that needs more is monitored without one.
-pub const MAX_AUTOMATON_STATES: usize = crate::engine::MAX_AUTOMATON_STATES;
-
 /// An endless continuation of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Continuation {
@@ -93,7 +90,21 @@ impl ScopeMonitor {
     /// # Errors
     /// As [`ScopeMonitor::new`].
     pub fn with(name: &str, formula: Formula, topology: &Arc<Topology>, choice: Choice) -> Result<Self, FormulaError> {
-        let synthesis = Synthesis::new(&formula, topology, choice)?;
+        Self::within(Limits::default(), name, formula, topology, choice)
+    }
+
+    /// The monitor with a given choice of machine, computed within other limits. Its verdicts may come later or earlier.
+    ///
+    /// # Errors
+    /// As [`ScopeMonitor::new`].
+    pub fn within(
+        limits: Limits,
+        name: &str,
+        formula: Formula,
+        topology: &Arc<Topology>,
+        choice: Choice,
+    ) -> Result<Self, FormulaError> {
+        let synthesis = Synthesis::new(&formula, topology, choice, limits)?;
         let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
         let run = synthesis.start();
         let rules = synthesis.rules().filter(|_| synthesis.compact().is_none());
@@ -213,13 +224,17 @@ impl ScopeMonitor {
         self.synthesis.has_graph() && !self.synthesis.vocabulary.has_data()
     }
 
-    /// Whether some message within its channel's domain satisfies this event.
-    pub(crate) fn can_hold(&self, event: &crate::formula::EventAtom) -> bool {
-        self.synthesis
-            .alphabet
-            .letters()
-            .any(|(_, channel, message)| channel == event.channel && event.condition.holds(message))
-            || !event.condition.is_simple()
+    /// Whether the conditions on a channel have too many combinations to foresee which of them can hold together.
+    pub(crate) fn is_cut_off(&self) -> bool {
+        self.synthesis.alphabet.is_cut_off()
+    }
+
+    /// Whether some message within its channel's domain may satisfy this event.
+    pub(crate) fn can_hold(&self, event: &EventAtom) -> bool {
+        let (domain, condition) = (&self.topology.get(event.channel).domain, std::slice::from_ref(&event.condition));
+        let messages = combinations(domain, condition, self.synthesis.alphabet.limits.combinations);
+        !event.condition.is_simple()
+            || messages.is_none_or(|messages| messages.iter().any(|message| event.condition.holds(message)))
     }
 
     /// Whether the very first tick violates the formula: then no run satisfies it.
@@ -324,6 +339,14 @@ impl ScopeMonitor {
             EventKind::Tick => None,
         };
         self.record.see(event, letter, message, &self.synthesis.past, now.saturating_sub(self.now));
+        for watch in &mut self.watches {
+            watch.see(event, letter, self.record.last());
+        }
+        if self.verdict == Verdict::True {
+            // Only the antecedents are still of interest.
+            self.now = self.now.max(now);
+            return;
+        }
         if now > self.now {
             self.now = now;
             self.run.advance(now);
@@ -341,9 +364,6 @@ impl ScopeMonitor {
                 rules.read(letter, &self.synthesis.alphabet);
             }
             self.verdict = self.run.verdict();
-            for watch in &mut self.watches {
-                watch.see(event, letter, self.record.last());
-            }
         }
         let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start };
         self.record.follow(&told, &self.run, self.rules.as_ref(), self.verdict);
@@ -360,12 +380,14 @@ impl Monitor for ScopeMonitor {
     }
 
     fn observe(&mut self, event: &Event) {
-        if self.verdict != Verdict::Inconclusive {
-            if self.verdict == Verdict::False && self.record.witness().is_none() {
+        match self.verdict {
+            Verdict::False if self.record.witness().is_none() => {
                 let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
-                self.record.doom(&told);
+                return self.record.doom(&told);
             }
-            return;
+            Verdict::False => return,
+            Verdict::True if self.watches.iter().all(Watch::has_held) => return,
+            Verdict::True | Verdict::Inconclusive => {}
         }
         match &event.kind {
             EventKind::Tick => self.read(event, Letter::TICK),

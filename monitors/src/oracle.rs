@@ -3,7 +3,7 @@
 
 use channels::{ChannelId, Event, EventKind, Message};
 
-use crate::clause::{Clock, Form, Literal, Part, Vocabulary, clauses, clock};
+use crate::clause::{Clock, Form, Literal, Part, Vocabulary, clock, normal_form};
 use crate::data::Values;
 use crate::formula::{self, Bound, Formula, FormulaError};
 
@@ -25,7 +25,7 @@ pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaError
 /// # Errors
 /// [`FormulaError`] if the formula's clause form has more than two thousand parts.
 pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -> Result<bool, FormulaError> {
-    let words = Vocabulary::of(formula);
+    let (form, words) = normal_form(formula)?;
     let channels = words.channels();
     let is_seen = |kind: &EventKind| match kind {
         EventKind::Tick => true,
@@ -44,7 +44,6 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
         });
         turn.collect::<Vec<_>>()
     };
-    let form = clauses(formula, &words)?;
     // From some cycle on, all cycles are the same. From the second cycle on, the last messages are its own; the value
     // of an operator about the past stays the same once its operands do and its bound has passed.
     for _ in 0..=form.iter().flatten().map(|literal| settling(literal, unit)).max().unwrap_or(0) {

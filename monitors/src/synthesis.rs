@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Message, Topology};
 
-use crate::clause::{Form, Vocabulary, clauses, is_prompt};
+use crate::clause::{Form, Vocabulary, is_prompt, normal_form};
 use crate::engine::{
-    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS,
-    Operators, Past, Progression, Situation,
+    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, Limits, MAX_EVENTS, Operators, Past,
+    Progression, Situation,
 };
 use crate::formula::{Formula, FormulaError};
 
@@ -17,8 +17,8 @@ pub enum Method {
     /// A program graph with at most one number per clause: safety and bounded response. Time and memory do not depend
     /// on θ, and verdicts come as early as possible.
     Graph,
-    /// Like [`Method::Graph`], for several clauses with deadlines whose automaton would be too large: late when two of
-    /// them contradict each other.
+    /// Like [`Method::Graph`], for several clauses with deadlines whose automaton would be too large, or for conditions
+    /// whose combinations are too many: late when two of them contradict each other.
     Graphs,
     /// An explicit automaton: verdicts come as early as possible.
     Automaton {
@@ -79,14 +79,18 @@ enum Machine {
 }
 
 impl Synthesis {
-    /// A machine for a formula, with the given choice.
-    pub(crate) fn new(formula: &Formula, topology: &Topology, choice: Choice) -> Result<Self, FormulaError> {
-        let vocabulary = Vocabulary::of(formula);
+    /// A machine for a formula, with the given choice and within these limits.
+    pub(crate) fn new(
+        formula: &Formula,
+        topology: &Topology,
+        choice: Choice,
+        limits: Limits,
+    ) -> Result<Self, FormulaError> {
+        let (form, vocabulary) = normal_form(formula)?;
         if vocabulary.len() > MAX_EVENTS {
             return Err(FormulaError::TooLarge);
         }
-        let form = clauses(formula, &vocabulary)?;
-        let alphabet = Alphabet::new(&vocabulary, topology);
+        let alphabet = Alphabet::new(&vocabulary, topology, limits);
         let past = Arc::new(Past::new(&form, &vocabulary, &alphabet));
         if vocabulary.len() + past.len() > MAX_EVENTS {
             return Err(FormulaError::TooLarge);
@@ -100,10 +104,14 @@ impl Synthesis {
     pub(crate) fn method(&self) -> Method {
         match &self.machine {
             Machine::Compact(compact) if compact.is_exact() && self.has_graph() => Method::Graph,
-            Machine::Compact(compact) if compact.is_prompt() => Method::Rules,
+            Machine::Compact(compact) if compact.is_prompt() && !self.alphabet.is_cut_off() => Method::Rules,
             Machine::Compact(_) => Method::Graphs,
             Machine::Automaton(automaton) => Method::Automaton { states: automaton.len() },
-            Machine::Progression if self.vocabulary.has_data() && is_prompt(&self.form) => Method::Rules,
+            Machine::Progression
+                if self.vocabulary.has_data() && is_prompt(&self.form) && !self.alphabet.is_cut_off() =>
+            {
+                Method::Rules
+            }
             Machine::Progression => Method::Progression,
         }
     }
@@ -161,7 +169,7 @@ impl Choice {
         }
         // Time and values have no letters.
         let has_letters = !words.is_timed && !words.has_data() && alphabet.is_exact();
-        let automaton = has_letters.then(|| Automaton::new(operators, alphabet, MAX_AUTOMATON_STATES).ok()).flatten();
+        let automaton = has_letters.then(|| Automaton::new(operators, alphabet).ok()).flatten();
         match (automaton, compact) {
             (Some(automaton), _) => Machine::Automaton(Arc::new(automaton)),
             (None, Some(compact)) => Machine::Compact(compact),

@@ -3,12 +3,14 @@
 use std::hash::{DefaultHasher, Hasher};
 
 use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
-use monitors::{Arithmetic, Bound, Choice, Formula, MessageCondition, Method, ScopeMonitor, Term, holds};
+use monitors::{
+    Arithmetic, Bound, Choice, Formula, Limits, MessageCondition, Method, Outcome, ScopeMonitor, Term, holds,
+};
 
 use crate::cases::cases;
 use crate::support::{
-    self, Choose, Dice, Tally, check, check_letters, formula_over, formula_with, random_event, random_formula,
-    random_sequence, topology,
+    self, Choose, Dice, Tally, check, check_letters, check_numbers, formula_over, formula_with, numbers, random_event,
+    random_formula, random_sequence, topology,
 };
 
 #[test]
@@ -29,6 +31,59 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     }
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
+}
+
+/// Many fields, extreme constants, integers beyond 2⁵³, missing items and parts that are trivially true.
+#[test]
+fn monitors_of_many_extreme_numbers_agree_with_the_oracle() {
+    let topology = numbers::topology();
+    let mut tally = Tally { words: 5, ..Tally::default() };
+    let pairs = cases(2_000);
+    for seed in 50_000_000..50_000_000 + pairs {
+        if let Err(what) = check_numbers(seed, &topology, &mut tally) {
+            panic!("{what}");
+        }
+    }
+    assert!(tally.settled * 10 > pairs && tally.automata * 10 > pairs && tally.graphs * 10 > pairs, "{tally:?}");
+}
+
+/// Halving a limit, or leaving almost nothing of it, makes verdicts late. It changes none.
+#[test]
+fn no_limit_decides_a_verdict() {
+    let (small, large) = (topology(), numbers::topology());
+    let (mut late, mut settled) = (0, 0);
+    for seed in 0..cases(1_000) {
+        let mut dice = Dice(seed + 60_000_000);
+        let depth = 1 + seed as u32 % 3;
+        let (formula, sequence, topology) = if seed % 2 == 0 {
+            (numbers::formula(&mut dice, &large, depth), numbers::sequence(&mut dice, &large, 10), &large)
+        } else {
+            (random_formula(&mut dice, &small, depth), random_sequence(&mut dice, &small, 10), &small)
+        };
+        let make = |by| {
+            let limits = Limits::default().divided_by(by);
+            ScopeMonitor::within(limits, "p", formula.clone(), topology, Choice::Best).expect("small")
+        };
+        let mut full = make(1);
+        let mut limited = [2, 30, 300, 10_000_000].map(make);
+        for event in &sequence {
+            full.observe(event);
+            for (index, limited) in limited.iter_mut().enumerate() {
+                limited.observe(event);
+                let verdict = limited.verdict();
+                let changes = verdict != full.verdict() && verdict != Verdict::Inconclusive;
+                assert!(!changes, "seed {seed}, limits {index}: {verdict:?} instead of {full:#?}");
+                late += u64::from(verdict != full.verdict());
+            }
+        }
+        settled += u64::from(full.verdict() != Verdict::Inconclusive);
+        for limited in &limited {
+            let outcome = limited.outcome();
+            let changes = outcome != full.outcome() && outcome != Outcome::Inconclusive;
+            assert!(!changes, "seed {seed}: {outcome} instead of {}\n{formula:#?}", full.outcome());
+        }
+    }
+    assert!(late > 0 && settled * 4 > cases(1_000), "{late} late, {settled} settled");
 }
 
 /// Random formulas with operators that look back.

@@ -3,6 +3,7 @@
 mod agreement;
 mod cases;
 mod diagnostics;
+mod edges;
 mod endless;
 mod language;
 mod laws;

@@ -1,10 +1,12 @@
 //! Letters: what a formula can distinguish in a message.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use channels::{ChannelId, Domain, FieldKind, Message, Topology, Value};
+use channels::{ChannelId, Message, Topology};
 
 use crate::clause::{EventId, Vocabulary};
+use crate::engine::combinations::combinations;
+use crate::engine::limits::Limits;
 use crate::formula::MessageCondition;
 
 /// A state as a formula sees it: a tick, or a message on a channel that satisfies some of the formula's events.
@@ -57,6 +59,7 @@ pub(crate) struct Alphabet {
     readers: Vec<Reader>,
     /// The number of symbols; `None` if there are too many for tables.
     symbols: Option<u16>,
+    pub(crate) limits: Limits,
 }
 
 /// Reads the messages of one channel.
@@ -67,34 +70,33 @@ struct Reader {
     /// The position of the channel's events among all events.
     shift: u32,
     conditions: Vec<MessageCondition>,
-    /// The possible letters of messages in the channel's domain, each with such a message.
-    letters: Vec<(Letter, Message)>,
+    /// The possible letters of messages in the channel's domain, each with such a message; `None` if there are too many
+    /// to find them.
+    letters: Option<Vec<(Letter, Message)>>,
     /// The symbol of a message that satisfies nothing.
     base: u16,
 }
 
 const DEAF: u16 = u16::MAX;
 
-/// A formula with more symbols than this is monitored without tables.
-const MAX_SYMBOLS: u32 = 1 << 10;
-
 impl Alphabet {
     /// The alphabet of a vocabulary of at most [`MAX_EVENTS`] events.
-    pub(crate) fn new(vocabulary: &Vocabulary, topology: &Topology) -> Self {
+    pub(crate) fn new(vocabulary: &Vocabulary, topology: &Topology, limits: Limits) -> Self {
         let channels = vocabulary.channels();
         let mut by_channel = vec![DEAF; topology.channels().count()];
         for (place, channel) in channels.iter().enumerate() {
             by_channel[channel.index()] = place as u16;
         }
         let mut readers: Vec<Reader> =
-            channels.into_iter().map(|channel| Reader::new(channel, vocabulary, topology)).collect();
-        let mut symbols = u32::from(Symbol::MESSAGES);
+            channels.into_iter().map(|channel| Reader::new(channel, vocabulary, topology, limits)).collect();
+        let most = limits.symbols.min(usize::from(u16::MAX));
+        let mut symbols = usize::from(Symbol::MESSAGES);
         for reader in &mut readers {
-            reader.base = symbols.min(MAX_SYMBOLS) as u16;
-            symbols = symbols.saturating_add(1_u32.checked_shl(reader.mask.count_ones()).unwrap_or(MAX_SYMBOLS));
+            reader.base = symbols.min(most) as u16;
+            symbols = symbols.saturating_add(1_usize.checked_shl(reader.mask.count_ones()).unwrap_or(most));
         }
-        let symbols = (symbols <= MAX_SYMBOLS).then_some(symbols as u16);
-        Self { by_channel, readers, symbols }
+        let symbols = (symbols <= most).then_some(symbols as u16);
+        Self { by_channel, readers, symbols, limits }
     }
 
     /// The letter of a message; `None` if the formula does not mention its channel.
@@ -127,24 +129,29 @@ impl Alphabet {
         self.symbols
     }
 
-    /// Every possible letter of messages within the domains, each with such a message, in a fixed order.
+    /// The letters of messages within the domains that were found, each with such a message, in a fixed order: all
+    /// that there are if the alphabet [is exact](Self::is_exact).
     pub(crate) fn letters(&self) -> impl Iterator<Item = (Letter, ChannelId, &Message)> + '_ {
-        let of = |reader: &'_ Reader| reader.letters.len();
-        self.readers.iter().flat_map(move |reader| {
-            (0..of(reader)).map(move |at| (reader.letters[at].0, reader.channel, &reader.letters[at].1))
+        self.readers.iter().flat_map(|reader| {
+            reader.letters.iter().flatten().map(|(letter, message)| (*letter, reader.channel, message))
         })
     }
 
-    /// Whether the samples have every possible letter: true if conditions compare only with constants.
+    /// Whether every possible letter is known: conditions compare with constants only, and their combinations could be
+    /// found.
     pub(crate) fn is_exact(&self) -> bool {
-        self.readers.iter().flat_map(|reader| &reader.conditions).all(MessageCondition::is_simple)
+        self.readers.iter().all(Reader::is_exact)
+    }
+
+    /// Whether a channel has too many combinations of conditions to find all its letters.
+    pub(crate) fn is_cut_off(&self) -> bool {
+        self.readers.iter().any(|reader| reader.letters.is_none())
     }
 
     /// The events that some message within the domains may satisfy.
     pub(crate) fn possible(&self) -> u64 {
         let known = self.letters().fold(0, |bits, (letter, ..)| bits | letter.satisfied);
-        let unknown = self.readers.iter().filter(|reader| !reader.conditions.iter().all(MessageCondition::is_simple));
-        unknown.fold(known, |bits, reader| bits | reader.mask)
+        self.readers.iter().filter(|reader| !reader.is_exact()).fold(known, |bits, reader| bits | reader.mask)
     }
 
     /// A bit for each event on a channel.
@@ -154,19 +161,26 @@ impl Alphabet {
 }
 
 impl Reader {
-    fn new(channel: ChannelId, vocabulary: &Vocabulary, topology: &Topology) -> Self {
+    fn new(channel: ChannelId, vocabulary: &Vocabulary, topology: &Topology, limits: Limits) -> Self {
         let events: Vec<EventId> = vocabulary.ids().filter(|event| vocabulary.get(*event).channel == channel).collect();
         let conditions: Vec<MessageCondition> =
             events.iter().map(|event| vocabulary.get(*event).condition.clone()).collect();
         let mask = events.iter().fold(0, |mask, event| mask | 1 << event.0);
         let shift = events.first().map_or(0, |event| event.0);
-        let mut reader = Self { channel, mask, shift, conditions, letters: Vec::new(), base: 0 };
-        let mut letters = BTreeMap::new();
-        for message in samples(&topology.get(channel).domain, reader.conditions.iter()) {
-            letters.entry(reader.read(&message)).or_insert(message);
-        }
-        reader.letters = letters.into_iter().collect();
+        let mut reader = Self { channel, mask, shift, conditions, letters: None, base: 0 };
+        let messages = combinations(&topology.get(channel).domain, &reader.conditions, limits.combinations);
+        reader.letters = messages.map(|messages| {
+            let mut letters = BTreeMap::new();
+            messages.into_iter().for_each(|message| {
+                letters.entry(reader.read(&message)).or_insert(message);
+            });
+            letters.into_iter().collect()
+        });
         reader
+    }
+
+    fn is_exact(&self) -> bool {
+        self.letters.is_some() && self.conditions.iter().all(MessageCondition::is_simple)
     }
 
     fn read(&self, message: &Message) -> Letter {
@@ -176,103 +190,9 @@ impl Reader {
     }
 }
 
-/// At most this many sample messages are tried. Letters that only other messages have are learned when they occur.
-const MAX_SAMPLES: usize = 100_000;
-
-/// Messages of a domain such that every message of the domain satisfies the same conditions as one of them.
-///
-/// Each field takes one value for each class of values that the comparisons distinguish: every constant it is compared
-/// with, and values between, below and above them. A domain without shapes contains all messages.
-pub(crate) fn samples<'a>(domain: &Domain, conditions: impl Iterator<Item = &'a MessageCondition>) -> Vec<Message> {
-    let mut constants: Vec<(usize, &Value)> = Vec::new();
-    for condition in conditions {
-        condition.comparisons(&mut |field, _, value| constants.push((field, value)));
-    }
-    let of_field = |field: usize| -> Vec<&Value> {
-        constants.iter().filter(|(compared, _)| *compared == field).map(|(_, value)| *value).collect()
-    };
-    if domain.shapes().is_empty() {
-        return untyped_samples(&constants);
-    }
-    let shapes = domain.shapes().iter().map(|shape| {
-        let fields = shape.fields().iter().enumerate();
-        let choices = fields.map(|(index, (_, kind))| field_samples(kind, &of_field(index + 1))).collect::<Vec<_>>();
-        product(&choices)
-    });
-    shapes.flatten().collect()
-}
-
-/// Messages of any shape: every field is absent or holds one value for each class that the comparisons distinguish.
-fn untyped_samples(constants: &[(usize, &Value)]) -> Vec<Message> {
-    let longest = constants.iter().map(|(field, _)| *field).max().unwrap_or(0);
-    let choices = |field: usize| {
-        let values: Vec<&Value> =
-            constants.iter().filter(|(compared, _)| *compared == field).map(|(_, value)| *value).collect();
-        // `Unmentioned` represents every value of another type.
-        let mut choices = vec![Value::symbol("Unmentioned")];
-        choices.extend(field_samples(&FieldKind::Real, &values));
-        choices.extend(values.into_iter().filter(|value| value.as_number().is_none()).cloned());
-        choices
-    };
-    (0..=longest).flat_map(|length| product(&(1..=length).map(choices).collect::<Vec<_>>())).collect()
-}
-
-fn product(choices: &[Vec<Value>]) -> Vec<Message> {
-    let mut messages: Vec<Vec<Value>> = vec![Vec::new()];
-    for values in choices {
-        let longer = messages
-            .iter()
-            .flat_map(|message| values.iter().map(|value| message.iter().chain([value]).cloned().collect::<Vec<_>>()));
-        messages = longer.take(MAX_SAMPLES).collect();
-    }
-    messages.into_iter().map(Message::new).collect()
-}
-
-/// Values of a kind, one for each class that comparisons with the constants distinguish.
-fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
-    let mut numbers: Vec<f64> = constants.iter().filter_map(|value| value.as_number()).collect();
-    numbers.sort_by(f64::total_cmp);
-    numbers.dedup();
-    match kind {
-        FieldKind::Symbol(symbols) => {
-            let (mentioned, others): (Vec<Value>, Vec<Value>) =
-                symbols.iter().cloned().map(Value::Symbol).partition(|symbol| constants.contains(&symbol));
-            mentioned.into_iter().chain(others.into_iter().take(1)).collect()
-        }
-        FieldKind::Bool if constants.is_empty() => vec![false.into()],
-        FieldKind::Bool => vec![false.into(), true.into()],
-        FieldKind::Real => reals(&numbers).into_iter().map(Value::Real).collect(),
-        FieldKind::Int => {
-            let near = |number: &f64| {
-                let floor = number.floor() as i64;
-                [floor.saturating_sub(1), floor, floor.saturating_add(1), floor.saturating_add(2)]
-            };
-            let near: BTreeSet<i64> =
-                if numbers.is_empty() { BTreeSet::from([0]) } else { numbers.iter().flat_map(near).collect() };
-            near.into_iter().map(Value::Int).collect()
-        }
-        FieldKind::Text => {
-            let texts = constants.iter().filter(|value| matches!(value, Value::Text(_))).map(|value| (*value).clone());
-            texts.chain([Value::from("\u{1}unmentioned")]).collect()
-        }
-        FieldKind::Optional(kind) => {
-            let none = Value::symbol(FieldKind::NONE);
-            std::iter::once(none).chain(field_samples(kind, constants)).collect()
-        }
-    }
-}
-
-/// The numbers, a value between each two neighbors, one below all of them and one above.
-fn reals(numbers: &[f64]) -> Vec<f64> {
-    let (Some(least), Some(greatest)) = (numbers.first(), numbers.last()) else { return vec![0.0] };
-    let beyond = |number: f64, way: f64| number + way * (number.abs() + 1.0);
-    let between = numbers.windows(2).map(|pair| pair[0] + (pair[1] - pair[0]) / 2.0);
-    numbers.iter().copied().chain(between).chain([beyond(*least, -1.0), beyond(*greatest, 1.0)]).collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use channels::{Capacity, Domain, Relation, Shape};
+    use channels::{Capacity, Domain, FieldKind, Relation, Shape, Value};
 
     use super::*;
     use crate::formula::{EventAtom, Formula};
@@ -288,7 +208,7 @@ mod tests {
         let channel = topology.channel(a, b, Capacity::One, domain).unwrap();
         let event = |condition: &MessageCondition| Formula::Event(EventAtom { channel, condition: condition.clone() });
         let vocabulary = Vocabulary::of(&Formula::Or(conditions.iter().map(event).collect()));
-        let alphabet = Alphabet::new(&vocabulary, &topology);
+        let alphabet = Alphabet::new(&vocabulary, &topology, Limits::default());
         for (letter, channel, message) in alphabet.letters() {
             assert_eq!(alphabet.read(channel, message), Some(letter));
             assert_eq!(alphabet.letter(alphabet.symbol(letter)), letter);
@@ -357,7 +277,7 @@ mod tests {
         let channel = topology.channel(a, b, Capacity::One, of(FieldKind::Int)).unwrap();
         let event = |condition: &MessageCondition| Formula::Event(EventAtom { channel, condition: condition.clone() });
         let vocabulary = |n: usize| Vocabulary::of(&Formula::Or(conditions[..n].iter().map(event).collect()));
-        assert_eq!(Alphabet::new(&vocabulary(9), &topology).symbols(), Some(3 + 512));
-        assert_eq!(Alphabet::new(&vocabulary(11), &topology).symbols(), None);
+        assert_eq!(Alphabet::new(&vocabulary(9), &topology, Limits::default()).symbols(), Some(3 + 512));
+        assert_eq!(Alphabet::new(&vocabulary(11), &topology, Limits::default()).symbols(), None);
     }
 }

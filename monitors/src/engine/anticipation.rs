@@ -14,6 +14,7 @@ use std::collections::{HashMap, VecDeque};
 
 use crate::clause::EventId;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::limits::Limits;
 use crate::engine::obligations::{Clause, Obligation, Obligations};
 use crate::engine::operators::Operators;
 use crate::engine::past::Memory;
@@ -21,11 +22,6 @@ use crate::engine::past::Memory;
 /// There are too many possible continuations to explore them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyWays;
-
-/// The limit for nodes, edges and products.
-const MAX_NODES: usize = 20_000;
-const MAX_EDGES: usize = 400_000;
-const MAX_PRODUCTS: usize = 200;
 
 /// Obligations that can be postponed forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,6 +55,7 @@ pub(crate) struct Anticipation<'a> {
     letters: Vec<(Symbol, Letter)>,
     /// Whether obligations are to be met or to be broken.
     meet: bool,
+    limits: Limits,
     known: HashMap<Node, usize>,
     nodes: Vec<Node>,
     edges: Vec<Vec<Edge>>,
@@ -73,7 +70,7 @@ impl<'a> Anticipation<'a> {
         let messages = alphabet.letters().map(|(letter, ..)| (alphabet.symbol(letter), letter));
         let letters = messages.chain([(Symbol::NEXT_TICK, Letter::TICK)]).collect();
         let (known, delays) = (HashMap::new(), HashMap::new());
-        Self { operators, letters, meet, known, nodes: Vec::new(), edges: Vec::new(), delays }
+        Self { operators, letters, meet, limits: alphabet.limits, known, nodes: Vec::new(), edges: Vec::new(), delays }
     }
 
     /// Whether some endless word meets (or breaks) the obligations, for each of these in turn.
@@ -145,14 +142,14 @@ impl<'a> Anticipation<'a> {
 
     /// The alternatives: products, one of which must be met, or clauses, one of which must be broken.
     fn ways(&self, owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
-        if self.meet { products(owed) } else { Ok(owed.clauses().to_vec()) }
+        if self.meet { products(owed, self.limits.ways) } else { Ok(owed.clauses().to_vec()) }
     }
 
     fn number(&mut self, node: Node) -> Result<usize, TooManyWays> {
         if let Some(known) = self.known.get(&node) {
             return Ok(*known);
         }
-        if self.nodes.len() >= MAX_NODES {
+        if self.nodes.len() >= self.limits.nodes {
             return Err(TooManyWays);
         }
         self.known.insert(node.clone(), self.nodes.len());
@@ -184,7 +181,7 @@ impl<'a> Anticipation<'a> {
                 }
             }
             count += edges.len();
-            if count > MAX_EDGES {
+            if count > self.limits.edges {
                 return Err(TooManyWays);
             }
             self.edges.push(edges);
@@ -221,7 +218,7 @@ impl<'a> Anticipation<'a> {
                 };
                 let next = self.delays.len() as u32;
                 let number = *self.delays.entry(delay).or_insert(next);
-                if number >= u128::BITS {
+                if number as usize >= self.limits.delays.min(u128::BITS as usize) {
                     return Err(TooManyWays);
                 }
                 bits |= u128::from(!served) << number;
@@ -278,7 +275,7 @@ fn delays_of(obligation: &Obligation) -> impl Iterator<Item = Delay> {
 }
 
 /// The products of clauses: all minimal ways to meet one obligation of each.
-fn products(owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
+fn products(owed: &Obligations, most: usize) -> Result<Vec<Clause>, TooManyWays> {
     let mut products: Vec<Clause> = vec![Clause::new()];
     for clause in owed.clauses() {
         let mut longer: Vec<Clause> = Vec::new();
@@ -292,7 +289,7 @@ fn products(owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
                 }
             }
         }
-        if longer.len() > MAX_PRODUCTS {
+        if longer.len() > most {
             return Err(TooManyWays);
         }
         products = longer;

@@ -20,13 +20,7 @@ pub(crate) type StateNumber = u16;
 /// The target of symbols that no message within its channel's domain has.
 const NOWHERE: StateNumber = StateNumber::MAX;
 
-/// The largest number of states of an automaton.
-pub(crate) const MAX_STATES: usize = 10_000;
-
-/// Obligations with more clauses are not expanded: there would be too many states.
-const MAX_CLAUSES: usize = 500;
-
-/// The automaton of a formula would have more than ten thousand states, or too many continuations.
+/// The automaton of a formula would have too many states or continuations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyStates;
 
@@ -56,10 +50,10 @@ pub(crate) struct Automaton {
 }
 
 impl Automaton {
-    /// The automaton, if it has at most `limit` states.
-    pub(crate) fn new(operators: &Operators, alphabet: &Alphabet, limit: usize) -> Result<Self, TooManyStates> {
+    /// The automaton, within the alphabet's limits.
+    pub(crate) fn new(operators: &Operators, alphabet: &Alphabet) -> Result<Self, TooManyStates> {
         let symbols = alphabet.symbols().ok_or(TooManyStates)?;
-        let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new(), limit };
+        let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new() };
         let (table, meanings) = explorer.explore(Table::new(symbols))?;
         let holds: Vec<bool> = meanings
             .iter()
@@ -209,7 +203,6 @@ struct Explorer<'a> {
     alphabet: &'a Alphabet,
     known: HashMap<Meaning, StateNumber>,
     meanings: Vec<Meaning>,
-    limit: usize,
 }
 
 impl Explorer<'_> {
@@ -253,7 +246,7 @@ impl Explorer<'_> {
     }
 
     fn number(&mut self, (owed, memory): Meaning) -> Result<StateNumber, TooManyStates> {
-        if owed.as_ref().is_some_and(|owed| owed.clauses().len() > MAX_CLAUSES) {
+        if owed.as_ref().is_some_and(|owed| owed.clauses().len() > self.alphabet.limits.clauses) {
             return Err(TooManyStates);
         }
         let settled = owed.as_ref().is_some_and(|owed| owed.is_met() || owed.is_broken());
@@ -261,7 +254,7 @@ impl Explorer<'_> {
         if let Some(number) = self.known.get(&meaning) {
             return Ok(*number);
         }
-        if self.meanings.len() >= self.limit {
+        if self.meanings.len() >= self.alphabet.limits.automaton_states.min(usize::from(NOWHERE)) {
             return Err(TooManyStates);
         }
         let number = self.meanings.len() as StateNumber;

@@ -70,12 +70,6 @@ pub(crate) struct Compact {
     answered: u16,
 }
 
-/// Formulas with more rules are left to other machines.
-const MAX_RULES: usize = 16;
-
-/// Formulas with more states are left to other machines.
-const MAX_STATES: usize = 4_096;
-
 impl Compact {
     /// The rules of a formula that is `always` of such clauses, or several such formulas joined by `and`.
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Arc<Past>) -> Option<Self> {
@@ -143,7 +137,7 @@ impl Compact {
                 table.set(at as u16, tick, step);
             }
             edges.push((at, at, step.strikes));
-            if states.len() > MAX_STATES {
+            if states.len() > alphabet.limits.graph_states {
                 return None;
             }
             at += 1;
@@ -234,7 +228,8 @@ fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past)
             rules.push(Rule::new(clause, vocabulary, alphabet, past)?);
         }
     }
-    (rules.len() <= MAX_RULES).then_some(rules)
+    // Each rule is a bit.
+    (rules.len() <= alphabet.limits.rules.min(16)).then_some(rules)
 }
 
 /// The states from which an edge that triggers a rule is reachable.

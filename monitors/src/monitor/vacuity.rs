@@ -98,6 +98,11 @@ impl Watch {
         };
     }
 
+    /// Whether the antecedent has held.
+    pub(crate) fn has_held(&self) -> bool {
+        self.held
+    }
+
     /// The clause to report if the antecedent never held.
     pub(crate) fn vacuity(&self, words: &Vocabulary, topology: &Topology) -> Option<Vacuity> {
         let antecedent = || match &self.antecedent {

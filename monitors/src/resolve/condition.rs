@@ -267,7 +267,7 @@ impl<'a> Resolver<'a> {
     /// Reports a comparison that no message can make true, because of its type or its symbol.
     fn check(&mut self, places: &[Place<'_>], whole: ByteRange, relation: Relation, value: &Value, span: ByteRange) {
         let kinds: Vec<(usize, &FieldKind)> = places.iter().flat_map(Place::kinds).collect();
-        let is_number = value.as_number().is_some();
+        let is_number = value.is_number();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem =
                 Problem::new(format!("`{value}` cannot be ordered")).at(whole, "only numbers can be compared by size");

@@ -23,6 +23,9 @@ use super::token::{Keyword, Token, TokenKind, tokens};
 /// A tree deeper than this is refused, so that no text can exhaust the stack.
 const MAX_DEPTH: usize = 100;
 
+/// A comparison has at most this many operators on numbers.
+pub(super) const MAX_OPERATORS: usize = 200;
+
 /// The result of parsing.
 #[derive(Clone, Debug)]
 pub struct Parsed {
@@ -40,7 +43,7 @@ pub fn parse_file(text: &str) -> Parsed {
     }
     let mut problems = Vec::new();
     let tokens = tokens(text, &mut problems);
-    let mut parser = Parser { tokens, at: 0, problems, depth: 0, closed_for_you: false };
+    let mut parser = Parser { tokens, at: 0, problems, depth: 0, operators: 0, closed_for_you: false };
     let items = parser.items();
     let mut problems = parser.problems;
     problems.sort_by_key(Problem::offset);
@@ -67,6 +70,8 @@ pub(super) struct Parser {
     pub(super) at: usize,
     pub(super) problems: Vec<Problem>,
     depth: usize,
+    /// The number of operators on numbers in the current comparison.
+    pub(super) operators: usize,
     /// Whether a parenthesis of this property was closed at its end, as for the paper's φ2.
     pub(super) closed_for_you: bool,
 }

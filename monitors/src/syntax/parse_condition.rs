@@ -3,7 +3,7 @@
 use diagnostics::Problem;
 
 use super::ast::{Condition, ConditionKind, Field, FieldName, Term};
-use super::parse::{Parser, Reading, Stumbled};
+use super::parse::{MAX_OPERATORS, Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 use crate::formula::Arithmetic;
 
@@ -75,6 +75,7 @@ impl Parser {
                 .push(problem.at(start, "this refers to more than one message").with_help("close the event before it"));
             return Err(Stumbled);
         }
+        self.operators = 0;
         let left = self.left_term()?;
         if let Term::Field(field) = &left
             && self.take_keyword(Keyword::As)
@@ -124,8 +125,20 @@ impl Parser {
                 }
                 _ => return Ok(sum),
             };
-            sum = Term::Arithmetic(Box::new(sum), operator, Box::new(self.product()?));
+            let right = self.product()?;
+            sum = self.arithmetic(sum, operator, right)?;
         }
+    }
+
+    /// The operation on two terms. A term is a tree as deep as it has operators in a row, so their number is limited.
+    fn arithmetic(&mut self, left: Term, operator: Arithmetic, right: Term) -> Reading<Term> {
+        self.operators += 1;
+        if self.operators > MAX_OPERATORS {
+            let label = format!("more than {MAX_OPERATORS} operators in one comparison");
+            self.problems.push(Problem::new("this term is too long").at(self.last_span(), label));
+            return Err(Stumbled);
+        }
+        Ok(Term::Arithmetic(Box::new(left), operator, Box::new(right)))
     }
 
     /// Terms joined by `*` and `/`.
@@ -140,7 +153,8 @@ impl Parser {
                 break;
             }
             self.advance();
-            product = Term::Arithmetic(Box::new(product), operator, Box::new(self.factor()?));
+            let right = self.factor()?;
+            product = self.arithmetic(product, operator, right)?;
         }
         Ok(product)
     }

@@ -1,5 +1,7 @@
 //! Random formulas and sequences, and the checks on them: shared by the tests and the example `agree`.
 
+pub(crate) mod numbers;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -302,6 +304,20 @@ pub(crate) fn check(
     topology: &Arc<Topology>,
     tally: &mut Tally,
 ) -> Result<(), String> {
+    check_with(formula, sequence, topology, &[], tally)
+}
+
+/// As [`check`]; verdicts are also checked on continuations with these messages, which no monitor has chosen.
+///
+/// # Errors
+/// What is wrong.
+pub(crate) fn check_with(
+    formula: &Formula,
+    sequence: &[Event],
+    topology: &Arc<Topology>,
+    messages: &[EventKind],
+    tally: &mut Tally,
+) -> Result<(), String> {
     let make =
         |choice| ScopeMonitor::with("random", formula.clone(), topology, choice).map_err(|error| error.to_string());
     let mut best = make(Choice::Best)?;
@@ -310,7 +326,7 @@ pub(crate) fn check(
     // Exporting a large automaton takes longer than everything else.
     let small = !matches!(best.method(), monitors::Method::Automaton { states } if states > 30);
     let mut graph = small.then(|| best.to_graph_monitor()).flatten();
-    let mut alphabet: Vec<EventKind> = automaton.samples().collect();
+    let mut alphabet: Vec<EventKind> = automaton.samples().chain(messages.iter().cloned()).collect();
     alphabet.push(EventKind::Tick);
     match best.method() {
         monitors::Method::Graph | monitors::Method::Graphs | monitors::Method::Rules => tally.graphs += 1,
@@ -438,4 +454,18 @@ fn check_verdict(
         }
     }
     Ok(())
+}
+
+/// Checks a random pair with many extreme numbers.
+///
+/// # Errors
+/// What is wrong.
+pub(crate) fn check_numbers(seed: u64, topology: &Arc<Topology>, tally: &mut Tally) -> Result<(), String> {
+    let mut dice = Dice(seed);
+    let formula = numbers::formula(&mut dice, topology, 1 + seed as u32 % 3);
+    let length = dice.roll(10) as usize;
+    let sequence = numbers::sequence(&mut dice, topology, length);
+    let messages: Vec<EventKind> = (0..6).map(|_| numbers::message(&mut dice, topology)).collect();
+    let agrees = check_with(&formula, &sequence, topology, &messages, tally);
+    agrees.map_err(|what| format!("pair {seed}: {what}\n{}\n{sequence:#?}", formula.text(topology)))
 }

@@ -1,0 +1,169 @@
+//! Messages of many numbers, compared with constants at the limits of 64-bit integers and of reals.
+
+use std::sync::Arc;
+
+use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
+use monitors::{EventAtom, Formula, MessageCondition};
+
+use super::{Choose, Dice, event, formula_with};
+
+const INTEGERS: [i64; 14] = [
+    i64::MIN,
+    i64::MIN + 1,
+    -9_007_199_254_740_993,
+    -1,
+    0,
+    1,
+    9_007_199_254_740_991,
+    9_007_199_254_740_992,
+    9_007_199_254_740_993,
+    1_700_000_000_000_000_001,
+    1_700_000_000_000_000_002,
+    9_000_000_000_000_000_000,
+    i64::MAX - 1,
+    i64::MAX,
+];
+
+const REALS: [f64; 14] = [
+    f64::NEG_INFINITY,
+    -f64::MAX,
+    -1e308,
+    -9_223_372_036_854_775_808.0,
+    -2.9,
+    -5e-324,
+    0.0,
+    0.5,
+    2.9,
+    9_007_199_254_740_992.0,
+    1.7e18,
+    9_223_372_036_854_775_808.0,
+    1e308,
+    f64::INFINITY,
+];
+
+const JOINTS: usize = 8;
+
+/// Channels with eight reals, with integers of which one may be missing, and with two forms of messages.
+pub(crate) fn topology() -> Arc<Topology> {
+    let mut topology = Topology::default();
+    let ends = ["A", "B", "C", "D"].map(|name| topology.process(name).expect("a new process"));
+    let item = FieldKind::Optional(Box::new(FieldKind::Int));
+    let domains = [
+        Domain::new([Shape::new((1..=JOINTS).map(|joint| (format!("j{joint}"), FieldKind::Real)))]),
+        Domain::new([Shape::new([("stamp", FieldKind::Int), ("id", FieldKind::Int), ("item", item)])]),
+        Domain::new([
+            Shape::new([("status", FieldKind::symbols(["ok"])), ("n", FieldKind::Int), ("x", FieldKind::Real)]),
+            Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
+        ]),
+    ];
+    for (pair, domain) in ends.windows(2).zip(domains) {
+        topology.channel(pair[0], pair[1], Capacity::One, domain).expect("a new channel");
+    }
+    Arc::new(topology)
+}
+
+fn number(dice: &mut Dice) -> Value {
+    if dice.roll(2) == 0 { Value::Int(*dice.pick(&INTEGERS)) } else { Value::Real(*dice.pick(&REALS)) }
+}
+
+fn relation(dice: &mut Dice) -> Relation {
+    *dice.pick(&[
+        Relation::Equal,
+        Relation::NotEqual,
+        Relation::Less,
+        Relation::LessOrEqual,
+        Relation::Greater,
+        Relation::GreaterOrEqual,
+    ])
+}
+
+/// The condition that these fields are, or are not, all in an interval.
+fn box_of(dice: &mut Dice, fields: usize) -> MessageCondition {
+    let bound = |field, relation, value: f64| MessageCondition::Compare { field, relation, value: value.into() };
+    let side = *dice.pick(&[0.5, 2.9, 1e308]);
+    let inside =
+        (1..=fields).flat_map(|field| [bound(field, Relation::Greater, -side), bound(field, Relation::Less, side)]);
+    let inside = MessageCondition::And(inside.collect());
+    if dice.roll(3) == 0 { MessageCondition::Not(Box::new(inside)) } else { inside }
+}
+
+/// A condition on messages with this many fields.
+fn condition(dice: &mut Dice, fields: usize, depth: u32) -> MessageCondition {
+    let part = |dice: &mut Dice| condition(dice, fields, depth.saturating_sub(1));
+    match dice.roll(if depth == 0 { 5 } else { 10 }) {
+        0..=3 => {
+            let (field, relation) = (1 + dice.roll(fields as u64) as usize, relation(dice));
+            let value = match dice.roll(8) {
+                0 => Value::symbol(["ok", "error", FieldKind::NONE][dice.roll(3) as usize]),
+                1 => Value::from("reason"),
+                _ => number(dice),
+            };
+            MessageCondition::Compare { field, relation, value }
+        }
+        4 => MessageCondition::True,
+        5 => MessageCondition::Not(Box::new(part(dice))),
+        6 => MessageCondition::And((0..dice.roll(4)).map(|_| part(dice)).collect()),
+        7 => MessageCondition::Or((0..dice.roll(4)).map(|_| part(dice)).collect()),
+        8 => MessageCondition::Implies(Box::new(part(dice)), Box::new(part(dice))),
+        _ => box_of(dice, fields),
+    }
+}
+
+/// A formula over a few such events, some of whose parts are trivially true.
+pub(crate) fn formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let events: Vec<EventAtom> = (0..3)
+        .map(|_| {
+            let index = dice.roll(3) as usize;
+            let fields = if index == 0 { JOINTS } else { 3 };
+            EventAtom { channel: channels[index], condition: condition(dice, fields, 2) }
+        })
+        .collect();
+    let back = dice.roll(4) == 0;
+    let inside = formula_with(dice, &events, depth, Choose { ahead: true, back });
+    match dice.roll(5) {
+        0 => Formula::Event(events[0].clone()).implies(Formula::Or(vec![inside, Formula::True])).always(),
+        1 => Formula::Event(events[0].clone()).negated().always(),
+        _ => inside,
+    }
+}
+
+/// A message on one of the channels.
+pub(crate) fn message(dice: &mut Dice, topology: &Topology) -> EventKind {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let index = dice.roll(3) as usize;
+    let int = |dice: &mut Dice| {
+        let near = [-1, 0, 0, 0, 1][dice.roll(5) as usize];
+        Value::Int(dice.pick(&INTEGERS).saturating_add(near))
+    };
+    let real = |dice: &mut Dice| {
+        let real = *dice.pick(&REALS);
+        Value::Real([real.next_down(), real, real, real.next_up(), 0.25][dice.roll(5) as usize])
+    };
+    let message = match index {
+        0 => {
+            let same = real(dice);
+            let all = dice.roll(2) == 0;
+            Message::new((0..JOINTS).map(|_| if all { same.clone() } else { real(dice) }))
+        }
+        1 => {
+            let item = if dice.roll(3) == 0 { Value::symbol(FieldKind::NONE) } else { int(dice) };
+            Message::new([int(dice), int(dice), item])
+        }
+        _ if dice.roll(3) == 0 => Message::new([Value::symbol("error"), "reason".into()]),
+        _ => Message::new([Value::symbol("ok"), int(dice), real(dice)]),
+    };
+    EventKind::Received { channel: channels[index], message }
+}
+
+/// A sequence of this many states; its first need not be a tick.
+pub(crate) fn sequence(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
+    let (mut tick, mut ticked) = (0, false);
+    let states = (0..length).map(|index| {
+        let is_tick = dice.roll(3) == 0;
+        tick += u64::from(is_tick && ticked);
+        ticked |= is_tick;
+        event(index as u64, tick, if is_tick { EventKind::Tick } else { message(dice, topology) })
+    });
+    states.collect()
+}
