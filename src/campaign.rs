@@ -255,7 +255,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
     for Unmet { expected, runs } in summary.unmet.iter().take(MOST_REASONS) {
-        line("not met", format!("in {runs} run{}: {expected}", if *runs == 1 { "" } else { "s" }));
+        line("not met", format!("in {runs} run{}: expected {expected}", if *runs == 1 { "" } else { "s" }));
     }
     match summary.unmet.len().saturating_sub(MOST_REASONS) {
         0 => {}

@@ -120,16 +120,18 @@ fn collisions(count: u64) -> String {
     }
 }
 
-/// The places that were reached, in the order of their times.
+/// The places where the robot came to rest, in the order of their times. Where it stood from the start is told only if
+/// it came to rest nowhere else.
 fn reached(report: &Report) -> String {
-    let mut places: Vec<(f64, &str)> = report
-        .places
-        .iter()
-        .filter_map(|place| Some((place.reached_at_s.filter(|at| *at > 0.1)?, place.name.as_str())))
-        .collect();
-    places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let places: Vec<String> = places.iter().map(|(at, name)| format!("{name} at {at:.1} s")).collect();
-    if places.is_empty() { "no place".to_owned() } else { places.join(", ") }
+    let places = report.places.iter().filter_map(|place| Some((place.reached_at_s?, place.name.as_str())));
+    let (mut reached, first): (Vec<_>, Vec<_>) = places.partition(|(at, _)| *at > 0.1);
+    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let names: Vec<&str> = first.iter().map(|(_, name)| *name).collect();
+    match (reached.as_slice(), names.as_slice()) {
+        ([], []) => "no place".to_owned(),
+        ([], names) => format!("only {}, where it started", names.join(", ")),
+        (reached, _) => reached.iter().map(|(at, name)| format!("{name} at {at:.1} s")).collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// When a property was violated, and by which message, if it was.

@@ -1,4 +1,4 @@
-//! `steward verify LOG… --property FILE.scope`: checks recorded runs and robots against properties.
+//! `steward verify LOG… [--property FILE.scope]`: checks recorded runs and robots against properties.
 
 mod args;
 mod bag;
@@ -9,18 +9,19 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bags::Contents;
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Outcome, Property};
-use recording::{LoggedRecording, Recording, RecordingError};
+use recording::{Header, LoggedRecording, Recording, RecordingError};
 use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, say};
-use judge::{Verified, judge, load};
+use judge::{Verified, judge, load, recorded};
 
 pub(crate) use args::VerifyArgs;
 
@@ -111,9 +112,16 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
     described.check_version()?;
-    let mut system = System::of(described.scenario(args.scenario.as_deref())?)?;
+    let header = header(path).filter(|_| args.scenario.is_none());
+    let mut system = match &header {
+        Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
+        None => System::of(described.scenario(args.scenario.as_deref())?)?,
+    };
     system.tick = described.tick.unwrap_or(system.tick);
-    let mut properties = load(args, &system)?;
+    let (mut properties, unjudged) = match &header {
+        Some(header) if args.properties.is_empty() => recorded(header)?,
+        _ => (load(args, &system)?, Vec::new()),
+    };
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
     let refused = |error: LogError| {
         Error::refused(format!("{}: {error}", path.display()), "each line of a log is one JSON object")
@@ -123,7 +131,15 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let end = judge(args, path, about, String::new(), &system, &mut properties, events)?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
-    Ok(Verified { properties, end, start_ns: None, notes: skipped.into_iter().collect() })
+    let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
+    Ok(Verified { properties, end, start_ns: None, notes: skipped.into_iter().chain(unjudged).collect() })
+}
+
+/// The header of a recording, which says everything about its system; none of other logs.
+fn header(log: &Path) -> Option<Header> {
+    let is_file = std::fs::metadata(log).is_ok_and(|about| about.is_file());
+    let view = is_file.then(|| Recording::open(log).and_then(|mut recording| recording.begin()).ok()).flatten();
+    view.map(|view| view.header().clone())
 }
 
 /// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
@@ -186,7 +202,7 @@ impl Description {
             (None, Some(name)) => {
                 let message =
                     format!("the log belongs to the scenario `{name}`, which is not shipped with the program");
-                Err(Error::refused(message, format!("name its file: `--scenario {name}.toml`")))
+                Err(Error::refused(message, "name the scenario's file: `--scenario FILE`"))
             }
             (None, None) => {
                 note(

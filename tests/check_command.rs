@@ -163,7 +163,7 @@ fn places_that_a_scenario_does_not_need_are_worth_a_warning() {
 #[test]
 fn a_place_cannot_be_expected_to_be_reached_and_not_to_be() {
     let said = refusal(&["--scenario", "errand", "--set", "expect.not_reached=[\"Destination\"]"]);
-    assert!(said.contains("is expected both to be reached and not to be reached"), "{said}");
+    assert!(said.contains("is expected both to come to rest at `Destination` and never to be there"), "{said}");
 }
 
 /// A scenario in which nothing is charged and no robot is sent anywhere names neither place.

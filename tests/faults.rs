@@ -222,3 +222,15 @@ fn faults_with_unknown_names_are_all_refused_at_once() {
         assert!(said.contains(word), "{word} is missing in\n{said}");
     }
 }
+
+#[test]
+fn a_scenario_without_faults_is_neither_a_detected_fault_nor_a_false_alarm() {
+    let out = tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let output = steward(&["matrix", "skill_bug", "faults/battery_level", "--runs", "1", "--out", folder]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("1 of 1 fault is detected by a property. 1 scenario has no faults"), "{text}");
+    assert!(text.contains("No false alarm") && !text.contains("early!"), "{text}");
+    let refused = refusal(&["matrix", "faults/battery_level", "--fault-free", "faults/battery_level", "--out", folder]);
+    assert!(refused.contains("has faults, so it cannot show what happens without any"), "{refused}");
+}

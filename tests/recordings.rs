@@ -261,3 +261,23 @@ fn a_killed_run_leaves_what_it_had_recorded() {
         assert!(said.contains("ends before its run does, at "), "{said}");
     }
 }
+
+#[test]
+fn a_recording_is_judged_by_its_own_properties() {
+    let out = tempdir().unwrap();
+    let scenario = out.path().join("own.toml");
+    let text = "base = \"errand\"\nabout = \"own\"\nproperties = [\"low.scope\"]\n[execution]\nmax_time_s = 15\n";
+    std::fs::write(&scenario, text).unwrap();
+    let low = "property low := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 30.7)";
+    std::fs::write(out.path().join("low.scope"), low).unwrap();
+    for file in ["run.rec", "run.mcap"] {
+        let file = out.path().join(file);
+        let (scenario, file) = (scenario.to_str().unwrap(), file.to_str().unwrap());
+        let folder = out.path().join("out");
+        steward(&["run", scenario, "--no-snapshots", "--record", file, "--out", folder.to_str().unwrap()]);
+        let output = steward(&["verify", file]);
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(1), "{text}{}", String::from_utf8_lossy(&output.stderr));
+        assert!(text.contains("low          violated"), "{text}");
+    }
+}

@@ -51,7 +51,7 @@ impl Place {
                 let turn = wrap_angle(heading(at) - heading(pose)).abs();
                 distance <= *position_tolerance_m && turn <= *heading_tolerance_rad
             }
-            Self::Area { corners } => inside(corners, &at.translation.vector.into()),
+            Self::Area { corners } => is_inside(corners, &at.translation.vector.into()),
         }
     }
 }
@@ -68,8 +68,9 @@ fn centroid(corners: &[Point]) -> Point {
     (sum / (3.0 * doubled_area)).into()
 }
 
-/// Whether a point lies inside a polygon (even–odd rule).
-fn inside(corners: &[Point], point: &Point) -> bool {
+/// Whether a point lies inside a polygon with these corners (even–odd rule).
+#[must_use]
+pub fn is_inside(corners: &[Point], point: &Point) -> bool {
     edges(corners)
         .filter(|(a, b)| (a.y > point.y) != (b.y > point.y))
         .filter(|(a, b)| point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x))

@@ -48,13 +48,21 @@ impl Explainer<'_> {
                     format!("whenever {}, then {}", self.clause(antecedent), self.clause(consequence))
                 }
                 Formula::Event(event) => self.every_message(event),
-                Formula::Not(inside) if let Formula::Event(event) = &**inside => {
-                    self.told("never tells", "anything", event)
-                }
+                Formula::Not(inside) if let Formula::Event(event) = &**inside => self.never(event),
                 body => format!("at all times, {}", self.clause(body)),
             },
             other => self.clause(other),
         }
+    }
+
+    /// A message that must not occur. Without a condition: "never tells anything".
+    fn never(&self, event: &EventAtom) -> String {
+        if event.condition == MessageCondition::True {
+            return self.told("never tells", "anything", event);
+        }
+        let (source, target) = self.topology.ends(event.channel);
+        let condition = self.condition(&event.condition, event.channel);
+        format!("no message from {source} to {target} says that {condition}")
     }
 
     fn every_message(&self, event: &EventAtom) -> String {

@@ -546,11 +546,11 @@ fn robot_record(model: &RobotModel) -> RobotBody {
 }
 
 fn place_record((name, place): (&str, &Place)) -> recording::Place {
-    let corners = match place {
-        Place::Area { corners } => corners.clone(),
-        Place::Point { .. } => vec![place.goal_position()],
+    let (corners, tolerance_m) = match place {
+        Place::Area { corners } => (corners.clone(), 0.0),
+        Place::Point { position_tolerance_m, .. } => (vec![place.goal_position()], *position_tolerance_m),
     };
-    recording::Place { name: name.to_owned(), corners }
+    recording::Place { name: name.to_owned(), corners, tolerance_m }
 }
 
 /// Attaches the monitors of the scenario's properties.

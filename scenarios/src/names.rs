@@ -7,6 +7,7 @@ pub fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<
     let known: Vec<&str> = known.into_iter().collect();
     let list = || match known.as_slice() {
         [] => "there is none".to_owned(),
+        [only] => format!("the only one is `{only}`"),
         known => format!("there are `{}`", known.join("`, `")),
     };
     let help = diagnostics::did_you_mean(&name.value, known.iter().copied()).unwrap_or_else(list);

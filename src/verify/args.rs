@@ -12,8 +12,9 @@ pub(crate) struct VerifyArgs {
     /// input
     #[arg(value_name = "LOG", required = true)]
     pub(crate) logs: Vec<PathBuf>,
-    /// A property file, or the name of a shipped one; may be given more than once
-    #[arg(long = "property", value_name = "FILE", required_unless_present = "list")]
+    /// A property file, or the name of a shipped one; may be given more than once [default: for a recording, the
+    /// properties that its run watched]
+    #[arg(long = "property", value_name = "FILE")]
     pub(crate) properties: Vec<PathBuf>,
     /// The scenario whose processes and channels they mention [default: the log's own; for a bag, those of its mapping]
     #[arg(long, value_name = "NAME|FILE")]

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use campaigns::{Error, refuse_campaign};
-use channels::{Event, Monitor};
-use monitors::{LogEnd, Property};
-use recording::{Judge, Origin, RunView};
+use channels::Event;
+use monitors::{LogEnd, Property, ScopeMonitor};
+use recording::{Header, Judge, Monitor, Origin, RunView};
 use reports::{Outputs, Presentation, file_name};
 use scenarios::conduct::FITS;
 
@@ -23,8 +23,32 @@ pub(super) struct Verified {
     pub(super) notes: Vec<String>,
 }
 
+/// The properties that the run of a recording watched, and the names of those that cannot be judged again, because no
+/// formula describes them.
+pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), Error> {
+    let (mut properties, mut others) = (Vec::new(), Vec::new());
+    for Monitor { name, property, summary, formula, .. } in header.monitors.iter() {
+        let Some(formula) = formula else {
+            others.push(name.clone());
+            continue;
+        };
+        let monitor = ScopeMonitor::new(name, formula.clone(), &header.topology).map_err(|error| {
+            let help = "name a file with the properties: `--property FILE`";
+            Error::refused(format!("the recording's property `{name}` cannot be monitored: {error}"), help)
+        })?;
+        let (name, formula, summary) = (name.clone(), property.clone(), summary.clone());
+        properties.push(Property { name, formula, summary, monitor: Box::new(monitor) });
+    }
+    Ok((properties, others))
+}
+
 /// The requested properties.
 pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
+    if args.properties.is_empty() {
+        let help = "name a file with properties: `--property FILE`; only recordings by steward have properties of \
+                    their own";
+        return Err(Error::refused("no property to check the log against is given".to_owned(), help));
+    }
     let mut properties: Vec<Property> = Vec::new();
     for path in &args.properties {
         let file = system.load(path)?;
@@ -76,6 +100,6 @@ pub(super) fn judge(
     Ok(judge.end())
 }
 
-fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn Monitor> {
-    properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor)
+fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn channels::Monitor> {
+    properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn channels::Monitor)
 }

@@ -40,6 +40,8 @@ pub struct Row {
     pub scenario: String,
     /// The root seed.
     pub seed: u64,
+    /// Whether the scenario has faults. If not, the row says nothing about their detection.
+    pub has_fault: bool,
     /// What its first fault does, in words; null if none took effect.
     pub fault: Option<String>,
     /// When its first fault took effect, in ticks and in seconds; null if none did.
@@ -103,13 +105,18 @@ impl Matrix {
     /// end.
     ///
     /// # Errors
-    /// What is wrong with a scenario, or why a run cannot continue.
+    /// What is wrong with a scenario, why a run cannot continue, or that the scenario without faults has some.
     pub fn run(
         scenarios: Vec<Arc<Scenario>>,
         fault_free: &Arc<Scenario>,
         runs: u64,
         progress: impl Fn(usize, usize, Option<&Report>) + Sync,
     ) -> Result<Self, Error> {
+        if !fault_free.file.faults.is_empty() {
+            let message =
+                format!("the scenario {} has faults, so it cannot show what happens without any", fault_free.name);
+            return Err(Error::refused(message, "name another scenario with `--fault-free`"));
+        }
         let faulty = scenarios.into_iter().map(|scenario| Job { seed: scenario.file.seed, scenario });
         let sound = (1..=runs).map(|seed| Job { scenario: Arc::clone(fault_free), seed });
         let jobs: Vec<Job> = faulty.chain(sound).collect();
@@ -129,9 +136,11 @@ impl Matrix {
         Ok(Self { properties, rows, fault_free })
     }
 
-    /// The rows whose fault is not detected by any property.
+    /// The rows whose fault is not detected by any property. A violation before the fault detects nothing, and a
+    /// scenario without faults has none to detect.
     pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == Outcome::Violated))
+        let detects = |notice: &Notice| notice.verdict == Outcome::Violated && !notice.false_alarm;
+        self.rows.iter().filter(move |row| row.has_fault && !row.notices.iter().flatten().any(detects))
     }
 
     /// False alarms, in words: violations without a fault, or before the fault.
@@ -143,7 +152,8 @@ impl Matrix {
         let early = self.rows.iter().flat_map(|row| {
             let named = self.properties.iter().zip(&row.notices);
             let early = named.filter(|(_, notice)| notice.as_ref().is_some_and(|notice| notice.false_alarm));
-            early.map(|(name, _)| format!("{}: {name} was violated before the fault", row.scenario))
+            let when = if row.onset.is_some() { "before the fault" } else { "although no fault took effect" };
+            early.map(move |(name, _)| format!("{}: {name} was violated {when}", row.scenario))
         });
         sound.chain(early).collect()
     }
@@ -162,12 +172,13 @@ fn properties(reports: &[Report]) -> Vec<String> {
 
 impl Row {
     fn of(report: &Report, scenario: &Scenario, properties: &[String]) -> Self {
+        let has_fault = !scenario.file.faults.is_empty();
         let first = report.faults.first();
         let onset = first.map(|fault| Onset { tick: fault.tick, time_s: fault.time_s });
         let notice = |name: &String| {
             let monitor = report.monitors.iter().find(|monitor| monitor.name == *name)?;
             let late = monitor.tick.zip(onset).and_then(|(tick, onset)| ticks_after(onset.tick, tick));
-            let early = monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
+            let early = has_fault && monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
             Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
         };
         let stop = &scenario.file.stop.at;
@@ -175,6 +186,7 @@ impl Row {
         Self {
             scenario: report.scenario.clone(),
             seed: report.seed,
+            has_fault,
             fault: first.map(|fault| fault.effect.clone()),
             onset,
             notices: properties.iter().map(notice).collect(),

@@ -48,6 +48,7 @@ impl Model {
             let problem = self.quantity.span.problem(format!("there is no numeric parameter with the name `{name}`"));
             let help = match known.as_slice() {
                 [] => "give the parameters names: `name = \"drain\"`".to_owned(),
+                [only] => format!("the only one is `{only}`"),
                 known => format!("there are `{}`", known.join("`, `")),
             };
             root.report(problem.with_label("this formula").with_help(help));

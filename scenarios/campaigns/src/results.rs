@@ -194,7 +194,7 @@ impl Tally {
             }
             RunOutcome::NotAsExpected => {
                 self.outcomes.not_as_expected += 1;
-                (&mut self.unexpected, Some(format!("not met: {}", record.unmet.join("; "))))
+                (&mut self.unexpected, Some(format!("expected {}", record.unmet.join("; "))))
             }
             RunOutcome::Failed => {
                 self.outcomes.failed += 1;

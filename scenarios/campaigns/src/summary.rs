@@ -68,7 +68,7 @@ pub struct Outcomes {
 /// An expectation of the scenario that some runs did not meet.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Unmet {
-    /// The expectation, in words: `phi1 is satisfied`.
+    /// The expectation, in words: `phi1 to be satisfied`.
     pub expected: String,
     /// How many runs did not meet it.
     pub runs: u64,

@@ -28,7 +28,7 @@ export class Tree {
       ['kind', kind === 'leaf' ? 'a leaf' : kind],
       ['last answer', this.outcomes[number]],
       ['skill is in', this.locations[name]],
-      ['below', parent == null ? 'nothing (this is the root)' : this.nodes[parent].name],
+      ['parent', parent == null ? 'none: this is the root' : this.nodes[parent].name],
       ['children', children.join(', ')],
     ]];
   }

@@ -257,6 +257,19 @@ pub struct Place {
     /// The corners of an area, or the single point of the place, in the `map` frame.
     #[serde(with = "plain::points")]
     pub corners: Vec<Point>,
+    /// How far from a single point the robot may be and still be at the place, in meters; 0 for an area.
+    pub tolerance_m: f64,
+}
+
+impl Place {
+    /// Whether a robot at this position is at the place, whatever its heading.
+    #[must_use]
+    pub fn covers(&self, position: &Point) -> bool {
+        match self.corners[..] {
+            [point] => (position - point).norm() <= self.tolerance_m,
+            _ => maps::is_inside(&self.corners, position),
+        }
+    }
 }
 
 /// An occasion for a picture.
@@ -290,9 +303,9 @@ pub struct Snapshots {
 pub struct Expected {
     /// The expected outcome of each property.
     pub outcomes: Vec<(String, Outcome)>,
-    /// Places that must have been reached.
+    /// Places where the robot must have come to rest.
     pub reached: Vec<String>,
-    /// Places that must not have been reached.
+    /// Places where the robot must never have been, not even on its way.
     pub not_reached: Vec<String>,
     /// The greatest permitted number of collisions.
     pub max_collisions: Option<u64>,

@@ -49,8 +49,10 @@ pub struct RunView {
     given_up: Vec<GivenUp>,
     said: Vec<Said>,
     moves: Vec<Moved>,
-    /// By the index of the place in the header.
+    /// By the index of the place in the header: when the robot first came to rest there.
     reached: Vec<Option<Duration>>,
+    /// Likewise: when it was first there, at rest or on its way.
+    entered: Vec<Option<Duration>>,
     tally: Tally,
     end: Option<End>,
 }
@@ -96,6 +98,7 @@ impl RunView {
             said: Vec::new(),
             moves: Vec::new(),
             reached: vec![None; header.places().len()],
+            entered: vec![None; header.places().len()],
             tally: Tally::default(),
             end: None,
             robot: RobotState::default(),
@@ -123,6 +126,7 @@ impl RunView {
         let was_charging = self.robot.is_charging();
         self.robot = self.robot.with(&changes);
         self.tally.note(&self.robot, &changes);
+        self.note_entries(&changes);
         self.changes = changes;
         self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);
         self.events.clear();
@@ -133,6 +137,17 @@ impl RunView {
         }
         self.happenings = happenings;
         details.map_or(Ok(()), |details| self.take_details(*details))
+    }
+
+    /// Notes the places at which the robot is for the first time.
+    fn note_entries(&mut self, changes: &RobotState) {
+        let Some(truth) = &changes.truth else { return };
+        let position = truth.pose.translation.vector.into();
+        for (place, entered) in self.header.places().iter().zip(&mut self.entered) {
+            if entered.is_none() && place.covers(&position) {
+                *entered = Some(self.time);
+            }
+        }
     }
 
     fn note(&mut self, happening: &Happening) -> Result<(), Inconsistent> {
@@ -428,9 +443,15 @@ impl RunView {
         &self.said
     }
 
-    /// The places by name, with the time at which each was reached.
+    /// The places by name, with the time at which the robot first came to rest at each.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
         self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
+    }
+
+    /// The places by name, with the time at which the robot was first at each, at rest or on its way: its true position
+    /// was within the area, or within the tolerance of the point. Headings do not matter.
+    pub fn entries(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
+        self.header.places().iter().zip(&self.entered).map(|(place, entered)| (place.name.as_str(), *entered))
     }
 
     /// Aggregates over the steps so far.

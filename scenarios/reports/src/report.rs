@@ -72,7 +72,7 @@ pub enum OutcomeReport {
 /// Something that the scenario expects of its runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExpectationReport {
-    /// The expectation, in words: `phi1 is violated`.
+    /// The expectation, in words: `phi1 to be violated`.
     pub expected: String,
     /// What was found instead, in words; null if it was as expected.
     pub difference: Option<String>,
@@ -295,6 +295,8 @@ pub struct PlaceReport {
     pub name: String,
     /// When the robot first came to rest there, in seconds.
     pub reached_at_s: Option<f64>,
+    /// When its true position was first there, at rest or on its way, in seconds.
+    pub entered_at_s: Option<f64>,
 }
 
 /// A picture of the run.

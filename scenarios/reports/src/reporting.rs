@@ -50,7 +50,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
         robot: robot(view),
-        places: view.visits().map(place).collect(),
+        places: view.visits().zip(view.entries()).map(|(visit, (_, entered))| place(visit, entered)).collect(),
         snapshots,
         timing: TimingReport { wall_time_s, real_time_factor: sim_time_s / wall_time_s },
     }
@@ -73,37 +73,40 @@ fn expectations(view: &RunView) -> Vec<ExpectationReport> {
         for monitor in view.monitors().filter(|monitor| monitor.name() == name) {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
-            note(format!("{name} is {expected}"), (outcome != *expected).then_some(difference));
+            note(format!("{name} to be {expected}"), (outcome != *expected).then_some(difference));
         }
     }
     for place in &expect.reached {
         let missed = view.visits().any(|(name, at)| name == place && at.is_none());
-        let difference = format!("{place} was expected to be reached and was not");
-        note(format!("{place} is reached"), missed.then_some(difference));
+        let difference = format!("the robot was expected to come to rest at {place} and did not");
+        note(format!("the robot to come to rest at {place}"), missed.then_some(difference));
     }
     for place in &expect.not_reached {
-        let reached = view.visits().any(|(name, at)| name == place && at.is_some());
-        let difference = format!("{place} was not expected to be reached and was");
-        note(format!("{place} is not reached"), reached.then_some(difference));
+        let entered = view.entries().find_map(|(name, at)| at.filter(|_| name == place));
+        let difference = entered.map(|at| {
+            let at_s = at.as_secs_f64();
+            format!("the robot was expected never to be at {place} and was there at {at_s:.2} s")
+        });
+        note(format!("the robot never to be at {place}"), difference);
     }
     if let Some((limit, Truth { collisions, .. })) = expect.max_collisions.zip(view.robot().truth) {
         let (expected, wanted) = match limit {
-            0 => ("there are no collisions".to_owned(), "no collisions were".to_owned()),
-            1 => ("there is at most 1 collision".to_owned(), "at most 1 collision was".to_owned()),
-            _ => (format!("there are at most {limit} collisions"), format!("at most {limit} collisions were")),
+            0 => ("no collisions".to_owned(), "no collisions were".to_owned()),
+            1 => ("at most 1 collision".to_owned(), "at most 1 collision was".to_owned()),
+            _ => (format!("at most {limit} collisions"), format!("at most {limit} collisions were")),
         };
         let difference = format!("{wanted} expected, and there were {collisions}");
         note(expected, (collisions > limit).then_some(difference));
     }
     if let Some((limit, battery)) = expect.min_battery_pct.zip(view.tally().battery()) {
         let minimum = battery.minimum_pct;
-        let difference = format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %");
-        note(format!("the battery stays at {limit} % or more"), (minimum < limit).then_some(difference));
+        let difference = format!("the battery was expected never to fall below {limit} % and fell to {minimum:.2} %");
+        note(format!("the battery never to fall below {limit} %"), (minimum < limit).then_some(difference));
     }
     if let Some((limit, error)) = expect.max_localization_m.zip(view.tally().localization_error()) {
         let worst = error.max_m;
         let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
-        note(format!("localization stays within {limit} m"), (worst > limit).then_some(difference));
+        note(format!("localization to stay within {limit} m"), (worst > limit).then_some(difference));
     }
     expectations
 }
@@ -226,6 +229,7 @@ fn said(said: &Said) -> SaidReport {
     SaidReport { time_s: said.time.as_secs_f64(), by: said.by.clone(), text: said.text.clone() }
 }
 
-fn place((name, reached): (&str, Option<Duration>)) -> PlaceReport {
-    PlaceReport { name: name.to_owned(), reached_at_s: reached.map(|at| at.as_secs_f64()) }
+fn place((name, reached): (&str, Option<Duration>), entered: Option<Duration>) -> PlaceReport {
+    let seconds = |at: Duration| at.as_secs_f64();
+    PlaceReport { name: name.to_owned(), reached_at_s: reached.map(seconds), entered_at_s: entered.map(seconds) }
 }

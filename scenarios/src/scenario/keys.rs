@@ -610,8 +610,13 @@ fn ending() -> Vec<Key> {
             "The expected verdict of a property.",
             one_of(&["satisfied", "violated", "inconclusive"]),
         ),
-        Key::new("expect.reached", "Places that the robot must have reached.", or(places(), json!([]))),
-        Key::new("expect.not_reached", "Places that the robot must not have reached.", or(places(), json!([]))),
+        Key::new("expect.reached", "Places where the robot must have come to rest.", or(places(), json!([]))),
+        Key::new(
+            "expect.not_reached",
+            "Places where the robot must never have been, not even on its way: in no step was its true position within \
+             the area, or within the tolerance of the point (with any heading).",
+            or(places(), json!([])),
+        ),
         Key::new("expect.max_collisions", "The maximum number of collisions.", whole(0)),
         Key::new("expect.min_battery_pct", "The minimum charge of the battery, in percent.", number(0.0, 100.0)),
         Key::new("expect.max_localization_m", "The maximum localization error, in meters.", number(0.0, 1e6)),

@@ -28,8 +28,10 @@ pub(super) fn check_places(
     }
     for name in &expect.not_reached {
         if expect.reached.iter().any(|reached| reached.value == name.value) {
-            let problem =
-                name.span.problem(format!("`{}` is expected both to be reached and not to be reached", name.value));
+            let problem = name.span.problem(format!(
+                "the robot is expected both to come to rest at `{}` and never to be there",
+                name.value
+            ));
             complaints.push(problem.with_label("this place").with_help("no run can satisfy this"));
         }
     }

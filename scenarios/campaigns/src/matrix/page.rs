@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use monitors::Outcome;
 use reports::html::{document, section, table, text};
 
-use super::table::{onset, robot};
+use super::table::{detected, false_alarms, onset, robot};
 use super::{Matrix, Notice, Row};
 use crate::Error;
 
@@ -26,14 +26,12 @@ impl Matrix {
 
 /// One self-contained page: the table, the faults that no property detects, and the runs without a fault.
 fn page(matrix: &Matrix) -> String {
-    let noticed = matrix.rows.len() - matrix.unnoticed().count();
     let main = html! {
         header.head {
             p.over { "A service robot under runtime monitors" }
             h1 { "Faults and properties" }
             p.about {
-                "Which property detects which fault, and after how many ticks. " (noticed) " of " (matrix.rows.len())
-                " faults are detected by a property."
+                "Which property detects which fault, and after how many ticks. " (detected(matrix))
             }
         }
         section #matrix { (rows(matrix)) }
@@ -55,7 +53,7 @@ fn rows(matrix: &Matrix) -> Markup {
                 @if has(|notice| notice.verdict == Outcome::Inconclusive) {
                     "; ?: it was inconclusive at the end of the run"
                 }
-                @if has(|notice| notice.verdict == Outcome::Violated && notice.ticks_after_onset.is_none()) {
+                @if has(|notice| notice.false_alarm) {
                     "; early: it was violated before the fault took effect"
                 }
                 ". Every row is a scenario: " code { "steward run NAME" } " runs it and writes its report."
@@ -80,7 +78,7 @@ fn line(row: &Row, properties: &[String]) -> Markup {
 }
 
 fn fault(row: &Row) -> &str {
-    row.fault.as_deref().unwrap_or("no fault took effect")
+    row.fault.as_deref().unwrap_or(if row.has_fault { "no fault took effect" } else { "no faults" })
 }
 
 /// A property's verdict. On a narrow page, a row is a card, and every cell names its column.
@@ -88,7 +86,8 @@ fn cell(property: &str, notice: Option<&Notice>) -> Markup {
     let Some(notice) = notice else { return html! { td {} } };
     let (words, title) = match (notice.verdict, notice.ticks_after_onset) {
         (Outcome::Violated, Some(ticks)) => (format!("+{ticks}"), "violated"),
-        (Outcome::Violated, None) => ("early".to_owned(), "violated before the fault"),
+        (Outcome::Violated, None) if notice.false_alarm => ("early".to_owned(), "violated before the fault"),
+        (Outcome::Violated, None) => ("violated".to_owned(), "violated without a fault"),
         (Outcome::Satisfied, _) => ("–".to_owned(), "satisfied"),
         (Outcome::Inconclusive, _) => ("?".to_owned(), "inconclusive"),
     };
@@ -117,7 +116,7 @@ fn fault_free(matrix: &Matrix) -> Markup {
                     ", which has no fault."
                 }
             } @else {
-                p.note.bad { (alarms.len()) " false alarms" }
+                p.note.bad { (false_alarms(alarms.len())) }
                 ul { @for alarm in alarms { li { (alarm) } } }
             }
         }

@@ -34,13 +34,15 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
         text,
         "\n+n: violated n ticks after the fault took effect; -: satisfied; ?: inconclusive at the end of the run"
     )?;
+    if matrix.rows.iter().any(|row| !row.has_fault) {
+        writeln!(text, "x: violated in a scenario without faults")?;
+    }
     write_conclusions(text, matrix)
 }
 
 fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     let unnoticed: Vec<&str> = matrix.unnoticed().map(|row| row.scenario.as_str()).collect();
-    let noticed = matrix.rows.len() - unnoticed.len();
-    writeln!(text, "\n{noticed} of {} faults are detected by a property.", matrix.rows.len())?;
+    writeln!(text, "\n{}", detected(matrix))?;
     if !unnoticed.is_empty() {
         writeln!(text, "No property detects {}.", unnoticed.join(", "))?;
     }
@@ -52,14 +54,32 @@ fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     match alarms.len() {
         0 => writeln!(text, "No false alarm in {runs} runs of {} without a fault.", matrix.fault_free.scenario),
         count => {
-            writeln!(text, "{count} false alarms:")?;
+            writeln!(text, "{}:", false_alarms(count))?;
             alarms.iter().try_for_each(|alarm| writeln!(text, "  ! {alarm}"))
         }
     }
 }
 
+/// How many of the faults are detected, and how many rows have none.
+pub(super) fn detected(matrix: &Matrix) -> String {
+    let of = matrix.rows.iter().filter(|row| row.has_fault).count();
+    let noticed = of - matrix.unnoticed().count();
+    let rest = match matrix.rows.len() - of {
+        0 => String::new(),
+        1 => " 1 scenario has no faults and does not count.".to_owned(),
+        more => format!(" {more} scenarios have no faults and do not count."),
+    };
+    let faults = if of == 1 { "1 fault is" } else { &format!("{of} faults are") };
+    format!("{noticed} of {faults} detected by a property.{rest}")
+}
+
+pub(super) fn false_alarms(count: usize) -> String {
+    if count == 1 { "1 false alarm".to_owned() } else { format!("{count} false alarms") }
+}
+
 pub(super) fn onset(row: &Row) -> String {
-    row.onset.map_or("never".to_owned(), |onset| format!("{:.2} s", onset.time_s))
+    let none = if row.has_fault { "never" } else { "no fault" };
+    row.onset.map_or(none.to_owned(), |onset| format!("{:.2} s", onset.time_s))
 }
 
 /// The robot's result, in a word or two; a dash if there is none.
@@ -78,7 +98,8 @@ fn cell(notice: Option<&Notice>) -> String {
     let Some(notice) = notice else { return String::new() };
     match (notice.verdict, notice.ticks_after_onset) {
         (Outcome::Violated, Some(ticks)) => format!("+{ticks}"),
-        (Outcome::Violated, None) => "early!".to_owned(),
+        (Outcome::Violated, None) if notice.false_alarm => "early!".to_owned(),
+        (Outcome::Violated, None) => "x".to_owned(),
         (Outcome::Satisfied, _) => "-".to_owned(),
         (Outcome::Inconclusive, _) => "?".to_owned(),
     }

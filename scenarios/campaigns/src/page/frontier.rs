@@ -22,7 +22,7 @@ impl Page<'_> {
                 figure {
                     (figure(&label, |size| charts::quantity(model, self.confidence, size)))
                     figcaption {
-                        "The rate of " (event) " for each part of the quantity's range, with its 95\u{a0}% interval. \
+                        "How often “" (event) "” happens in each part of the quantity's range, with its 95\u{a0}% interval. \
                          Dashed: the model’s bound. Solid: the bound that fits the runs best."
                     }
                 }

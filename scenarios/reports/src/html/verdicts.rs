@@ -48,10 +48,10 @@ fn outcome(report: &Report) -> Markup {
     };
     let line = |expectation: &ExpectationReport| {
         let (verdict, words) = match &expectation.difference {
-            None => (Verdict::Satisfied, &expectation.expected),
-            Some(difference) => (Verdict::Violated, difference),
+            None => (Verdict::Satisfied, format!("expected {}", expectation.expected)),
+            Some(difference) => (Verdict::Violated, difference.clone()),
         };
-        html! { li { (verdict_sign(verdict, 16.0)) span { (text(words)) } } }
+        html! { li { (verdict_sign(verdict, 16.0)) span { (text(&words)) } } }
     };
     html! {
         div.outcome.(class) {
