@@ -227,7 +227,13 @@ fn faults_with_unknown_names_are_all_refused_at_once() {
 fn a_scenario_without_faults_is_neither_a_detected_fault_nor_a_false_alarm() {
     let out = tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
-    let output = steward(&["matrix", "skill_bug", "faults/battery_level", "--runs", "1", "--out", folder]);
+    let low = "property low := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 30.7)";
+    std::fs::write(out.path().join("low.scope"), low).unwrap();
+    let scenario = out.path().join("low.toml");
+    let text = "base = \"errand\"\nproperties = [\"low.scope\"]\nexpect.low = \"violated\"\nexpect.reached = []\n";
+    std::fs::write(&scenario, text.to_owned() + "execution.max_time_s = 15\n").unwrap();
+    let scenario = scenario.to_str().unwrap();
+    let output = steward(&["matrix", scenario, "faults/battery_level", "--runs", "1", "--out", folder]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("1 of 1 fault is detected by a property. 1 scenario has no faults"), "{text}");
     assert!(text.contains("No false alarm") && !text.contains("early!"), "{text}");

@@ -52,7 +52,12 @@ fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     let alarms = matrix.false_alarms();
     let runs = matrix.fault_free.runs;
     match alarms.len() {
-        0 => writeln!(text, "No false alarm in {runs} runs of {} without a fault.", matrix.fault_free.scenario),
+        0 => writeln!(
+            text,
+            "No false alarm in {runs} run{} of {} without a fault.",
+            if runs == 1 { "" } else { "s" },
+            matrix.fault_free.scenario
+        ),
         count => {
             writeln!(text, "{}:", false_alarms(count))?;
             alarms.iter().try_for_each(|alarm| writeln!(text, "  ! {alarm}"))
