@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{Area, Renderer};
-use recording::{Detail, RunView};
+use recording::{Detail, End, Ended, Expected, Header, Origin, RobotState, RunView, Snapshots, Step};
 use scenarios::conduct::conduct;
 use scenarios::live::Live;
 use scenarios::scenario::{Scenario, find};
@@ -96,4 +96,56 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     let table = super::facts::stages(&activities::activities(&timeline), true).into_string();
     assert_eq!(table.matches("<tr>").count(), 42, "the heading, 40 stages, and the number of others");
+}
+
+/// What is known about a run of which nothing is known, not even a property.
+fn nothing(origin: Origin) -> Header {
+    Header {
+        version: String::new(),
+        scenario: String::new(),
+        about: String::new(),
+        origin,
+        settings: vec![],
+        seed: 0,
+        tick: Duration::ZERO,
+        dt: Duration::ZERO,
+        unwatched: false,
+        topology: Arc::default(),
+        tree: vec![],
+        skills: vec![],
+        components: vec![],
+        machines: vec![],
+        monitors: Arc::new([]),
+        faults: vec![],
+        premises: None,
+        robot: None,
+        snapshots: Snapshots::default(),
+        expected: Expected::default(),
+    }
+}
+
+#[test]
+fn a_run_in_which_nothing_exists_and_nothing_happens_has_a_page() {
+    for recorded in [None, Some("steward verify empty.jsonl".to_owned())] {
+        let (time, robot) = (Duration::ZERO, RobotState::default());
+        let start = Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None };
+        let mut view = RunView::new(nothing(Origin { recorded, ..Origin::default() }), start).unwrap();
+        let timeline = Timeline::new(&view);
+        let end = End {
+            ended: Ended::Recorded,
+            trace_hash: String::new(),
+            monitors: vec![],
+            skill_errors: vec![],
+            messages_hit: vec![],
+            scene: None,
+        };
+        view.finish(end.clone()).unwrap();
+        let report = crate::reporting::report(&view, &end, Vec::new(), Duration::ZERO);
+        let page = super::page(&view, &timeline, &report, &[]);
+        assert!(page.contains("No property was watched in this run."), "{page}");
+        assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
+        for layout in [Layout::Wide, Layout::Narrow] {
+            look_at("the timeline of nothing", chart::draw(&view, &timeline, layout));
+        }
+    }
 }

@@ -16,6 +16,8 @@ use crate::timeline::{Interval, Lane, Timeline, Track};
 /// Lanes that belong together.
 pub(super) struct Group {
     title: &'static str,
+    /// Whether the list of stages explains the colors.
+    is_listed: bool,
     lanes: Vec<Bars>,
 }
 
@@ -94,15 +96,14 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
         .map(|lane| bars(&lane.name, &lane.track, end, |state| (state.location.clone(), verdict_style(state.verdict))));
     // A recording may lack a tree.
     let activities = if timeline.leaves().is_empty() { Vec::new() } else { vec![activities(timeline)] };
+    let skills = timeline.skills().iter().map(|lane| skill(lane, timeline));
+    let group = |title, lanes| Group { title, is_listed: false, lanes };
     let groups = vec![
-        Group { title: "What the tree was doing", lanes: activities },
-        Group { title: "Leaves of the behavior tree", lanes: leaves.collect() },
-        Group {
-            title: "States of the skills",
-            lanes: timeline.skills().iter().map(|lane| skill(lane, timeline)).collect(),
-        },
-        Group { title: "Components", lanes: components },
-        Group { title: "Monitors", lanes: monitors.collect() },
+        Group { is_listed: true, ..group("What the tree was doing", activities) },
+        group("Leaves of the behavior tree", leaves.collect()),
+        group("States of the skills", skills.collect()),
+        group("Components", components),
+        group("Monitors", monitors.collect()),
     ];
     groups.into_iter().filter(|group| !group.lanes.is_empty()).collect()
 }
@@ -140,7 +141,7 @@ fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
 
 /// The meaning of the colors in the visible lanes.
 pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
-    let lanes = || groups[1..].iter().flat_map(|group| &group.lanes);
+    let lanes = || groups.iter().filter(|group| !group.is_listed).flat_map(|group| &group.lanes);
     let drawn = |chart: &Chart| lanes().flat_map(|lane| chart.drawable(&lane.bars)).collect::<Vec<_>>();
     let bars: Vec<(f64, f64, Bar)> = charts.iter().flat_map(drawn).collect();
     let has = |style: BarStyle| bars.iter().any(|(left, right, bar)| right - left > 4.0 && bar.style == style);
