@@ -1,5 +1,6 @@
 //! A run in which a person intervenes, and the scenario that repeats it.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use toml::{Table, Value};
 use crate::conduct::FITS;
 use crate::ending::Ending;
 use crate::error::Error;
-use crate::faults::{Effect, Fault};
+use crate::faults::Fault;
 use crate::live::Live;
 use crate::scenario::{Found, STEP, Scenario, ScenarioFile, find};
 
@@ -156,7 +157,7 @@ impl Session {
     /// Continues with these faults.
     fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
         let scenario = load(self.live.scenario(), &self.found, &self.said, &faults)?;
-        if scenario.file.faults[self.faults.len()..].iter().any(|new| matches!(new.effect(), Effect::Map(_))) {
+        if scenario.file.faults[self.faults.len()..].iter().any(|new| !new.kind().can_begin_later()) {
             let help = "write this fault into the scenario, with `at_s = 0`";
             return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
         }
@@ -165,8 +166,9 @@ impl Session {
         Ok(())
     }
 
-    /// The text of a scenario that repeats the session up to now, and expects its results. It can be stored anywhere,
-    /// but a scenario of the user's own on which it is based must stay where it is.
+    /// The text of a scenario that repeats the session up to now, and expects its results. It names the scenario on
+    /// which it is based: one that is shipped by its name, so that it can be stored anywhere, and a user's own by the
+    /// name of its file, so that it belongs into the same folder.
     #[must_use]
     pub fn saved(&self) -> String {
         let (mut said, view) = (self.said.clone(), &self.view);
@@ -200,6 +202,9 @@ impl Session {
                 say("expect", key, value);
             }
         }
+        if let Some(Value::String(model)) = said.get_mut("model") {
+            *model = file_name(model);
+        }
         text(&said, &self.faults)
     }
 }
@@ -217,14 +222,17 @@ fn said(found: &Found, overrides: &[String], seed: u64) -> Result<(Table, Vec<Va
     if find::shipped(&found.argument).is_some() {
         say("base", found.argument.clone().into());
     } else {
-        let path = std::path::absolute(&found.path).unwrap_or_else(|_| found.path.clone().into());
-        let is_model = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
-        if let Some(folder) = path.parent().filter(|_| !is_model) {
-            say("folder", folder.display().to_string().into());
-        }
-        say(if is_model { "model" } else { "base" }, path.display().to_string().into());
+        let is_model = Path::new(&found.path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+        // A model's path is relative to the working directory, a base's to the scenario.
+        let path = if is_model { found.path.clone() } else { file_name(&found.path) };
+        say(if is_model { "model" } else { "base" }, path.into());
     }
     Ok((said, faults))
+}
+
+/// The name of a path's file. A whole path would be wrong on another computer, and elsewhere on this one.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Loads the session's scenario, sharing as much as possible with the one before.

@@ -28,6 +28,11 @@ export function drawn(place, markup) {
 
 let hiding;
 
+// Hides this message if it is still shown.
+export function retract(words) {
+  if (words && $('notice').textContent === words) notice('');
+}
+
 // Shows the user a message for a while.
 export function notice(words, lasting = false) {
   const place = $('notice');

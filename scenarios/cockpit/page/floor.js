@@ -67,9 +67,11 @@ export class Floor {
     this.legend.show(this);
   }
 
-  // The robot's path before this page was opened.
+  // The robot's path up to the moment shown.
   way(flat) {
-    if (this.there) this.trail = this.pairs(flat);
+    if (!this.there) return;
+    this.trail = this.pairs(flat);
+    this.layers.trail.replaceChildren(line(this.trail));
   }
 
   remember(pose) {

@@ -141,11 +141,13 @@ export class Hand {
       ? element('select', {}, ...parameter.range.map(name => element('option', { textContent: name, selected: name === value })))
       : element('input', { type: { number: 'number', whole: 'number', flag: 'checkbox' }[parameter.takes] ?? 'text' });
     input.name = parameter.name;
+    const list = element('datalist', { id: `names-of-${parameter.name}` }, ...parameter.names.map(value => element('option', { value })));
+    if (parameter.names.length) input.setAttribute('list', list.id);
     if (parameter.takes === 'flag') input.checked = value ?? false;
     else if (parameter.takes !== 'choice') input.value = Array.isArray(value) ? JSON.stringify(value) : value ?? '';
     if (parameter.takes === 'number') input.step = 'any';
     if (Array.isArray(parameter.range) && parameter.takes !== 'choice') [input.min, input.max] = parameter.range;
-    const label = element('label', { title: parameter.about }, parameter.name, input);
+    const label = element('label', { title: parameter.about }, parameter.name, input, list);
     if (['point', 'pose', 'points'].includes(parameter.takes)) {
       const words = parameter.takes === 'points' ? 'Add from the map' : 'Pick on the map';
       const button = element('button', { type: 'button', textContent: words, ariaPressed: 'false' });

@@ -1,6 +1,6 @@
 // The socket to the run: receives frames, and sends requests, each with an answer.
 
-import { notice } from './dom.js';
+import { notice, retract } from './dom.js';
 
 // The token, and which of several runs this page shows.
 const access = new URLSearchParams(location.search);
@@ -36,7 +36,9 @@ export class Link {
     if ('answer' in frame || 'refused' in frame) {
       const answered = this.waiting.shift();
       const refused = frame.refused ?? frame.answer?.refused;
-      if (refused) notice(`Not done: ${refused}`);
+      retract(this.refusal);
+      this.refusal = refused && `Not done: ${refused}`;
+      if (refused) notice(this.refusal);
       answered?.(refused ? null : frame.answer ?? {});
     } else {
       this.take(frame);

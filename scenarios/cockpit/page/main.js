@@ -46,6 +46,8 @@ function take(frame) {
   }
   if (frame.failed) notice(`The run cannot continue: ${frame.failed}`, true);
   if ('at' in frame) transport.show(frame);
+  // The path comes first: what is shown is not a continuation of the path up to another moment.
+  if ('trail' in frame) floor.way(frame.trail);
   if ('scene' in frame) floor.show(frame);
   later(frame);
 }
@@ -108,7 +110,6 @@ function happenings({ happenings, anew }) {
 }
 
 function parts(frame) {
-  floor.way(frame.trail);
   for (const part of ['verdicts', 'stories', 'course']) drawn($(part), frame[part]);
 }
 

@@ -11,7 +11,7 @@ use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
 use serde_json::{Value, json};
 
 use crate::moment::Moment;
-use crate::things;
+use crate::{suggestions, things};
 
 /// More particles than this do not improve the picture.
 const MAX_PARTICLES: usize = 200;
@@ -21,6 +21,7 @@ pub(crate) const HAPPENINGS: usize = 400;
 /// What does not change in a run. `file` is the recording that it comes from, if any.
 pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
     let header = view.header();
+    let kinds = KINDS.iter().filter(|kind| kind.can_begin_later());
     let floor = live::floor(view).map(|floor| json!({ "svg": floor.svg, "size": floor.size, "origin": floor.origin }));
     json!({
         "greeting": {
@@ -35,13 +36,13 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
             "nodes": things::nodes(header),
             "robot_radius_m": header.robot.as_ref().map(|robot| robot.radius_m),
             "processes": header.skills.iter().chain(&header.components).collect::<Vec<_>>(),
-            "kinds": KINDS.iter().map(|kind| fault_kind(kind)).collect::<Vec<_>>(),
+            "kinds": kinds.map(|kind| fault_kind(kind, view)).collect::<Vec<_>>(),
         }
     })
 }
 
 /// A kind of fault, with the fields of its form.
-fn fault_kind(kind: &FaultKind) -> Value {
+fn fault_kind(kind: &FaultKind, view: &RunView) -> Value {
     let parameters = kind.parameters.iter().map(|parameter| {
         let (takes, range) = match parameter.domain {
             ArgumentDomain::Numbers(least, most) => ("number", json!([least, most])),
@@ -63,13 +64,12 @@ fn fault_kind(kind: &FaultKind) -> Value {
         let required = parameter.default == ArgumentDefault::Required;
         json!({
             "name": parameter.name, "about": parameter.about, "takes": takes, "range": range, "default": default,
-            "required": required,
+            "required": required, "names": suggestions::names(parameter, view),
         })
     });
-    let example: toml::Table = kind.example.parse().unwrap_or_default();
     json!({
         "name": kind.name, "place": kind.place.name(), "about": kind.about, "momentary": kind.momentary,
-        "parameters": parameters.collect::<Vec<_>>(), "example": example,
+        "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view),
     })
 }
 

@@ -29,6 +29,8 @@ mod runner;
 mod server;
 mod side;
 mod steered;
+mod suggestions;
+
 mod things;
 mod token;
 

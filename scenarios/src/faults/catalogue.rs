@@ -11,6 +11,8 @@ mod world;
 
 use super::kind::FaultKind;
 
+pub(super) use software::WRONG_MAP;
+
 /// All kinds, sorted by place.
 pub const KINDS: &[&FaultKind] = &[
     &battery::LEVEL,

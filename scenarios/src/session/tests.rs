@@ -94,3 +94,28 @@ fn acts_after_the_last_step_change_nothing() {
     session.end();
     assert_eq!(replayed(&session.saved()), session.view().end().unwrap().trace_hash);
 }
+
+#[test]
+fn a_saved_session_of_a_users_own_scenario_lies_beside_it_wherever_that_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("own.toml");
+    std::fs::write(&own, "base = \"nominal\"\nabout = \"mine\"\n").unwrap();
+    let session = Session::new(&find::find(own.to_str().unwrap()).unwrap(), &[], None).unwrap();
+    let text = session.saved();
+    assert!(!text.contains(folder.path().to_str().unwrap()), "{text}");
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::rename(&own, elsewhere.path().join("own.toml")).unwrap();
+    let saved = elsewhere.path().join("own-session.toml");
+    std::fs::write(&saved, text).unwrap();
+    Scenario::load(&find::find(saved.to_str().unwrap()).unwrap(), &[]).unwrap();
+}
+
+#[test]
+fn a_fault_that_exists_only_from_the_start_is_no_act() {
+    let mut session = Session::new(&find::find("nominal").unwrap(), &[], None).unwrap();
+    let act = toml::from_str("kind = \"wrong_map\"\nmap = \"maps/house_moved.yaml\"").unwrap();
+    let refused = session.act(act).unwrap_err().reasons();
+    assert!(refused.contains("only from the start"), "{refused}");
+    let never: Vec<&str> = KINDS.iter().filter(|kind| !kind.can_begin_later()).map(|kind| kind.name).collect();
+    assert_eq!(never, ["wrong_map"]);
+}

@@ -62,7 +62,7 @@ pub(super) const GOAL: FaultKind = FaultKind {
     },
 };
 
-pub(super) const WRONG_MAP: FaultKind = FaultKind {
+pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     place: Place::Software,
     about: "the software's map differs from the world; possible only from the start of the run",

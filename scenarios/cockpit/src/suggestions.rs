@@ -1,0 +1,91 @@
+//! What the form of a fault contains before anybody fills it in: names of this run, not those of another one.
+
+use recording::{Header, RunView};
+use scenarios::faults::{ArgumentDomain, FaultKind, Parameter, Place};
+use toml::{Table, Value};
+
+/// The names in this run that a parameter may have; none if they are not known.
+pub(crate) fn names(parameter: &Parameter, view: &RunView) -> Vec<String> {
+    let header = view.header();
+    match parameter.name {
+        "component" => header.components.clone(),
+        "skill" | "leaf" => header.skills.clone(),
+        "laser" => header.lasers().iter().map(|laser| laser.name.clone()).collect(),
+        "door" => view.scene().bodies.iter().map(|body| body.name.clone()).collect(),
+        "from" | "to" => {
+            let mut names: Vec<String> = channels(header).flat_map(|ends| ends.map(str::to_owned)).collect();
+            names.sort();
+            names.dedup();
+            names
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The entries of a fault's form: its example if that speaks about this run, and otherwise its numbers and this run's
+/// names. Points are picked on the map.
+pub(crate) fn entries(kind: &FaultKind, view: &RunView) -> Table {
+    let example: Table = kind.example.parse().unwrap_or_default();
+    let written = |key: &str| example.get(key).and_then(Value::as_str).unwrap_or_default();
+    let named = || kind.parameters.iter().map(|parameter| (parameter.name, names(parameter, view)));
+    let mut named = named().filter(|(_, names)| !names.is_empty()).peekable();
+    let mut ends = channels(view.header()).filter(|_| example.contains_key("from")).peekable();
+    let first_ends = ends.peek().copied();
+    let has_channel = first_ends.is_none() || ends.any(|ends| ends == [written("from"), written("to")]);
+    let is_of_this_run = has_channel
+        && named.peek().is_some()
+        && named.all(|(key, names)| names.iter().any(|name| name == written(key)));
+    let own = |parameter: &Parameter| match (parameter.name, first_ends) {
+        // Not every component is a device of the kind, and not every body is a door.
+        _ if kind.place == Place::Devices => None,
+        ("from", Some([from, _])) => Some(from.to_owned()),
+        ("to", Some([_, to])) => Some(to.to_owned()),
+        _ => names(parameter, view).into_iter().next(),
+    };
+    let entry = |parameter: &Parameter| match parameter.domain {
+        ArgumentDomain::Point | ArgumentDomain::Pose | ArgumentDomain::Points => None,
+        ArgumentDomain::Text if !is_of_this_run => own(parameter).map(Value::String),
+        _ => example.get(parameter.name).cloned(),
+    };
+    kind.parameters.iter().filter_map(|parameter| Some((parameter.name.to_owned(), entry(parameter)?))).collect()
+}
+
+/// The sender and the receiver of each channel between processes.
+fn channels(header: &Header) -> impl Iterator<Item = [&str; 2]> {
+    let topology = &header.topology;
+    let visible = topology.channels().filter(|channel| !topology.is_internal(*channel));
+    visible.map(|channel| <[&str; 2]>::from(topology.ends(channel)))
+}
+
+#[cfg(test)]
+mod tests {
+    use scenarios::faults::KINDS;
+    use scenarios::scenario::find;
+    use scenarios::session::Session;
+
+    use super::*;
+
+    #[test]
+    fn forms_contain_only_names_of_this_run() {
+        for scenario in ["nominal", "parcel", "errand"] {
+            let session = Session::new(&find::find(scenario).unwrap(), &[], None).unwrap();
+            let view = session.view();
+            let mut filled = 0;
+            for kind in KINDS {
+                let entries = entries(kind, view);
+                for parameter in kind.parameters {
+                    let names = names(parameter, view);
+                    let Some(entry) = entries.get(parameter.name).and_then(Value::as_str) else { continue };
+                    assert!(names.is_empty() || names.contains(&entry.to_owned()), "{scenario}: {} {entry}", kind.name);
+                    filled += usize::from(!names.is_empty());
+                }
+                if let (Some(from), Some(to)) = (entries.get("from"), entries.get("to")) {
+                    let ends = [from.as_str().unwrap(), to.as_str().unwrap()];
+                    assert!(channels(view.header()).any(|known| known == ends), "{scenario}: {ends:?}");
+                }
+                assert!(!entries.contains_key("at") && !entries.contains_key("route"), "{}", kind.name);
+            }
+            assert!(filled > 10, "{scenario}: {filled}");
+        }
+    }
+}
