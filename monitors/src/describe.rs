@@ -192,7 +192,7 @@ pub(crate) fn brief(condition: &MessageCondition) -> String {
             symbol.name().to_owned()
         }
         MessageCondition::Compare { relation, value, .. } => format!("{relation} {value}"),
-        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(),
+        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(&[]),
         MessageCondition::Not(part) => brief_not(part),
         MessageCondition::And(parts) => list(parts, " and "),
         MessageCondition::Or(parts) => parts.iter().map(brief).collect::<Vec<_>>().join(" or "),
@@ -371,7 +371,7 @@ mod tests {
     #[test]
     fn formulas_are_printed_as_they_were_written() {
         let topology = topology();
-        let [p, q, r] = ["(P, T, m[1] = true)", "(Q, T, m[1] = true)", "(R, T, m[1] = true)"];
+        let [p, q, r] = ["(P, T, m.on = true)", "(Q, T, m.on = true)", "(R, T, m.on = true)"];
         for text in [
             format!("always (not {p} until {q})"),
             format!("eventually ({p} until {q})"),

@@ -281,6 +281,7 @@ impl Explainer<'_> {
         let shapes = self.topology.get(channel).domain.shapes().iter();
         let mut names: Vec<&str> =
             shapes.filter_map(|shape| shape.fields().get(field - 1)).map(|(name, _)| name.as_str()).collect();
+        names.sort_unstable();
         names.dedup();
         match names[..] {
             [name] => format!("its {name}"),
@@ -294,6 +295,7 @@ impl Explainer<'_> {
         let fields =
             shapes.filter_map(|shape| shape.fields().get(field - 1)).filter(|(_, kind)| kind.is_comparable_to(value));
         let mut names: Vec<&str> = fields.map(|(name, _)| name.as_str()).collect();
+        names.sort_unstable();
         names.dedup();
         match names[..] {
             [name] => format!("its {name}"),

@@ -1,6 +1,6 @@
 //! Formulas in the SCOPE language: text that reads back as the same formula.
 
-use channels::{Topology, Value};
+use channels::{FieldKind, Shape, Topology, Value};
 
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
 use crate::syntax::{
@@ -23,10 +23,10 @@ impl Formula {
 }
 
 impl MessageCondition {
-    /// The condition in the SCOPE language, with fields by their numbers.
+    /// The condition in the SCOPE language. Fields have the names that messages of these shapes give them, or numbers.
     #[must_use]
-    pub fn text(&self) -> String {
-        condition(self).to_string()
+    pub fn text(&self, shapes: &[Shape]) -> String {
+        condition(self, shapes).to_string()
     }
 }
 
@@ -34,7 +34,7 @@ impl EventAtom {
     fn named(&self, topology: &Topology) -> syntax::Event {
         let (source, target) = topology.ends(self.channel);
         let name = |text: &str| Name { text: text.to_owned(), span: NOWHERE };
-        let condition = condition(&self.condition);
+        let condition = condition(&self.condition, topology.get(self.channel).domain.shapes());
         syntax::Event { source: name(source), target: name(target), condition, span: NOWHERE }
     }
 }
@@ -84,28 +84,30 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
 }
 
 /// A condition in the words of the language.
-pub(crate) fn condition(from: &MessageCondition) -> Condition {
-    let of = |part: &MessageCondition| Box::new(condition(part));
-    let list = |parts: &[MessageCondition]| parts.iter().map(condition).collect();
+pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition {
+    let of = |part: &MessageCondition| Box::new(condition(part, shapes));
+    let list = |parts: &[MessageCondition]| parts.iter().map(|part| condition(part, shapes)).collect();
     let kind = match from {
         MessageCondition::True => ConditionKind::True,
         MessageCondition::False => ConditionKind::False,
         MessageCondition::And(parts) if parts.is_empty() => ConditionKind::True,
         MessageCondition::Or(parts) if parts.is_empty() => ConditionKind::False,
-        MessageCondition::And(parts) | MessageCondition::Or(parts) if parts.len() == 1 => return condition(&parts[0]),
+        MessageCondition::And(parts) | MessageCondition::Or(parts) if parts.len() == 1 => {
+            return condition(&parts[0], shapes);
+        }
         MessageCondition::And(parts) => ConditionKind::And(list(parts)),
         MessageCondition::Or(parts) => ConditionKind::Or(list(parts)),
         MessageCondition::Compare { field, relation, value } => ConditionKind::Compare {
-            left: syntax::Term::Field(named(*field)),
+            left: syntax::Term::Field(named(*field, shapes)),
             relation: *relation,
             right: syntax::Term::Operand(operand(literal(value))),
         },
         MessageCondition::Relate { left, relation, right } => {
-            ConditionKind::Compare { left: term(left), relation: *relation, right: term(right) }
+            ConditionKind::Compare { left: term(left, shapes), relation: *relation, right: term(right, shapes) }
         }
         MessageCondition::Remember { field, name } => {
             let name = Name { text: name.to_string(), span: NOWHERE };
-            ConditionKind::Remember { field: named(*field), name }
+            ConditionKind::Remember { field: named(*field, shapes), name }
         }
         MessageCondition::Not(part) => ConditionKind::Not(of(part)),
         MessageCondition::Implies(a, b) => ConditionKind::Implies(of(a), of(b)),
@@ -113,20 +115,33 @@ pub(crate) fn condition(from: &MessageCondition) -> Condition {
     Condition { kind, span: NOWHERE }
 }
 
-fn named(field: usize) -> Field {
-    Field { name: FieldName::Number(field), span: NOWHERE }
+fn named(field: usize, shapes: &[Shape]) -> Field {
+    let name = field_name(field, shapes).map_or(FieldName::Number(field), |name| FieldName::Named(name.to_owned()));
+    Field { name, span: NOWHERE }
+}
+
+/// The name of a field, if it means this field in all messages. A first field that is always a symbol tells what the
+/// message is: it keeps its number, as in the paper.
+pub(crate) fn field_name(field: usize, shapes: &[Shape]) -> Option<&str> {
+    let index = field.checked_sub(1)?;
+    let mut here = shapes.iter().filter_map(|shape| shape.fields().get(index));
+    let (name, _) = here.clone().next()?;
+    let is_tag = index == 0 && here.clone().all(|(_, kind)| matches!(kind, FieldKind::Symbol(_)));
+    let elsewhere = shapes.iter().flat_map(|shape| shape.fields().iter().enumerate());
+    let is_unique = elsewhere.filter(|(_, (known, _))| known == name).all(|(place, _)| place == index);
+    (!is_tag && is_unique && here.all(|(known, _)| known == name)).then_some(name)
 }
 
 /// A term in the words of the language.
-fn term(from: &Term) -> syntax::Term {
+fn term(from: &Term, shapes: &[Shape]) -> syntax::Term {
     match from {
-        Term::Field(field) => syntax::Term::Field(named(*field)),
+        Term::Field(field) => syntax::Term::Field(named(*field, shapes)),
         Term::Value(value) => syntax::Term::Operand(operand(literal(value))),
         Term::Remembered(name) => {
             syntax::Term::Operand(Operand::Constant(Name { text: name.to_string(), span: NOWHERE }))
         }
         Term::Arithmetic(left, operator, right) => {
-            syntax::Term::Arithmetic(Box::new(term(left)), *operator, Box::new(term(right)))
+            syntax::Term::Arithmetic(Box::new(term(left, shapes)), *operator, Box::new(term(right, shapes)))
         }
     }
 }

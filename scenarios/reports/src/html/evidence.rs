@@ -109,7 +109,12 @@ impl<'a> Evidence<'a> {
             .filter(|(_, timed)| *timed)
             .map(|(event, _)| {
                 let (from, to) = ends(event.channel);
-                Missing { channel: event.channel, from, to, message: words::wanted(&event.condition) }
+                Missing {
+                    channel: event.channel,
+                    from,
+                    to,
+                    message: words::wanted(&event.condition, topology.get(event.channel).domain.shapes()),
+                }
             })
             .filter(|missing| named.contains(&format!("({}, {}, ", missing.from, missing.to)))
             .collect();

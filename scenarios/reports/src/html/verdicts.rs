@@ -113,8 +113,12 @@ fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
         }
         @for error in &said.errors { " Its machine had an error: " (text(error)) "." }
         @for clause in &said.vacuous {
-            " It is vacuously satisfied: its condition " code { (clause.antecedent) } " occurred at none of "
-            (words::count(clause.asked, "state")) "."
+            " It is vacuously satisfied: its condition " code { (clause.antecedent) } " never occurred"
+            @match clause.asked {
+                0 => "; no state was checked for it.",
+                1 => " in the one state that was checked for it.",
+                states => { " in the " (states) " states that were checked for it." }
+            }
         }
     }
 }

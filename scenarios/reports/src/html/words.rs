@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Message, Relation, Value};
+use channels::{Message, Relation, Shape, Value};
 use monitors::MessageCondition;
 
 pub(super) use recording::{decimals, length};
@@ -33,7 +33,7 @@ fn value(value: &Value) -> String {
 }
 
 /// A message that a condition requires: as a message if the condition determines every field, otherwise the condition.
-pub(super) fn wanted(condition: &MessageCondition) -> String {
+pub(super) fn wanted(condition: &MessageCondition, shapes: &[Shape]) -> String {
     let parts = match condition {
         MessageCondition::And(parts) => parts.as_slice(),
         other => std::slice::from_ref(other),
@@ -46,37 +46,9 @@ pub(super) fn wanted(condition: &MessageCondition) -> String {
     };
     let fields: Option<Vec<String>> = (1..=parts.len()).map(|number| field(number).map(value)).collect();
     fields.map_or_else(
-        || format!("a message with {}", self::condition(condition)),
+        || format!("a message with {}", condition.text(shapes)),
         |fields| format!("[{}]", fields.join(", ")),
     )
-}
-
-fn condition(condition: &MessageCondition) -> String {
-    let join =
-        |parts: &[MessageCondition], word: &str| parts.iter().map(self::condition).collect::<Vec<_>>().join(word);
-    match condition {
-        MessageCondition::True => "any content".to_owned(),
-        MessageCondition::False => "impossible content".to_owned(),
-        MessageCondition::Compare { field, relation, value } => {
-            format!("m[{field}] {} {}", sign(*relation), self::value(value))
-        }
-        MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => condition.text(),
-        MessageCondition::Not(part) => format!("not ({})", self::condition(part)),
-        MessageCondition::And(parts) => join(parts, " and "),
-        MessageCondition::Or(parts) => format!("({})", join(parts, " or ")),
-        MessageCondition::Implies(a, b) => format!("({} implies {})", self::condition(a), self::condition(b)),
-    }
-}
-
-fn sign(relation: Relation) -> &'static str {
-    match relation {
-        Relation::Equal => "=",
-        Relation::NotEqual => "≠",
-        Relation::Less => "<",
-        Relation::LessOrEqual => "≤",
-        Relation::Greater => ">",
-        Relation::GreaterOrEqual => "≥",
-    }
 }
 
 /// A list as people write it: `a, b and c`.
@@ -99,6 +71,8 @@ pub(super) fn sentence(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use channels::FieldKind;
+
     use super::*;
 
     #[test]
@@ -113,8 +87,10 @@ mod tests {
     fn a_condition_on_every_field_is_a_message() {
         let equals = |field, value| MessageCondition::Compare { field, relation: Relation::Equal, value };
         let start = [equals(1, Value::symbol("start_navigation")), equals(2, Value::symbol("RechargingStation"))];
-        assert_eq!(wanted(&MessageCondition::And(start.to_vec())), "[<start_navigation>, <RechargingStation>]");
-        assert_eq!(wanted(&equals(2, true.into())), "a message with m[2] = true");
+        assert_eq!(wanted(&MessageCondition::And(start.to_vec()), &[]), "[<start_navigation>, <RechargingStation>]");
+        assert_eq!(wanted(&equals(2, true.into()), &[]), "a message with m[2] = true");
+        let answer = Shape::new([("status", FieldKind::symbols(["ok"])), ("at", FieldKind::Bool)]);
+        assert_eq!(wanted(&equals(2, true.into()), &[answer]), "a message with m.at = true");
     }
 
     #[test]
