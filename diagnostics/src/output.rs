@@ -2,7 +2,8 @@
 //!
 //! Data goes to a temporary name in the same folder; the file gets its own name when it is complete. After a full disk,
 //! an error or a panic, the previous file is unchanged and nothing of the new one remains. A killed program may leave
-//! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`.
+//! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`. Whoever next writes to
+//! the folder removes it. While a program runs, its temporary files are locked, so nobody else takes them for left over.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -137,11 +138,7 @@ impl Staging {
         let begin = || {
             let created = folder.ancestors().take_while(|folder| !folder.exists()).map(Path::to_owned).collect();
             fs::create_dir_all(folder)?;
-            // On a file system without locks, nothing is cleaned up.
-            let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
-            if turn.is_some() {
-                remove_abandoned(folder);
-            }
+            let _turn = turn(folder);
             let hidden = first_free(folder, "", |path| fs::create_dir(path))?.0;
             let lock = File::open(&hidden).ok().filter(|lock| lock.try_lock().is_ok());
             Ok(Self { folder: folder.to_owned(), hidden, created, replaced: Vec::new(), _lock: lock })
@@ -226,12 +223,27 @@ impl Drop for Staging {
     }
 }
 
-/// Removes the hidden folders of programs that are no longer running, as far as possible.
+/// Waits for the turn to create something temporary in a folder, and removes what programs that are no longer running
+/// have left there. On a file system without locks, there are no turns, and nothing is removed.
+fn turn(folder: &Path) -> Option<File> {
+    let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
+    if turn.is_some() {
+        remove_abandoned(folder);
+    }
+    turn
+}
+
+/// Removes hidden files and folders that nobody has locked, as far as possible.
 fn remove_abandoned(folder: &Path) {
-    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
-        let is_abandoned = || path.is_dir() && File::open(&path).is_ok_and(|lock| lock.try_lock().is_ok());
-        if is_temporary(&path) && is_abandoned() {
-            let _ = fs::remove_dir_all(path);
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let kind = entry.file_type().ok().filter(|kind| is_temporary(&path) && (kind.is_dir() || kind.is_file()));
+        let is_abandoned = || File::open(&path).is_ok_and(|lock| lock.try_lock().is_ok());
+        match kind {
+            Some(kind) if is_abandoned() => {
+                let _ = if kind.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+            }
+            _ => {}
         }
     }
 }
@@ -244,7 +256,10 @@ fn is_temporary(path: &Path) -> bool {
 /// Creates a file under a temporary name beside its final one.
 fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
     let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
+    let turn = turn(folder_of(&name));
     let (temporary, file) = first_free(folder_of(&name), &tag(&name), create)?;
+    // It is locked before anybody else gets a turn. Nothing depends on locks but the removal of what is left over.
+    let _ = turn.and_then(|_turn| file.try_lock().ok());
     Ok((file, Some((temporary, name))))
 }
 
@@ -313,6 +328,23 @@ mod tests {
         assert_eq!(fs::read(Unfinished::of(&path).unwrap()).unwrap(), b"begun");
         file.finish().unwrap();
         assert_eq!(Unfinished::of(&path), None);
+    }
+
+    #[test]
+    fn what_a_killed_program_left_is_removed_by_the_next_writer_and_what_is_being_written_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, other) = (folder.path().join("run.rec"), folder.path().join("other.rec"));
+        let left = folder.path().join(".steward-1-0-0123456789abcdef.part");
+        fs::write(&left, "half").unwrap();
+        fs::create_dir(folder.path().join(".steward-1-1.part")).unwrap();
+        let mut begun = Unfinished::create(&path).unwrap();
+        begun.write_all(b"begun").unwrap();
+        assert!(!left.exists());
+        write_whole(&other, "whole").unwrap();
+        drop(Staging::begin(folder.path()).unwrap());
+        assert_eq!(fs::read(Unfinished::of(&path).unwrap()).unwrap(), b"begun");
+        begun.finish().unwrap();
+        assert_eq!(names(folder.path()), ["other.rec", "run.rec"]);
     }
 
     /// The temporary name is no longer than the file's own.
