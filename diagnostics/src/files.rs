@@ -57,7 +57,15 @@ pub fn text(bytes: Vec<u8>) -> io::Result<String> {
     String::from_utf8(bytes).map(without_mark).map_err(not_text)
 }
 
-/// Opens a file within the limit. Does not wait for a writer to open a pipe, and refuses devices that never end.
+/// Opens a file for reading. It does not wait for a writer to open a pipe, and refuses devices, which may never end.
+///
+/// # Errors
+/// The operating system's error; [`io::ErrorKind::InvalidInput`] for a device or a pipe.
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    regular(path, u64::MAX)
+}
+
+/// Opens a file within the limit.
 fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
     let found = fs::metadata(path).map_err(in_words)?;
     if !found.is_file() && !found.is_dir() {

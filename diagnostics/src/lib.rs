@@ -35,7 +35,9 @@ mod source;
 pub mod xml;
 
 pub use error::Error;
-pub use files::{ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, read_text, text, text_from_disk};
+pub use files::{
+    ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, open_regular, read_text, text, text_from_disk,
+};
 pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
 pub use output::{Staging, Unfinished, write_whole};
 pub use problem::{FileProblems, Problem};

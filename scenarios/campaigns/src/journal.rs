@@ -387,7 +387,7 @@ impl JournalReader {
     /// Opens the journal in `folder`.
     pub(super) fn open(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(JOURNAL);
-        let file = File::open(&path).map_err(|error| {
+        let file = diagnostics::open_regular(&path).map_err(|error| {
             let message = format!("cannot read {}: {error}", path.display());
             Error::refused(message, "a folder with results contains the journal of its campaign")
         })?;

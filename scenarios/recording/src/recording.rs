@@ -1,6 +1,5 @@
 //! Reading recordings.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -74,7 +73,7 @@ enum Chunks {
 
 impl Chunks {
     fn begin(path: &Path) -> Result<Self, ChunkError> {
-        let mut input = BufReader::new(File::open(path)?);
+        let mut input = BufReader::new(diagnostics::open_regular(path)?);
         if input.fill_buf()?.starts_with(mcap::MAGIC) {
             return McapChunks::begin(input).map(|chunks| Self::Mcap(Box::new(chunks)));
         }

@@ -1,6 +1,6 @@
 //! Which files a bag consists of.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ impl Format {
     /// The format of a file, by its first bytes or else by its name.
     fn of(path: &Path) -> Option<Self> {
         let mut first = Vec::new();
-        let _ = File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
+        let _ = diagnostics::open_regular(path).and_then(|file| file.take(16).read_to_end(&mut first));
         if first.starts_with(b"\x89MCAP") {
             return Some(Self::Mcap);
         }

@@ -161,7 +161,7 @@ struct Known {
 impl Walk {
     fn open(path: &Path) -> Result<Self, Error> {
         let unreadable = |source| Error::Read(diagnostics::Error::Read { path: path.to_owned(), source });
-        let file = File::open(path).map_err(unreadable)?;
+        let file = diagnostics::open_regular(path).map_err(unreadable)?;
         let length = file.metadata().map_err(unreadable)?.len();
         let mut file = BufReader::with_capacity(1 << 16, file);
         let mut magic = [0; 8];
@@ -347,7 +347,7 @@ impl Walk {
 
 /// The records of a chunk, whose bytes are at that position of a file.
 fn decompressed(path: &Path, at: u64, length: u64, compression: &[u8]) -> io::Result<Box<dyn Read>> {
-    let mut file = File::open(path)?;
+    let mut file = diagnostics::open_regular(path)?;
     file.seek(SeekFrom::Start(at))?;
     let packed = BufReader::with_capacity(1 << 16, file.take(length));
     match compression {

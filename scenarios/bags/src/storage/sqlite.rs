@@ -1,7 +1,6 @@
 //! SQLite files, rosbag2's first format.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
@@ -56,7 +55,7 @@ fn open(path: &Path) -> Result<Opened, Error> {
 /// The page size and the number of pages, according to the file's header.
 fn pages_of(path: &Path) -> Option<(u64, u64)> {
     let mut head = [0; 32];
-    File::open(path).ok()?.read_exact(&mut head).ok()?;
+    diagnostics::open_regular(path).ok()?.read_exact(&mut head).ok()?;
     let page = match u16::from_be_bytes([head[16], head[17]]) {
         1 => 1 << 16,
         size => u64::from(size),
@@ -66,7 +65,7 @@ fn pages_of(path: &Path) -> Option<(u64, u64)> {
 
 fn whole_pages(path: &Path, length: u64) -> io::Result<TempPath> {
     let mut copy = NamedTempFile::new()?;
-    io::copy(&mut File::open(path)?.take(length), &mut copy)?;
+    io::copy(&mut diagnostics::open_regular(path)?.take(length), &mut copy)?;
     Ok(copy.into_temp_path())
 }
 
