@@ -23,6 +23,7 @@ mod switched;
 mod timetable;
 mod trigger;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use diagnostics::Spanned;
@@ -124,12 +125,15 @@ impl Fault {
     }
 }
 
-/// The name of a fault's stream of random numbers: its kind, and its number among the faults of this kind. So adding or
-/// removing faults of other kinds changes nothing.
-fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
-    let kind = faults[index].kind().name;
-    let number = faults[..index].iter().filter(|other| other.kind().name == kind).count();
-    format!("{kind}/{number}")
+/// The names of the faults' streams of random numbers: each fault's kind, and its number among the faults of this kind.
+/// So adding or removing faults of other kinds changes nothing.
+fn stream_names(faults: &[Arc<Fault>]) -> impl Iterator<Item = String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    faults.iter().map(move |fault| {
+        let count = counts.entry(fault.kind().name).or_default();
+        *count += 1;
+        format!("{}/{}", fault.kind().name, *count - 1)
+    })
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use self::damage::Damages;
 pub(crate) use self::damage::opposite;
 use self::machines::Machines;
 use super::effect::DeviceTrouble;
-use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
+use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_names};
 use crate::error::{Complaints, Error};
 use crate::scenario::Scenario;
 use crate::world::World;
@@ -110,17 +110,17 @@ impl Injector {
         let no_places = Places::default();
         let places = scenario.premises.as_ref().map_or(&no_places, |premises| &premises.places);
         let timetable = Timetable::new(faults, system, places, streams, complaints);
-        let prepare = |(index, fault): (usize, &Arc<Fault>)| {
+        let prepare = |(fault, stream): (&Arc<Fault>, String)| {
             let effect = fault.effect();
             check_place(&effect, world, complaints);
-            let stream = format!("fault/{}", stream_name(faults, index));
+            let stream = format!("fault/{stream}");
             Prepared {
                 rng: streams.stream(&stream),
                 damages: Damages::prepare(&effect, system.topology(), *streams, stream, complaints),
                 effect,
             }
         };
-        let faults = faults.iter().enumerate().map(prepare).collect();
+        let faults = faults.iter().zip(stream_names(faults)).map(prepare).collect();
         let machines = Machines::prepare(scenario, system, earlier, complaints);
         let id = |name: &str| Some((name.to_owned(), system.topology().find_process(name)?));
         Self { timetable, faults, machines, components: scenario.component_names().filter_map(id).collect() }

@@ -1,5 +1,6 @@
 //! When each fault of a run begins and ends.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use robot::Streams;
 use skills::SkillProcess;
 
-use super::{Fault, Trigger, stream_name};
+use super::{Fault, Trigger, stream_names};
 use crate::error::Complaints;
 use crate::names::unknown;
 use crate::occurrences::occurrences;
@@ -40,6 +41,8 @@ pub(crate) enum Change {
 #[derive(Debug)]
 pub(crate) struct Timetable {
     entries: Vec<Entry>,
+    /// The indices of the active faults: of thousands, few are active at once.
+    holding: BTreeSet<usize>,
 }
 
 #[derive(Debug)]
@@ -79,23 +82,24 @@ impl Timetable {
         complaints: &mut Complaints,
     ) -> Self {
         let mut entries = Vec::with_capacity(faults.len());
-        for (index, fault) in faults.iter().enumerate() {
+        for (fault, stream) in faults.iter().zip(stream_names(faults)) {
             let watch = Watch::new(&fault.timing.trigger, system, places, complaints);
             entries.extend(watch.map(|watch| Entry {
                 fault: Arc::clone(fault),
                 watch,
                 left: fault.timing.times,
                 state: Phase::Waiting,
-                rng: streams.stream(&format!("fault/trigger/{}", stream_name(faults, index))),
+                rng: streams.stream(&format!("fault/trigger/{stream}")),
             }));
         }
-        Self { entries }
+        Self { entries, holding: BTreeSet::new() }
     }
 
     /// The changes at this moment: first the ends, then the beginnings, each in the order of the scenario.
     pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<Change> {
         let mut changes = Vec::new();
-        for (index, entry) in self.entries.iter_mut().enumerate() {
+        for index in self.holding.iter().copied() {
+            let entry = &mut self.entries[index];
             if entry.ends(observed.now) {
                 entry.state = Phase::Waiting;
                 changes.push(Change::Ends(index));
@@ -106,20 +110,29 @@ impl Timetable {
                 changes.push(Change::Begins(index));
             }
         }
+        for change in &changes {
+            let (Change::Begins(index) | Change::Ends(index)) = *change;
+            if self.entries[index].state == Phase::Waiting {
+                self.holding.remove(&index);
+            } else {
+                self.holding.insert(index);
+            }
+        }
         changes
     }
 
     /// Adopts the state of an earlier timetable whose faults are the first of these. Their durations may differ.
     pub(crate) fn resume(&mut self, earlier: Self) {
-        for (entry, earlier) in self.entries.iter_mut().zip(earlier.entries) {
+        let Self { entries, holding } = earlier;
+        for (entry, earlier) in self.entries.iter_mut().zip(entries) {
             *entry = Entry { fault: Arc::clone(&entry.fault), ..earlier };
         }
+        self.holding = holding;
     }
 
     /// The indices of the active faults, in the order of the scenario.
     pub(crate) fn holding(&self) -> impl Iterator<Item = usize> {
-        let entries = self.entries.iter().enumerate();
-        entries.filter(|(_, entry)| entry.state != Phase::Waiting).map(|(index, _)| index)
+        self.holding.iter().copied()
     }
 }
 
