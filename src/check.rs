@@ -23,6 +23,7 @@ use crate::monitor::System;
 use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
 use crate::render::{Finding, findings};
+use crate::run::select;
 
 /// Help for a machine that sends to a process that no shipped system has.
 const ELSEWHERE: &str =
@@ -35,9 +36,10 @@ pub(crate) struct CheckArgs {
     /// list`)
     #[arg(value_name = "NAME|FILE", required = true)]
     files: Vec<String>,
-    /// The scenario with the processes and channels of property files and the places of interfaces
-    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
-    scenario: String,
+    /// The scenario with the processes of machines, the processes and channels of property files and the places of
+    /// interfaces [default: nominal]
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
     /// Prints the findings as JSON
     #[arg(long)]
     json: bool,
@@ -49,9 +51,16 @@ pub(crate) struct Checked {
     pub(crate) summary: String,
     /// Its warnings.
     pub(crate) concerns: Vec<Box<dyn Diagnostic + Send + Sync>>,
+    /// The programs that a run of it starts, each in a sentence.
+    pub(crate) programs: Vec<String>,
 }
 
 impl Checked {
+    /// A file without programs.
+    fn of(summary: String, concerns: Vec<Box<dyn Diagnostic + Send + Sync>>) -> Self {
+        Self { summary, concerns, programs: Vec::new() }
+    }
+
     /// The summary, and whether anything looks wrong.
     pub(crate) fn words(&self) -> String {
         let found = match self.concerns.iter().map(|concern| findings(concern.as_ref()).len()).sum() {
@@ -64,7 +73,23 @@ impl Checked {
 
 /// Checks every file according to its kind.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
-    each(&args.files, args.json, |file| examine(file, &args.scenario))
+    let files: Vec<Vec<String>> = args.files.iter().map(|file| meant(file)).collect::<Result<_, _>>()?;
+    each(&files.concat(), args.json, |file| examine(file, args.scenario.as_deref()))
+}
+
+/// The files to which an argument refers: several for a folder or a pattern of scenarios, as in `steward run`.
+fn meant(file: &str) -> Result<Vec<String>, Error> {
+    let path = Path::new(file);
+    let is_campaign = || find::shipped(file).is_none() && shipped_campaigns().any(|(name, _)| name == file);
+    if !path.is_dir() && (path.extension().is_some() || is_campaign()) {
+        return Ok(vec![file.to_owned()]);
+    }
+    match select::meant(file) {
+        Ok(found) => Ok(found.into_iter().map(|one| one.argument).collect()),
+        Err(error) if path.is_dir() => Err(error),
+        // It is reported with the other files.
+        Err(_) => Ok(vec![file.to_owned()]),
+    }
 }
 
 /// Examines every file, and reports errors and warnings. Exit status 2 if anything is wrong.
@@ -93,6 +118,9 @@ pub(crate) fn each<F: AsRef<Path>>(
             }
         };
         say(format!("{file}: {said}\n"))?;
+        for program in checked.iter().flat_map(|checked| &checked.programs) {
+            say(format!("  {program}\n"))?;
+        }
     }
     if json {
         print_json(&report)?;
@@ -115,7 +143,11 @@ fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
         }
         Err(error) => (None, Vec::new(), problems(error)),
     };
-    json!({ "file": file, "ok": checked.is_ok(), "summary": summary, "warnings": warnings, "problems": problems })
+    let programs = checked.as_ref().map_or(&[][..], |checked| &checked.programs);
+    json!({
+        "file": file, "ok": checked.is_ok(), "summary": summary, "programs": programs, "warnings": warnings,
+        "problems": problems
+    })
 }
 
 /// Everything that an error says.
@@ -127,13 +159,14 @@ fn problems(error: &Error) -> Vec<Finding> {
 }
 
 /// Checks a file according to its kind.
-fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
+fn examine(file: &str, of: Option<&str>) -> Result<Checked, Error> {
     let path = Path::new(file);
+    let scenario = of.unwrap_or("nominal");
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
         Some("xml") if find::is_model(path) => of_scenario(file),
         Some("xml") => tree(path).map(|(_, checked)| checked),
-        Some("scxml") => machine(path).map(|(_, checked)| checked),
+        Some("scxml") => machine(path, of).map(|(_, checked)| checked),
         Some("scope") => properties(path, scenario),
         Some("yaml" | "yml") => map(path),
         Some("ini") => places(path),
@@ -193,23 +226,31 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
     };
     let summary = format!("{} nodes, {} of them leaves{of_nav2}", tree.nodes().len(), tree.leaves().count());
     let concerns = tree.concerns().into_iter().map(|concerns| Box::new(concerns.clone()) as _).collect();
-    Ok((tree, Checked { summary, concerns }))
+    Ok((tree, Checked::of(summary, concerns)))
 }
 
-/// A machine, and the findings about it.
-pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
+/// A machine, and the findings about it. It may send to the processes of the scenario or, without one, to those of the
+/// shipped scenarios.
+pub(crate) fn machine(file: &Path, scenario: Option<&str>) -> Result<(Arc<Chart>, Checked), Error> {
     let chart = named_files::machine(file, Strictness::Strict)?;
     let [states, transitions] = [chart.states().count(), chart.transitions().count()];
     let summary = format!("{}, {}", counted(states, "state"), counted(transitions, "transition"));
-    let elsewhere = chart.sends_elsewhere(&HEARERS, ELSEWHERE);
+    let system = scenario.map(System::of).transpose()?;
+    let elsewhere = match (&system, scenario) {
+        (Some(System { topology, .. }), Some(name)) => {
+            let hearers: Vec<&str> = topology.processes().map(|process| topology.name(process)).collect();
+            chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
+        }
+        _ => chart.sends_elsewhere(&HEARERS, ELSEWHERE),
+    };
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
-    Ok((chart, Checked { summary, concerns }))
+    Ok((chart, Checked::of(summary, concerns)))
 }
 
 fn properties(file: &Path, scenario: &str) -> Result<Checked, Error> {
     let properties = System::of(scenario)?.load(file)?;
     let warned = (!properties.warnings.is_empty()).then(|| Box::new(properties.warnings) as _);
-    Ok(Checked { summary: counted_properties(properties.properties.len()), concerns: warned.into_iter().collect() })
+    Ok(Checked::of(counted_properties(properties.properties.len()), warned.into_iter().collect()))
 }
 
 fn counted_properties(count: usize) -> String {
@@ -226,12 +267,12 @@ fn map(file: &Path) -> Result<Checked, Error> {
     let size = |cells: usize| cells as f64 * map.resolution_m();
     let share = 100.0 * free as f64 / map.cells().len() as f64;
     let summary = format!("a map of {:.1} m × {:.1} m, {share:.0} % free", size(map.width()), size(map.height()));
-    Ok(Checked { summary, concerns: Vec::new() })
+    Ok(Checked::of(summary, Vec::new()))
 }
 
 fn places(file: &Path) -> Result<Checked, Error> {
     let places = named_files::places(file)?;
-    Ok(Checked { summary: counted(places.places().iter().count(), "place"), concerns: Vec::new() })
+    Ok(Checked::of(counted(places.places().iter().count(), "place"), Vec::new()))
 }
 
 fn interface(file: &Path, scenario: &str) -> Result<Checked, Error> {
@@ -242,7 +283,7 @@ fn interface(file: &Path, scenario: &str) -> Result<Checked, Error> {
     let counts = [(services.len(), "service"), (topics.len(), "topic"), (actions.len(), "action")];
     let counts: Vec<String> =
         counts.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| counted(count, what)).collect();
-    Ok(Checked { summary: format!("an interface with {}", counts.join(", ")), concerns: Vec::new() })
+    Ok(Checked::of(format!("an interface with {}", counts.join(", ")), Vec::new()))
 }
 
 fn campaign(file: &Path) -> Result<Checked, Error> {
@@ -266,7 +307,7 @@ fn of_scenario(name: &str) -> Result<Checked, Error> {
 /// Sets a scenario up as for a run: the world, the processes and channels, the monitors, and the faults with their
 /// triggers.
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
-    let live = Live::new(Arc::clone(scenario), scenario.file.seed, true)?;
+    let live = Live::prepare(Arc::clone(scenario), scenario.file.seed, true)?;
     let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
     concerns.extend(scenario.model_concerns().iter().map(|concern| Box::new(concern.clone()) as _));
     let tree = scenario.tree.as_ref();
@@ -289,5 +330,17 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
     parts.push(counted_properties(live.properties().count()));
     parts.push(counted(scenario.file.faults.len(), "fault"));
-    Ok(Checked { summary: parts.join(", "), concerns })
+    let programs = programs(scenario).map(|program| format!("a run starts {program}")).collect();
+    Ok(Checked { summary: parts.join(", "), concerns, programs })
+}
+
+/// The programs that a run of this scenario starts, in words.
+pub(crate) fn programs(scenario: &Scenario) -> impl Iterator<Item = String> {
+    scenario.programs().map(|(component, program)| {
+        let place = match program.folder() {
+            Some(folder) => format!("in {}", folder.display()),
+            None => "in a temporary folder".to_owned(),
+        };
+        format!("`{program}` {place}, for {component}")
+    })
 }

@@ -23,6 +23,9 @@ pub(crate) enum SkillCommand {
         /// Machines: SCXML files, or names of shipped ones
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
+        /// The scenario with the processes to which they may send [default: those of the shipped scenarios]
+        #[arg(long, value_name = "NAME|FILE")]
+        scenario: Option<String>,
     },
     /// Prints a machine's states and transitions
     Show {
@@ -64,8 +67,8 @@ pub(crate) enum Format {
 /// Carries out a command on a machine.
 pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
-        SkillCommand::Check { files } => {
-            check::each(files, false, |file| check::machine(file).map(|(_, checked)| checked))
+        SkillCommand::Check { files, scenario } => {
+            check::each(files, false, |file| check::machine(file, scenario.as_deref()).map(|(_, checked)| checked))
         }
         SkillCommand::Show { file, format } => show(file, *format),
         SkillCommand::Mutants { files } => mutants(files),

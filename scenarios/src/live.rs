@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, Monitor, Scheduler, Verdict};
+use channels::{ChannelSystem, Event, Monitor, ProcessId, Scheduler, Verdict};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
+use programs::ProgramProcess;
 use recording::{
     Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation, RobotBody,
     RobotState, Scene, SceneClock, Step, TraceHash, event_line,
@@ -90,6 +91,16 @@ impl Live {
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        let mut live = Self::prepare(scenario, seed, watch)?;
+        start_programs(&live.scenario, &mut live.system)?;
+        Ok(live)
+    }
+
+    /// The same, but the programs of its components are not started: for everything short of a run.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the scenario's parts do not fit together.
+    pub fn prepare(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
         let streams = Streams::new(seed);
         let mut wired = wire(&scenario, &streams)?;
         let mut complaints = Complaints::default();
@@ -102,7 +113,6 @@ impl Live {
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
-        start_programs(&scenario, &mut wired.system)?;
         let tick = scenario.file.execution.tick;
         let first_tick = if scenario.model.is_some() { tick } else { AFTER_THE_START };
         Ok(Self {
@@ -510,9 +520,16 @@ impl Live {
         self.world.scene()
     }
 
-    /// The end record of the run if it ends here, with the given detail.
+    /// Ends the run, and with it the programs of its components. Returns the end record with the given detail.
     #[must_use]
-    pub fn end(&self, ended: Ended, detail: Detail) -> End {
+    pub fn end(&mut self, ended: Ended, detail: Detail) -> End {
+        let processes: Vec<ProcessId> = self.system.topology().processes().collect();
+        for id in processes {
+            if let Some(program) = self.system.process_mut::<ProgramProcess>(id) {
+                program.conclude();
+            }
+        }
+        self.skill_errors.note(&self.system, self.time());
         // Faults that were added since the last step are not part of the run.
         let faults = 0..self.scenario.file.faults.len() - self.added.len();
         End {

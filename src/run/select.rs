@@ -32,7 +32,7 @@ pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>,
 }
 
 /// The scenarios to which one argument refers.
-fn meant(name: &str) -> Result<Vec<Found>, Error> {
+pub(crate) fn meant(name: &str) -> Result<Vec<Found>, Error> {
     let path = Path::new(name);
     if path.is_dir() {
         return in_folder(path);

@@ -201,3 +201,84 @@ fn nothing_is_left_running_after_ctrl_c() {
         }
     });
 }
+
+/// A program that starts another one in a session of its own and, when it is asked, kills a process that watches it: its
+/// parent, or the parent of that.
+fn killer(of_parent: bool) -> String {
+    let victim =
+        if of_parent { "parent" } else { "int(open(f'/proc/{parent}/stat').read().rsplit(')')[1].split()[1])" };
+    format!(
+        "import os, signal, subprocess, sys
+for line in sys.stdin:
+    if '\"say\"' in line:
+        subprocess.Popen(['sh', '-c', 'setsid sleep 1000 >&- 2>&- <&- &']).wait()
+        parent = os.getppid()
+        os.kill({victim}, signal.SIGKILL)
+    print('{{}}', flush=True)
+"
+    )
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_program_that_kills_its_keeper_does_not_escape_and_fails_the_run() {
+    if !has_python() {
+        return;
+    }
+    for of_parent in [true, false] {
+        let report = Stage::of_program(&killer(of_parent)).report(&[]);
+        assert_eq!(report["outcome"], "not_as_expected", "{report}");
+        let differences = report["differences"].to_string();
+        assert!(differences.contains("the component Speaker failed"), "{differences}");
+    }
+}
+
+#[test]
+fn a_check_names_the_programs_of_a_scenario_and_starts_none() {
+    let stage = Stage::new("program = [\"sh\", \"-c\", \"touch started; exit 3\"]");
+    let checked = steward(&["check", stage.scenario().to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert_eq!(checked.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("a run starts `sh -c \"touch started; exit 3\"` in ") && said.contains("for Speaker"),
+        "{said}"
+    );
+    assert!(!stage.folder.path().join("started").exists());
+    let of_folder = steward(&["check", stage.folder.path().to_str().unwrap(), "--json"]);
+    assert!(String::from_utf8_lossy(&of_folder.stdout).contains("announce.toml"));
+    let out = stage.folder.path().join("out");
+    let run = steward(&["run", stage.scenario().to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(said.contains("note: starting `sh -c"), "{said}");
+    assert!(stage.folder.path().join("started").exists());
+}
+
+#[test]
+fn a_stray_line_is_quoted() {
+    if !has_python() {
+        return;
+    }
+    let stage =
+        Stage::of_program("import sys\nfor line in sys.stdin: sys.stdout.write('so far\\n{}\\n'); sys.stdout.flush()");
+    let said = stage.refusal();
+    assert!(said.contains("wrote without being asked: \"so far\""), "{said}");
+    assert!(said.contains("print anything else to standard error"), "{said}");
+}
+
+#[test]
+fn a_pipe_is_no_recording() {
+    let folder = tempdir().unwrap();
+    for name in ["run.rec", "run.mcap", "run"] {
+        let pipe = folder.path().join(name);
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let pipe = pipe.to_str().unwrap();
+        // It waits for no writer.
+        refusal(&["verify", "--list", pipe]);
+        let said = refusal(&["report", pipe]);
+        assert!(said.contains("a device or a pipe"), "{said}");
+    }
+    for name in ["run.rec", "run.mcap"] {
+        let said = refusal(&["live", "--no-open", folder.path().join(name).to_str().unwrap()]);
+        assert!(said.contains("a device or a pipe"), "{said}");
+    }
+}

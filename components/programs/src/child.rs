@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 use crate::program::{Limits, Program};
+use crate::protocol::Answer;
 
 /// The maximum length of an answer, in bytes.
 pub(crate) const LONGEST: usize = 1 << 20;
@@ -22,6 +23,9 @@ const KEPT_OF_STDERR: usize = 4 << 10;
 /// How many of the last lines on stderr are reported, and how many characters of each.
 const TOLD_LINES: usize = 3;
 const TOLD_CHARACTERS: usize = 200;
+
+/// What a program that prints something else has to know.
+pub(crate) const ONLY_ANSWERS: &str = "standard output is only for answers, so print anything else to standard error";
 
 /// How long to wait for the end of a program after everything of it has been killed.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -48,7 +52,7 @@ pub(crate) struct Child {
 pub(crate) enum Silence {
     #[error("cannot be started: {0}")]
     Unstartable(#[from] io::Error),
-    #[error("ended with {} before it answered", ending(.0))]
+    #[error("{} before it answered", ending(.0))]
     Ended(process::ExitStatus),
     #[error("closed its standard output before it answered")]
     Closed,
@@ -58,8 +62,10 @@ pub(crate) enum Silence {
     HalfALine(Duration, String),
     #[error("wrote a line that is longer than {} bytes", LONGEST)]
     TooLong,
-    #[error("wrote without being asked: {0:?}")]
+    #[error("wrote without being asked: {0:?}; {ONLY_ANSWERS}")]
     Unasked(String),
+    #[error("{} when the run ended", ending(.0))]
+    Gone(process::ExitStatus),
     #[error("wrote a line that is not UTF-8")]
     NotText,
 }
@@ -135,10 +141,13 @@ impl Child {
     /// The line up to this newline, if nothing follows it.
     fn answer(&mut self, newline: usize) -> Result<String, Silence> {
         let more = self.rest.split_off(newline + 1);
-        if !more.is_empty() {
-            return Err(Silence::Unasked(beginning(&more)));
-        }
         self.rest.pop();
+        if !more.is_empty() {
+            // Of two lines, the stray one is the one that is not an answer.
+            let first = String::from_utf8_lossy(&self.rest);
+            let stray = if Answer::parse(&first).is_ok() { &more } else { &self.rest };
+            return Err(Silence::Unasked(beginning(stray)));
+        }
         String::from_utf8(std::mem::take(&mut self.rest)).map_err(|_| Silence::NotText)
     }
 
@@ -161,10 +170,26 @@ impl Child {
         (!told.is_empty()).then(|| told.join(" / "))
     }
 
+    /// Ends the program. An error if it, or a process that watches it, had ended before.
+    pub(crate) fn conclude(&mut self) -> Result<(), Silence> {
+        if let Some(status) = self.process.try_wait()? {
+            return Err(Silence::Gone(status));
+        }
+        self.stop();
+        match self.process.try_wait()? {
+            // The outer keeper may not yet have noticed it.
+            #[cfg(unix)]
+            Some(status) if was_unkept(&status) => Err(Silence::Gone(status)),
+            _ => Ok(()),
+        }
+    }
+
     /// Kills all its processes and waits until they are gone.
     fn stop(&mut self) {
         // Once a process has been waited for, its number may belong to another one.
         if !matches!(self.process.try_wait(), Ok(None)) {
+            // A keeper that was killed does not wait for the other one, which ends the program.
+            let _ = self.gone.recv_timeout(PATIENCE);
             return;
         }
         #[cfg(unix)]
@@ -212,17 +237,28 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// The beginning of a program's output, for a message.
+/// The beginning of a program's output, at most a line, for a message.
 fn beginning(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).chars().take(60).collect()
+    String::from_utf8_lossy(bytes).lines().next().unwrap_or_default().chars().take(60).collect()
 }
 
-/// How a program ended. Like a shell, a keeper reports signals as exit statuses.
+/// How a program ended, as a phrase that follows its name. Like a shell, a keeper reports signals as exit statuses.
 fn ending(status: &process::ExitStatus) -> String {
+    #[cfg(unix)]
+    if was_unkept(status) {
+        return "lost a process that watches it, which was killed, and was ended".to_owned();
+    }
     #[cfg(unix)]
     if let Some(signal) = status.code().and_then(|code| rustix::process::Signal::from_named_raw(code.checked_sub(128)?))
     {
-        return format!("{signal:?}").trim_matches('"').replace("ABORT", "ABRT").replace("Signal::", "the signal SIG");
+        let signal = format!("{signal:?}").trim_matches('"').replace("ABORT", "ABRT");
+        return format!("ended with {}", signal.replace("Signal::", "the signal SIG"));
     }
-    status.code().map_or_else(|| status.to_string(), |code| format!("exit status {code}"))
+    status.code().map_or_else(|| format!("ended with {status}"), |code| format!("ended with exit status {code}"))
+}
+
+/// Whether one of a program's keepers was killed. A program's own exit status may be the same.
+#[cfg(unix)]
+fn was_unkept(status: &process::ExitStatus) -> bool {
+    status.code().is_none_or(|code| code == i32::from(crate::keeper::UNKEPT))
 }

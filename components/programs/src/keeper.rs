@@ -8,7 +8,13 @@
 //! The program uses the keeper's standard streams. The keeper itself holds only stderr, whose other end closes when the
 //! process that started it is gone, whatever the cause.
 //!
+//! A program can kill its keeper: both belong to the same user. So there are two, one inside the other, and the program
+//! of the outer keeper is the inner one. If the inner one is killed, the outer one inherits what is left, and kills it.
+//! If the outer one is killed, the inner one gets SIGTERM ([the "parent-death signal"][2]). On Linux, a program escapes
+//! only if it stops or kills both at once.
+//!
 //! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
+//! [2]: https://man7.org/linux/man-pages/man2/PR_SET_PDEATHSIG.2const.html
 
 use std::env;
 use std::ffi::OsString;
@@ -24,11 +30,18 @@ use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process_group, setrlimit, wait};
 use rustix::stdio::{dup2_stdin, dup2_stdout};
 
-/// The first argument of a keeper process; the second is the memory limit in bytes, and the rest is the command.
+/// The first argument of a keeper process; the second is the memory limit in bytes, or [`OUTER`], and the rest is the
+/// command.
 const KEEP: &str = "keep-a-program";
+
+/// The second argument of an outer keeper, whose program is another keeper.
+const OUTER: &str = "outer";
 
 /// The exit status of a keeper whose program cannot be started.
 const UNSTARTABLE: u8 = 127;
+
+/// The exit status of an outer keeper whose inner one was killed.
+pub(crate) const UNKEPT: u8 = 125;
 
 /// The executable whose processes can be keepers.
 static KEEPER: OnceLock<PathBuf> = OnceLock::new();
@@ -50,8 +63,11 @@ pub fn keep() -> Option<ExitCode> {
         own.into_iter().for_each(keep_with);
         return None;
     }
-    let memory_bytes = arguments.next().and_then(|bytes| bytes.to_str()?.parse().ok());
-    Some(memory_bytes.map_or(ExitCode::FAILURE, |bytes| run(bytes, arguments)))
+    let limit = arguments.next().and_then(|bytes| match bytes.to_str()? {
+        OUTER => Some(None),
+        bytes => bytes.parse().ok().map(Some),
+    });
+    Some(limit.map_or(ExitCode::FAILURE, |limit| run(limit, arguments)))
 }
 
 /// Uses this executable for keepers; its `main` must call [`keep`]. Only the first call has an effect.
@@ -60,23 +76,27 @@ pub fn keep_with(program: PathBuf) {
     let _ = KEEPER.set(program);
 }
 
-/// A command that starts another one with a keeper.
+/// A command that starts another one with two keepers.
 pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Command> {
     let keeper =
         KEEPER.get().ok_or_else(|| io::Error::other("the `main` of this process does not call `programs::keep`"))?;
     let mut kept = Command::new(keeper);
     // Ctrl-C on a terminal reaches a whole process group: the process that started the keeper decides what to do then.
-    kept.arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
+    kept.args([KEEP, OUTER]).arg(keeper).arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
     Ok(kept)
 }
 
-/// The work of a keeper.
-fn run(memory_bytes: u64, mut command: impl Iterator<Item = OsString>) -> ExitCode {
+/// The work of a keeper. Only an inner one has a limit.
+fn run(memory_bytes: Option<u64>, mut command: impl Iterator<Item = OsString>) -> ExitCode {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
     // No core files beside the scenario.
     let _ = setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) });
     let _ = ctrlc::set_handler(end);
+    #[cfg(target_os = "linux")]
+    if memory_bytes.is_some() {
+        let _ = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
+    }
     std::thread::spawn(|| {
         let stderr = io::stderr();
         while poll(&mut [PollFd::new(&stderr, PollFlags::empty())], None) == Err(rustix::io::Errno::INTR) {}
@@ -94,8 +114,10 @@ fn run(memory_bytes: u64, mut command: impl Iterator<Item = OsString>) -> ExitCo
 
 /// Waits until the program and all that it started are gone. Returns the program's exit status or, like a shell, 128
 /// plus the number of the signal that ended it.
-fn attend(program: Pid, memory_bytes: u64) -> u8 {
-    limit_memory(program, memory_bytes);
+fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
+    if let Some(bytes) = memory_bytes {
+        limit_memory(program, bytes);
+    }
     GROUP.get_or_init(|| program);
     if let Ok(null) = OpenOptions::new().read(true).write(true).open("/dev/null") {
         let _ = (dup2_stdin(&null), dup2_stdout(&null));
@@ -107,13 +129,15 @@ fn attend(program: Pid, memory_bytes: u64) -> u8 {
     loop {
         match wait(WaitOptions::empty()) {
             Ok(Some((ended, how))) if ended == program => {
-                status = Some(how);
+                // Until this keeper ends the inner one, only somebody else can have killed it.
+                let is_unkept = memory_bytes.is_none() && how.signaled() && !ENDING.load(Ordering::SeqCst);
+                status = Some(if is_unkept { UNKEPT } else { as_shells_do(how) });
                 end();
             }
             // Processes started in the meantime have lost their parent, which has just been waited for.
             Ok(_) if ENDING.load(Ordering::SeqCst) => sweep(),
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(_) => return status.map_or(0, as_shells_do),
+            Err(_) => return status.unwrap_or(0),
         }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use skills::{ChannelAdapter, Datum, Mishap};
 
-use crate::child::Child;
+use crate::child::{Child, ONLY_ANSWERS};
 use crate::program::Program;
 use crate::protocol::{self, Answer, Message};
 
@@ -110,6 +110,18 @@ impl ProgramProcess {
         started.map_err(|message| Failure(self.crash(message)))
     }
 
+    /// Ends the program at the end of its run. That it, or a process that watches it, had already ended is a failure.
+    pub fn conclude(&mut self) {
+        if self.phase != Phase::Started {
+            return;
+        }
+        let own = |running: &&mut Running| running.exchanged == self.exchanged;
+        let concluded = self.shared().as_mut().filter(own).map(|running| running.child.conclude());
+        if let Some(Err(silence)) = concluded {
+            self.crash(format!("the program {silence}"));
+        }
+    }
+
     /// A new process with the same program and data, which replaces `predecessor`, a process of the same component. It
     /// starts at `now`, and the predecessor ends. It continues the predecessor's request numbers, so that answers to
     /// the predecessor's requests are ignored.
@@ -174,8 +186,12 @@ impl ProgramProcess {
         running.exchanged = exchanged;
         drop(shared);
         self.exchanged = exchanged;
-        let followed = Answer::parse(&answer).and_then(|answer| self.follow(answer, message.time));
-        followed.map_err(|problem| format!("answered wrongly: {}: {}", excerpt(&problem), excerpt(&answer)))
+        let wrong = |problem: String| format!("answered wrongly: {}: {}", excerpt(&problem), excerpt(&answer));
+        let parsed = Answer::parse(&answer).map_err(|problem| match answer.trim_start().starts_with('{') {
+            true => wrong(problem),
+            false => format!("{}; {ONLY_ANSWERS}", wrong(problem)),
+        })?;
+        self.follow(parsed, message.time).map_err(wrong)
     }
 
     /// Carries out the program's answer. An error names its place in the answer.

@@ -136,7 +136,8 @@ impl Program {
     }
 
     /// Its working directory, if that is not temporary.
-    pub(crate) fn folder(&self) -> Option<&Path> {
+    #[must_use]
+    pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
 

@@ -110,7 +110,7 @@ impl Plan {
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
         let base = Arc::new(Scenario::load(&found, &set)?);
-        let live = Live::new(Arc::clone(&base), file.seed, true)?;
+        let live = Live::prepare(Arc::clone(&base), file.seed, true)?;
         let properties = live.properties().map(str::to_owned).collect();
         let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
         let mut plan =

@@ -19,7 +19,11 @@ use crate::report::{
 /// The report of a finished run.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
-    let expectations = if interrupted { Vec::new() } else { expectations(view) };
+    let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
+    expectations.extend(end.skill_errors.iter().filter(|error| is_of_program(view, error)).map(|error| {
+        let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
+        ExpectationReport { expected: format!("the program of {} does not fail", error.skill), difference }
+    }));
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
     let outcome = match differences.as_slice() {
         [] if interrupted => OutcomeReport::Interrupted,
@@ -60,6 +64,13 @@ fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     let SkillError { skill, state, message, time, times } = error.clone();
     let kind = if view.header().components.contains(&skill) { "component" } else { "skill" };
     SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
+}
+
+/// Whether it is the failure of a component's program, which nothing expects. Every other component that can have
+/// errors has a machine.
+fn is_of_program(view: &RunView, error: &SkillError) -> bool {
+    let header = view.header();
+    header.components.contains(&error.skill) && !header.machines.iter().any(|machine| machine.process == error.skill)
 }
 
 /// The scenario's expectations of the run, and which are not met.
