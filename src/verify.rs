@@ -4,17 +4,19 @@ mod args;
 mod bag;
 mod judge;
 
+use std::cell::Cell;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::process::ExitCode;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::Contents;
+use bags::{Contents, Found};
 use campaigns::Error;
-use monitors::{Channels, EventLog, LogError, Outcome, Property};
+use monitors::{Channels, EventLog, LogError, Property};
 use recording::{Header, LoggedRecording, Recording, RecordingError};
 use scenarios::scenario::find;
 use serde_json::json;
@@ -25,9 +27,9 @@ use judge::{Verified, judge, load, recorded};
 
 pub(crate) use args::VerifyArgs;
 
-/// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated.
+/// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    let (mut violated, mut refused, mut reports) = (false, false, Vec::new());
+    let (mut bad, mut refused, mut reports) = (false, false, Vec::new());
     let several = args.logs.len() > 1;
     for log in &args.logs {
         let told =
@@ -40,7 +42,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
                 continue;
             }
         };
-        violated |= told.is_violated();
+        bad |= told.is_bad();
         if args.json {
             reports.push(told.as_json(log));
             continue;
@@ -59,7 +61,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         reports if args.json => print_json(&reports)?,
         _ => {}
     }
-    Ok(ExitCode::from(if refused { 2 } else { u8::from(violated) }))
+    Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 
 /// A notice about a log.
@@ -69,9 +71,8 @@ enum Told {
 }
 
 impl Told {
-    fn is_violated(&self) -> bool {
-        let Self::Verdicts(Verified { properties, .. }) = self else { return false };
-        properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated)
+    fn is_bad(&self) -> bool {
+        matches!(self, Self::Verdicts(verified) if verified.is_bad())
     }
 
     fn as_json(&self, log: &Path) -> serde_json::Value {
@@ -107,7 +108,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
         let message = format!("cannot read the log {}: {error}", path.display());
         Error::refused(message, "a log is what `steward run … --record FILE.jsonl` writes")
     };
-    let mut input = open(path).map_err(unreadable)?;
+    let truncated = Truncated::default();
+    let mut input = open(path, &truncated).map_err(unreadable)?;
     let mut first = Vec::new();
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
@@ -126,13 +128,14 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let refused = |error: LogError| {
         Error::refused(format!("{}: {error}", path.display()), "each line of a log is one JSON object")
     };
-    let events = log.by_ref().map(|event| event.map_err(refused));
+    let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
+    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(why))));
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
-    let end = judge(args, path, about, String::new(), &system, &mut properties, events)?;
+    let (end, unsure) = judge(args, path, about, String::new(), &system, &mut properties, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
-    Ok(Verified { properties, end, start_ns: None, notes: skipped.into_iter().chain(unjudged).collect() })
+    Ok(Verified { properties, end, unsure, start_ns: None, notes: skipped.into_iter().chain(unjudged).collect() })
 }
 
 /// The header of a recording, which says everything about its system; none of other logs.
@@ -142,8 +145,11 @@ fn header(log: &Path) -> Option<Header> {
     view.map(|view| view.header().clone())
 }
 
+/// Why a recording ends before its run does, in words, if it does.
+type Truncated = Rc<Cell<Option<String>>>;
+
 /// The log's bytes: a file's, a pipe's, or those of standard input. A recording is read as its log.
-fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
+fn open(log: &Path, truncated: &Truncated) -> std::io::Result<Box<dyn BufRead>> {
     if log == Path::new("-") {
         return Ok(Box::new(std::io::stdin().lock()));
     }
@@ -154,8 +160,12 @@ fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
             Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
         }
         Some(recording) => {
-            let truncated = |error: &RecordingError| note(&error.to_string());
-            let logged = recording.and_then(|recording| LoggedRecording::begin(recording, truncated));
+            let truncated = Rc::clone(truncated);
+            let note_end = move |error: &RecordingError| {
+                note(&error.to_string());
+                truncated.set(Some(error.to_string()));
+            };
+            let logged = recording.and_then(|recording| LoggedRecording::begin(recording, note_end));
             Ok(Box::new(logged.map_err(std::io::Error::other)?))
         }
     }
@@ -220,14 +230,19 @@ fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
-fn in_words(Verified { properties, end, start_ns, .. }: &Verified) -> String {
+fn in_words(verified: &Verified) -> String {
+    let Verified { properties, end, start_ns, .. } = verified;
     let mut text = String::new();
     let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{} messages, {} ticks{since}", end.messages, end.ticks);
     let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);
-    for property in properties {
-        let _ = writeln!(text, "{:<widest$} {}", property.name, Outcome::of(property.monitor.as_ref()));
+    for (index, property) in properties.iter().enumerate() {
+        let _ = writeln!(text, "{:<widest$} {}", property.name, verified.verdict(index));
+        if let Some(why) = &verified.unsure[index] {
+            let _ = writeln!(text, "  {why}");
+            let _ = writeln!(text, "  without what is missing: {}", verified.outcome(index));
+        }
         let Some(monitor) = property.scope_monitor() else { continue };
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
@@ -242,23 +257,24 @@ fn in_words(Verified { properties, end, start_ns, .. }: &Verified) -> String {
     text
 }
 
-fn as_json(Verified { properties, start_ns, notes, .. }: &Verified, log: &Path) -> serde_json::Value {
-    let of = |property: &Property| {
+fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
+    let Verified { properties, unsure, start_ns, notes, .. } = verified;
+    let of = |(index, property): (usize, &Property)| {
         let monitor = property.scope_monitor();
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
         let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
         json!({
             "name": property.name,
             "property": property.formula,
-            "verdict": Outcome::of(property.monitor.as_ref()).name(),
+            "verdict": verified.verdict(index),
+            "unsure": unsure[index],
             "state": property.monitor.location(),
             "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
             "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     };
-    let mut told =
-        json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() });
+    let mut told = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });
     if let Some(start_ns) = start_ns {
         told["start_s"] = bags::seconds(*start_ns).into();
         told["notes"] = notes.as_slice().into();

@@ -151,3 +151,40 @@ fn the_list_is_a_valid_mapping() {
     assert_eq!((&listed["topics"][1]["name"], &listed["topics"][1]["messages"]), (&"/cmd_vel".into(), &120.into()));
     assert!(listed["topics"][3]["missing"].as_str().unwrap().contains("no definition"), "{listed}");
 }
+
+#[test]
+fn messages_that_the_mapping_leaves_out_make_the_verdicts_that_they_could_change_unsure() {
+    let recorded = Recorded::new();
+    let (bag, out) = (recorded.path("nav2.mcap"), recorded.path("out"));
+    let scope = recorded.write(
+        "calm.scope",
+        b"property calm := always not (base, m, m.speed = <fast>)\n\
+property starts := eventually (base, m, m.speed = <still>)\n",
+    );
+    let verify = |symbols: &str, more: &[&str]| {
+        let mapping = format!(
+            "[[messages]]\ntopic = \"/cmd_vel\"\nfrom = \"base\"\nto = \"m\"\n\
+             fields = {{ speed = {{ path = \"linear.x\", symbols = {{ {symbols} }} }} }}\n"
+        );
+        let mapping = recorded.write("symbols.toml", mapping.as_bytes());
+        let command = ["verify", &bag, "--property", &scope, "--map-channels", &mapping];
+        let output = steward(&[command.as_slice(), more].concat());
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (status, said) = verify("\"0.0\" = \"still\", \"9.5\" = \"fast\"", &["--out", &out]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(
+        said.contains("calm         unsure\n  1 message on /cmd_vel is left out: the mapping has no symbol"),
+        "{said}"
+    );
+    assert!(said.contains("without what is missing: satisfied"), "{said}");
+    let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
+    assert!(page.contains("It is unsure: something is missing"), "the page says so");
+    let report: Value = serde_json::from_slice(&fs::read(Path::new(&out).join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["monitors"][0]["verdict"], "inconclusive");
+    assert!(report["monitors"][0]["unsure"].as_str().unwrap().contains("no symbol"), "{report}");
+    let (status, told) = verify("\"0.0\" = \"still\", \"9.5\" = \"fast\"", &["--json"]);
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!((status, &told["monitors"][0]["verdict"]), (Some(1), &"unsure".into()));
+    assert!(told["monitors"][0]["unsure"].as_str().unwrap().contains("no symbol"), "{told}");
+}

@@ -31,9 +31,9 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let mut events = Events::new(&bag, &mapping, compiled);
     let start = bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let about = format!("A ROS 2 bag{start}");
-    let end = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
+    let (end, unsure) = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
-    Ok(Verified { properties, end, start_ns: events.start_ns(), notes })
+    Ok(Verified { properties, end, unsure, start_ns: events.start_ns(), notes })
 }
 
 /// The contents of a bag.

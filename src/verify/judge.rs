@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use bags::Found;
 use campaigns::{Error, refuse_campaign};
-use channels::Event;
-use monitors::{LogEnd, Property, ScopeMonitor};
+use channels::Verdict;
+use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{Header, Judge, Monitor, Origin, RunView};
 use reports::{Outputs, Presentation, file_name};
 use scenarios::conduct::FITS;
@@ -17,6 +18,8 @@ use crate::output::warn;
 pub(super) struct Verified {
     pub(super) properties: Vec<Property>,
     pub(super) end: LogEnd,
+    /// For each property why its verdict is unsure, if it is: messages are missing that could change it.
+    pub(super) unsure: Vec<Option<String>>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(super) start_ns: Option<i64>,
     /// Missing or damaged parts of a bag, in words.
@@ -41,6 +44,26 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
     }
     Ok((properties, others))
 }
+
+impl Verified {
+    /// The verdict of a property: satisfied, violated, inconclusive or unsure.
+    pub(super) fn verdict(&self, index: usize) -> &'static str {
+        if self.unsure[index].is_some() { "unsure" } else { self.outcome(index).name() }
+    }
+
+    /// The outcome of a property if nothing is missing.
+    pub(super) fn outcome(&self, index: usize) -> Outcome {
+        Outcome::of(self.properties[index].monitor.as_ref())
+    }
+
+    /// Whether a verdict is one that a log should not have: a violation, or no certainty.
+    pub(super) fn is_bad(&self) -> bool {
+        (0..self.properties.len()).any(|index| self.unsure[index].is_some() || self.outcome(index) == Outcome::Violated)
+    }
+}
+
+/// How far a log goes, and which verdicts are unsure, and why.
+pub(super) type Judged = (LogEnd, Vec<Option<String>>);
 
 /// The requested properties.
 pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, Error> {
@@ -73,9 +96,9 @@ pub(super) fn judge(
     mapping: String,
     system: &System,
     properties: &mut [Property],
-    events: impl Iterator<Item = Result<Event, Error>>,
-) -> Result<LogEnd, Error> {
-    let Some(out) = &args.out else { return monitors::verify(events, monitors_of(properties)) };
+    mut events: impl Iterator<Item = Result<Found, Error>>,
+) -> Result<Judged, Error> {
+    let Some(out) = &args.out else { return judge_in_words(&mut events, properties) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = if args.logs.len() > 1 { out.join(file_name(&name)) } else { out.clone() };
     let outputs = Outputs { folder: Some(folder), ..Outputs::default() };
@@ -86,7 +109,10 @@ pub(super) fn judge(
     let mut presentation = Presentation::begin(&view, &outputs)?;
     let mut events = events.peekable();
     while let Some(event) = events.next() {
-        view.apply(judge.step(event?, properties)).expect(FITS);
+        match event? {
+            Found::Event(event) => view.apply(judge.step(event, properties)).expect(FITS),
+            Found::LeftOut(why) => judge.doubt(&why, properties),
+        }
         // The last step is recorded with the end.
         if events.peek().is_none() {
             view.finish(judge.finish(properties)).expect(FITS);
@@ -97,7 +123,41 @@ pub(super) fn judge(
         view.finish(judge.finish(properties)).expect(FITS);
     }
     presentation.finish(&view)?;
-    Ok(judge.end())
+    Ok((judge.end(), judge.unsure().to_vec()))
+}
+
+/// The same without a report, which is faster.
+fn judge_in_words(
+    events: &mut impl Iterator<Item = Result<Found, Error>>,
+    properties: &mut [Property],
+) -> Result<Judged, Error> {
+    let (mut why, mut unsure) = (None, vec![None; properties.len()]);
+    // It pauses at the first gap. After it, others make no difference.
+    let mut present = std::iter::from_fn(|| loop {
+        match events.next()? {
+            Ok(Found::Event(event)) => return Some(Ok(event)),
+            Ok(Found::LeftOut(first)) if why.is_none() => {
+                why = Some(first);
+                return None;
+            }
+            Ok(Found::LeftOut(_)) => {}
+            Err(error) => return Some(Err(error)),
+        }
+    });
+    let before = monitors::verify(present.by_ref(), monitors_of(properties))?;
+    // The log is over, or something is missing here: a verdict that is still open could be another one.
+    let open: Vec<bool> =
+        properties.iter().map(|property| property.monitor.verdict() == Verdict::Inconclusive).collect();
+    let after = monitors::verify(present, monitors_of(properties))?;
+    for (unsure, _) in unsure.iter_mut().zip(open).filter(|(_, open)| *open) {
+        *unsure = why.clone();
+    }
+    let end = LogEnd {
+        messages: before.messages + after.messages,
+        ticks: before.ticks + after.ticks,
+        last: after.last.or(before.last),
+    };
+    Ok((end, unsure))
 }
 
 fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn channels::Monitor> {

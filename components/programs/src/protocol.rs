@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::{Map, Number, Value};
 use skills::{Datum, TooLarge};
 
 /// A message to a program.
@@ -83,17 +83,27 @@ impl Answer {
     }
 }
 
+/// Why JSON is no value of the data model.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Unkept {
+    /// It needs too much memory.
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
+    /// The data model's numbers are doubles, and this one would become another.
+    #[error("the integer {0} would be rounded")]
+    Rounded(Number),
+}
+
 /// A JSON object as a value of the data model.
-pub(crate) fn datum(object: Map<String, Value>) -> Result<Datum, TooLarge> {
+pub(crate) fn datum(object: Map<String, Value>) -> Result<Datum, Unkept> {
     value(Value::Object(object))
 }
 
-fn value(json: Value) -> Result<Datum, TooLarge> {
+fn value(json: Value) -> Result<Datum, Unkept> {
     Ok(match json {
         Value::Null => Datum::Null,
         Value::Bool(truth) => truth.into(),
-        // Every JSON number is one of these, at least approximately.
-        Value::Number(number) => number.as_f64().unwrap_or_default().into(),
+        Value::Number(number) => exact(&number).ok_or(Unkept::Rounded(number))?.into(),
         Value::String(text) => Datum::text(&text),
         Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, _>>()?)?,
         Value::Object(members) => {
@@ -101,4 +111,10 @@ fn value(json: Value) -> Result<Datum, TooLarge> {
             Datum::object(members.collect::<Result<Vec<_>, _>>()?)?
         }
     })
+}
+
+/// The number as a double; none for an integer that is not equal to one.
+fn exact(number: &Number) -> Option<f64> {
+    let real = number.as_f64()?;
+    number.as_i128().is_none_or(|integer| real as i128 == integer).then_some(real)
 }

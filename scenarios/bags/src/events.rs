@@ -1,12 +1,13 @@
 //! The events of a bag, in order.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
 
 use crate::cdr;
-use crate::mapping::{Clock, Compiled, Entry, Mapping, Rule};
+use crate::mapping::{Clock, Compiled, Entry, Mapping, Number, Rule};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
 
@@ -16,7 +17,7 @@ const LONGEST_PAUSE: i64 = 10_000_000;
 /// The ticks and messages of a bag, one after the other, as a mapping makes them from the bag's messages.
 ///
 /// The first mapped message and the first tick are at time 0. Messages that do not become events are
-/// [counted](Self::notes).
+/// [counted](Self::notes), and the first of them comes as [`Found::LeftOut`].
 pub struct Events {
     messages: Messages,
     compiled: Compiled,
@@ -38,8 +39,21 @@ pub struct Events {
     ticks: u64,
     steps: u64,
     left_out: BTreeMap<(usize, Reason), (u64, String)>,
+    /// Files of the bag that are missing, in words. They may have had messages of any time.
+    missing_files: Vec<String>,
+    /// Whether the caller knows that something is missing.
+    is_told: bool,
     /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
+}
+
+/// What a log contains next.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// A tick or a message.
+    Event(Event),
+    /// From here on, any number of messages may be missing: the first of them, and why. This comes once.
+    LeftOut(String),
 }
 
 /// Why a message does not become an event.
@@ -51,6 +65,8 @@ enum Reason {
     Stamp,
     /// A value has no symbol.
     Symbol,
+    /// An integer that no value can be without being rounded.
+    Range,
     /// The channel does not carry it.
     Channel,
 }
@@ -79,6 +95,8 @@ impl Events {
             ticks: 0,
             steps: 0,
             left_out: BTreeMap::new(),
+            missing_files: bag.survey().lost.clone(),
+            is_told: false,
             late: (0, 0),
         }
     }
@@ -98,6 +116,7 @@ impl Events {
                 Reason::Mismatch(mismatch) => format!("the bytes do not fit the definition: {mismatch}"),
                 Reason::Stamp => "the stamp is 0, or far from those of other messages".to_owned(),
                 Reason::Symbol => "the mapping has no symbol for the value".to_owned(),
+                Reason::Range => "the integer does not fit into 64 bits, or not exactly into a real number".to_owned(),
                 Reason::Channel => "the channel does not carry such a message".to_owned(),
             };
             format!("{count} {messages} on {} {are} left out: {why}; the first: {first}", self.topics[*topic])
@@ -150,16 +169,27 @@ impl Events {
         }
     }
 
+    /// Whether anything is missing so far. A message that does not become an event is noticed when it is read, which is
+    /// before any event that it could precede.
+    fn is_incomplete(&self) -> bool {
+        !self.missing_files.is_empty() || !self.left_out.is_empty() || !self.messages.lost().is_empty()
+    }
+
     fn since_start(&self, time_ns: i64) -> Duration {
         Duration::from_nanos(time_ns.saturating_sub(self.start_ns.unwrap_or(time_ns)).max(0).unsigned_abs())
     }
 }
 
 impl Iterator for Events {
-    type Item = Event;
+    type Item = Found;
 
-    fn next(&mut self) -> Option<Event> {
+    fn next(&mut self) -> Option<Found> {
         loop {
+            if !self.is_told && self.is_incomplete() {
+                self.is_told = true;
+                let missing = self.missing_files.first().cloned();
+                return Some(Found::LeftOut(missing.or_else(|| self.notes().into_iter().next()).unwrap_or_default()));
+            }
             match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
                     let start_ns = *self.start_ns.get_or_insert(time_ns);
@@ -171,7 +201,7 @@ impl Iterator for Events {
                         let (tick, time) = (self.ticks, self.since_start(tick_ns));
                         self.ticks += 1;
                         self.last_ns = tick_ns;
-                        return Some(Event { step: self.steps, tick, time, kind: EventKind::Tick });
+                        return Some(Found::Event(Event { step: self.steps, tick, time, kind: EventKind::Tick }));
                     }
                     let (_, channel, message) = self.waiting.pop_front()?;
                     if time_ns < now_ns {
@@ -181,7 +211,7 @@ impl Iterator for Events {
                     self.steps += 1;
                     let kind = EventKind::Received { channel, message };
                     let time = self.since_start(now_ns);
-                    return Some(Event { step: self.steps, tick: self.ticks - 1, time, kind });
+                    return Some(Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind }));
                 }
                 _ if self.is_over => return None,
                 _ => self.fill(),
@@ -201,12 +231,11 @@ fn note(
 
 /// The time and the message of an event; none if the mapping's conditions exclude it.
 fn event(entry: &Entry, head: Head, decoded: &cdr::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
-    let holds = entry.tests.iter().all(|test| {
-        let value = value_at(decoded, &test.path, None);
-        test.values.iter().any(|wanted| is_same(wanted, &value))
-    });
-    if !holds {
-        return Ok(None);
+    for test in &entry.tests {
+        let value = value_at(decoded, &test.path, &test.text, Number::Plain)?;
+        if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
+            return Ok(None);
+        }
     }
     let time_ns = match &entry.clock {
         Clock::Log => head.log_ns,
@@ -216,34 +245,44 @@ fn event(entry: &Entry, head: Head, decoded: &cdr::Value) -> Result<Option<(i64,
     };
     // Collecting the values directly needs no memory besides that of the message.
     let mut refused = None;
-    let message = Message::new(entry.fields.iter().map(|rule| match rule {
-        Rule::Constant(value) => value.clone(),
-        Rule::Path { path, scale } => value_at(decoded, path, *scale),
-        Rule::Symbols { path, text, symbols } => {
-            let value = value_at(decoded, path, None);
-            let written = as_written(&value);
-            match symbols.iter().find(|(known, _)| *known == written) {
-                Some((_, symbol)) => Value::Symbol(symbol.clone()),
-                None => {
-                    refused.get_or_insert_with(|| (Reason::Symbol, format!("`{text}` is {written}")));
-                    value
-                }
-            }
-        }
+    let message = Message::new(entry.fields.iter().map(|rule| {
+        field(rule, decoded).unwrap_or_else(|why| {
+            refused.get_or_insert(why);
+            none()
+        })
     }));
     refused.map_or(Ok(Some((time_ns, message))), Err)
 }
 
-/// The value at a path; `<none>` if no channel could carry it.
-fn value_at(message: &cdr::Value, path: &Path, scale: Option<f64>) -> Value {
+/// The value of a field.
+fn field(rule: &Rule, decoded: &cdr::Value) -> Result<Value, (Reason, String)> {
+    match rule {
+        Rule::Constant(value) => Ok(value.clone()),
+        Rule::Path { path, text, number } => value_at(decoded, path, text, *number),
+        Rule::Symbols { path, text, symbols } => {
+            let value = value_at(decoded, path, text, Number::Plain)?;
+            let written = as_written(&value);
+            match symbols.iter().find(|(known, _)| *known == written) {
+                Some((_, symbol)) => Ok(Value::Symbol(symbol.clone())),
+                // An item that the array does not have is not an unknown value.
+                None if path.find(decoded).is_none() => Ok(none()),
+                None => Err((Reason::Symbol, format!("`{text}` is {written}"))),
+            }
+        }
+    }
+}
+
+/// The value at a path; `<none>` if the array does not have the item, and for NaN.
+fn value_at(message: &cdr::Value, path: &Path, text: &str, number: Number) -> Result<Value, (Reason, String)> {
     let value = match (path.find(message), path.end) {
         (Some(cdr::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
-        (Some(cdr::Value::Int(number)), _) => match scale {
-            Some(scale) => Some(Value::Real(*number as f64 * scale)),
-            None => i64::try_from(*number).ok().map(Value::Int),
-        },
-        (Some(cdr::Value::Real(number)), _) => {
-            Some(number * scale.unwrap_or(1.0)).filter(|number| !number.is_nan()).map(Value::Real)
+        (Some(cdr::Value::Int(integer)), _) => {
+            // `<none>` is neither less nor greater than any number, so it cannot stand for a large integer.
+            let value = number.of_integer(*integer);
+            Some(value.ok_or_else(|| (Reason::Range, format!("`{text}` is {integer}")))?)
+        }
+        (Some(cdr::Value::Real(real)), _) => {
+            Some(real * number.scale()).filter(|number| !number.is_nan()).map(Value::Real)
         }
         (Some(cdr::Value::Text(text)), _) => Some(Value::from(text.as_str())),
         (Some(cdr::Value::List(bytes)), End::Bytes) => {
@@ -255,7 +294,11 @@ fn value_at(message: &cdr::Value, path: &Path, scale: Option<f64>) -> Value {
         (Some(time), End::Time) => stamp_ns(time).map(|ns| Value::Real(ns as f64 * 1e-9)),
         _ => None,
     };
-    value.unwrap_or_else(|| Value::symbol(FieldKind::NONE))
+    Ok(value.unwrap_or_else(none))
+}
+
+fn none() -> Value {
+    Value::symbol(FieldKind::NONE)
 }
 
 fn stamp_ns(stamp: &cdr::Value) -> Option<i64> {
@@ -265,10 +308,7 @@ fn stamp_ns(stamp: &cdr::Value) -> Option<i64> {
 }
 
 fn is_same(wanted: &Value, value: &Value) -> bool {
-    match (wanted.as_number(), value.as_number()) {
-        (Some(wanted), Some(number)) => wanted == number,
-        _ => wanted == value,
-    }
+    wanted.order(value).map_or(wanted == value, Ordering::is_eq)
 }
 
 /// A value as written in a table's key.

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 pub use cdr::{Decoder, Mismatch, Value, Want};
 pub use contents::{Contents, Listed};
-pub use events::Events;
+pub use events::{Events, Found};
 pub use layout::{Definitions, Item, Layout, Slot, Undefined};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};

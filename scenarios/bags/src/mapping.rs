@@ -10,7 +10,7 @@ use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 
 pub use compile::Compiled;
-pub(crate) use compile::{Clock, Entry, Rule};
+pub(crate) use compile::{Clock, Entry, Number, Rule};
 
 /// A mapping file that has been read but not yet compared with a bag.
 #[derive(Clone, Debug)]

@@ -67,6 +67,11 @@ impl Path {
         want_below(&self.steps, layout, want);
     }
 
+    /// Whether it leads through an item that an array may not have.
+    pub(crate) fn may_be_missing(&self) -> bool {
+        self.steps.iter().any(|(_, item)| item.is_some())
+    }
+
     /// The value in a message of that type; none if an array does not have the item.
     pub(crate) fn find<'v>(&self, message: &'v Value) -> Option<&'v Value> {
         self.steps.iter().try_fold(message, |at, (field, item)| {

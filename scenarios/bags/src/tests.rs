@@ -59,11 +59,14 @@ fn twist(x: f64) -> Vec<u8> {
     encoder.message()
 }
 
+/// One more than what a real number can be exactly.
+const COUNT: u64 = (1 << 53) + 1;
+
 /// An odd message with a stamp in milliseconds.
 fn odd(is_big: bool, ms: u32, mode: u8, items: &[(&str, f32)]) -> Vec<u8> {
     let mut encoder = Encoder { is_big, ..Encoder::default() };
     encoder.put(&(ms / 1000).to_le_bytes()).put(&(ms % 1000 * 1_000_000).to_le_bytes()).text("map");
-    encoder.put(&[mode]).put(&u64::MAX.to_le_bytes()).put(&[0xab]).put(&[0]).put(&[1]).put(&[0xff]);
+    encoder.put(&[mode]).put(&COUNT.to_le_bytes()).put(&[0xab]).put(&[0]).put(&[1]).put(&[0xff]);
     encoder.put(&(items.len() as u32).to_le_bytes());
     for (name, weight) in items {
         encoder.text(name).put(&weight.to_le_bytes());
@@ -129,7 +132,11 @@ fn told(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
             format!("{} ms: {step}, tick {tick}: {} {message}", time.as_millis(), topology.describe(channel))
         }
     };
-    (events.by_ref().map(line).collect(), events.notes())
+    let lines = events.by_ref().map(|found| match found {
+        Found::Event(event) => line(event),
+        Found::LeftOut(why) => why,
+    });
+    (lines.collect(), events.notes())
 }
 
 const MAPPING: &str = r#"
@@ -173,11 +180,13 @@ fn messages_become_events_with_ticks_between_them() {
     );
     let (events, notes) = told(&bag, MAPPING);
     let expected = [
+        // It is noticed as soon as it is read.
+        "1 message on /odd is left out: the mapping has no symbol for the value; the first: `mode` is 2",
         "0 ms: 0, tick 0",
         "0 ms: 1, tick 0: controller → base [0.5, -5.0]",
         "100 ms: 2, tick 0: controller → base [<none>, <none>]",
-        "200 ms: 3, tick 0: odd → base [<odd>, <busy>, <none>, \"ab0001ff\", \"b\", <none>, \"aß😀\", false]",
-        "400 ms: 4, tick 0: odd → base [<odd>, <busy>, <none>, \"ab0001ff\", \"d\", 0.10000000149011612, \"aß😀\", false]",
+        "200 ms: 3, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"b\", <none>, \"aß😀\", false]",
+        "400 ms: 4, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"d\", 0.10000000149011612, \"aß😀\", false]",
         "1000 ms: 4, tick 1",
         "2000 ms: 4, tick 2",
         "2000 ms: 5, tick 2: controller → base [1.0, -10.0]",
@@ -394,6 +403,49 @@ fn what_is_no_bag_is_refused_with_advice() {
     assert_eq!(error.to_string(), "cannot read there is none.mcap: No such file or directory (os error 2)");
     fs::write(folder.path().join("d.mcap.zstd"), b"").expect("room for a file");
     assert!(matches!(Bag::open(folder.path()), Err(Error::Packed(_))));
+}
+
+const PLAIN: (&str, &str) = ("p/msg/P", "int64 whole\nuint64 natural\nuint8[] codes\n");
+
+fn plain(whole: i64, natural: u64, codes: &[u8]) -> Vec<u8> {
+    let mut encoder = Encoder::default();
+    encoder.put(&whole.to_le_bytes()).put(&natural.to_le_bytes()).put(&(codes.len() as u32).to_le_bytes());
+    codes.iter().for_each(|code| drop(encoder.put(&[*code])));
+    encoder.message()
+}
+
+#[test]
+fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let most = i64::MAX as u64;
+    let bag = bag_of(
+        folder.path(),
+        &[
+            ("/p", PLAIN, 1, plain(i64::MIN, (1 << 53) + 1, &[7])),
+            ("/p", PLAIN, 2, plain(i64::MAX, most, &[])),
+            ("/p", PLAIN, 3, plain(0, most + 1, &[7])),
+        ],
+    );
+    let entry = |fields: &str| format!("[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n{fields}");
+    let text = entry(
+        "fields = { whole = \"whole\", natural = \"natural\", code = { path = \"codes[0]\", symbols = { 7 = \"seven\" } } }",
+    );
+    let (events, notes) = told(&bag, &text);
+    let expected = [
+        "1 message on /p is left out: the integer does not fit into 64 bits, or not exactly into a real number; the \
+         first: `natural` is 9223372036854775808",
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: a → b [-9223372036854775808, 9007199254740993, <seven>]",
+        "1 ms: 2, tick 0: a → b [9223372036854775807, 9223372036854775807, <none>]",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(notes, expected[..1]);
+    let only = |wanted: &str| {
+        let (events, _) =
+            told(&bag, &entry(&format!("where = {{ natural = {wanted} }}\nfields = {{ whole = \"whole\" }}\n")));
+        events.iter().filter(|line| line.contains('→')).count()
+    };
+    assert_eq!(["9007199254740992", "9007199254740993", "9007199254740992.0"].map(only), [0, 1, 0]);
 }
 
 proptest! {

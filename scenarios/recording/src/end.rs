@@ -81,6 +81,8 @@ impl fmt::Display for Ended {
 pub struct MonitorEnd {
     /// Its verdict.
     pub state: MonitorState,
+    /// Why the verdict is unsure, in words: what is missing from the log. The state is then inconclusive.
+    pub unsure: Option<String>,
     /// The obligations that are still pending.
     pub open: Vec<OpenObligation>,
     /// The clauses whose antecedent never held.
@@ -103,6 +105,7 @@ impl MonitorEnd {
         };
         Self {
             state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
+            unsure: None,
             open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
             vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
             errors: Vec::new(),

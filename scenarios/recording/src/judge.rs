@@ -17,6 +17,8 @@ pub struct Judge {
     topology: Arc<Topology>,
     told: Vec<MonitorState>,
     decided: Vec<bool>,
+    /// Why the verdict of a property is unsure.
+    unsure: Vec<Option<String>>,
     hash: TraceHash,
     end: LogEnd,
 }
@@ -57,9 +59,15 @@ impl Judge {
             snapshots: Snapshots::default(),
             expected: Expected::default(),
         };
-        let decided = vec![false; properties.len()];
-        let judge =
-            Self { topology: Arc::clone(topology), told, decided, hash: TraceHash::default(), end: LogEnd::default() };
+        let (decided, unsure) = (vec![false; properties.len()], vec![None; properties.len()]);
+        let judge = Self {
+            topology: Arc::clone(topology),
+            told,
+            decided,
+            unsure,
+            hash: TraceHash::default(),
+            end: LogEnd::default(),
+        };
         let start = judge.record(Duration::ZERO, Vec::new(), start);
         (judge, header, start)
     }
@@ -75,7 +83,10 @@ impl Judge {
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         for (index, property) in properties.iter_mut().enumerate() {
             property.monitor.observe(&event);
-            let state = MonitorState::of(property.monitor.as_ref());
+            let mut state = MonitorState::of(property.monitor.as_ref());
+            if self.unsure[index].is_some() {
+                (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
+            }
             if state.verdict != Verdict::Inconclusive && !std::mem::replace(&mut self.decided[index], true) {
                 let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
                 let witness = witness.filter(|_| state.verdict == Verdict::False).cloned();
@@ -89,6 +100,22 @@ impl Judge {
         }
         let time = event.time;
         self.record(time, happenings, Details { events: vec![event], monitors, ..Details::default() })
+    }
+
+    /// Messages are missing from here on: every verdict that is open remains open, since they could change it. `why`
+    /// names the first of them.
+    pub fn doubt(&mut self, why: &str, properties: &[Property]) {
+        for (unsure, property) in self.unsure.iter_mut().zip(properties) {
+            if property.monitor.verdict() == Verdict::Inconclusive {
+                unsure.get_or_insert_with(|| why.to_owned());
+            }
+        }
+    }
+
+    /// Why each verdict is unsure, if it is.
+    #[must_use]
+    pub fn unsure(&self) -> &[Option<String>] {
+        &self.unsure
     }
 
     fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {
@@ -115,10 +142,23 @@ impl Judge {
         End {
             ended: Ended::Recorded,
             trace_hash: self.hash.finish(),
-            monitors: properties.iter().map(|property| MonitorEnd::of(property.monitor.as_ref())).collect(),
+            monitors: properties.iter().zip(&self.unsure).map(|(property, unsure)| ending(property, unsure)).collect(),
             skill_errors: Vec::new(),
             messages_hit: Vec::new(),
             scene: None,
         }
+    }
+}
+
+/// The final state of a monitor. An unsure one is not known to hold, nor to be violated.
+fn ending(property: &Property, unsure: &Option<String>) -> MonitorEnd {
+    let end = MonitorEnd::of(property.monitor.as_ref());
+    match unsure {
+        None => end,
+        Some(why) => MonitorEnd {
+            state: MonitorState { verdict: Verdict::Inconclusive, is_open: true, ..end.state },
+            unsure: Some(why.clone()),
+            ..MonitorEnd::default()
+        },
     }
 }

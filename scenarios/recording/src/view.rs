@@ -12,7 +12,10 @@ use crate::{
     RobotState, Scene, Step, Truth,
 };
 
-/// A record that does not fit those before it: it refers to a fault, a node or a channel that does not exist.
+/// The latest time of a step, which MCAP can still write: after 584 years.
+const LATEST: Duration = Duration::from_nanos(u64::MAX);
+
+/// A record that does not fit those before it: it goes back in time, or refers to a fault, a node or a channel that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a record refers to something that does not exist in the run")]
 pub struct Inconsistent;
@@ -122,6 +125,7 @@ impl RunView {
 
     fn take(&mut self, step: Step) -> Result<(), Inconsistent> {
         let Step { time, ticks, overruns, communications, robot: changes, happenings, details } = step;
+        check(time >= self.time && time <= LATEST)?;
         (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
         let was_charging = self.robot.is_charging();
         self.robot = self.robot.with(&changes);

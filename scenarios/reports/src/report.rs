@@ -95,6 +95,8 @@ pub struct MonitorReport {
     pub time_s: Option<f64>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<serde_json::Value>,
+    /// Why the verdict is unsure, in words; null if nothing is missing that could change it.
+    pub unsure: Option<String>,
     /// Obligations still pending when the run ended, in words.
     pub open: Vec<String>,
     /// The clauses that were vacuously satisfied: their condition never occurred.

@@ -134,6 +134,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             tick: decision.map(|decision| decision.event.tick),
             time_s: decision.map(|decision| decision.event.time.as_secs_f64()),
             witness: decision.map(|decision| violation(decision, view)),
+            unsure: said.unsure,
             open: words(&said.open),
             vacuous: words(&said.vacuous),
             errors: said.errors,

@@ -7,7 +7,7 @@ use channels::{FieldKind, Message, Shape, Value};
 use crate::Datum;
 
 /// Integers up to this size are exact as numbers.
-const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
+const MAX_EXACT: f64 = 9_007_199_254_740_991.0;
 
 /// Why a message cannot be constructed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,6 +45,8 @@ fn datum(value: &Value) -> Datum {
     match value {
         Value::Symbol(symbol) => symbol.name().into(),
         Value::Bool(truth) => (*truth).into(),
+        // The machine would see another integer.
+        Value::Int(number) if (*number as f64) as i128 != i128::from(*number) => Datum::Undefined,
         Value::Int(number) => (*number as f64).into(),
         Value::Real(number) => (*number).into(),
         Value::Text(text) => Datum::Text(Arc::clone(text)),

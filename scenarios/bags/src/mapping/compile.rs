@@ -1,5 +1,6 @@
 //! Compares a mapping with a bag: which bytes become which events.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -42,6 +43,7 @@ pub(crate) enum Clock {
 #[derive(Debug)]
 pub(crate) struct Test {
     pub(crate) path: Path,
+    pub(crate) text: String,
     pub(crate) values: Vec<Value>,
 }
 
@@ -49,24 +51,61 @@ pub(crate) struct Test {
 #[derive(Debug)]
 pub(crate) enum Rule {
     Constant(Value),
-    Path { path: Path, scale: Option<f64> },
+    Path { path: Path, text: String, number: Number },
     Symbols { path: Path, text: String, symbols: Vec<(String, Symbol)> },
+}
+
+/// What becomes of a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Number {
+    /// An integer remains one.
+    Plain,
+    /// The channel has real numbers.
+    Real,
+    /// The mapping has a scale, so the number is real, and rounded.
+    Scaled(f64),
+}
+
+impl Number {
+    /// The value of an integer; none if it does not fit.
+    pub(crate) fn of_integer(self, integer: i128) -> Option<Value> {
+        match self {
+            Self::Plain => i64::try_from(integer).ok().map(Value::Int),
+            Self::Real => i64::try_from(integer).ok().and_then(exact),
+            Self::Scaled(scale) => Some(Value::Real(integer as f64 * scale)),
+        }
+    }
+
+    pub(crate) fn scale(self) -> f64 {
+        if let Self::Scaled(scale) = self { scale } else { 1.0 }
+    }
+}
+
+/// The real number that is equal to an integer, if there is one.
+fn exact(integer: i64) -> Option<Value> {
+    let real = Value::Real(integer as f64);
+    real.order(&Value::Int(integer)).is_some_and(Ordering::is_eq).then_some(real)
 }
 
 impl Entry {
     /// Turns integers into real numbers where the channel has real numbers.
-    fn suit(&mut self, shape: &Shape, domain: &Domain) {
-        let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return };
+    ///
+    /// # Errors
+    /// A constant that would be rounded.
+    fn suit(&mut self, shape: &Shape, domain: &Domain) -> Result<(), i64> {
+        let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return Ok(()) };
         for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
             let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
             match rule {
-                Rule::Path { scale, .. } if *kind == FieldKind::Real => *scale = scale.or(Some(1.0)),
-                Rule::Constant(value) if *kind == FieldKind::Real => {
-                    *value = value.as_number().map_or(value.clone(), Value::Real);
-                }
+                Rule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => *number = Number::Real,
+                Rule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => match exact(*integer) {
+                    Some(real) => *rule = Rule::Constant(real),
+                    None => return Err(*integer),
+                },
                 _ => {}
             }
         }
+        Ok(())
     }
 }
 
@@ -118,7 +157,11 @@ impl Mapping {
         for (mapped, made, shape) in found {
             let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
             for (topic, mut entry) in made {
-                entry.suit(&shape, &topology.get(channel).domain);
+                if let Err(integer) = entry.suit(&shape, &topology.get(channel).domain) {
+                    let problem =
+                        mapped.span.problem(format!("{integer} would be rounded: the channel has real numbers"));
+                    problems.push(problem.with_label("these messages").with_help("choose a constant below 2^53"));
+                }
                 entries[topic].push((channel, entry));
             }
         }
@@ -194,10 +237,9 @@ impl Mapping {
                 None => None,
             },
         };
-        let tests = mapped
-            .tests
-            .iter()
-            .filter_map(|(path, values)| Some(Test { path: resolve(path, problems)?, values: values.clone() }));
+        let tests = mapped.tests.iter().filter_map(|(path, values)| {
+            Some(Test { path: resolve(path, problems)?, text: path.value.clone(), values: values.clone() })
+        });
         let tests: Vec<Test> = tests.collect();
         let (mut fields, mut kinds) = (Vec::new(), Vec::new());
         for (name, source) in &mapped.fields {
@@ -233,7 +275,9 @@ fn rule(
                 let mut names: Vec<Symbol> = symbols.iter().map(|(_, symbol)| symbol.clone()).collect();
                 names.dedup();
                 let (text, symbols) = (text.value.clone(), symbols.clone());
-                return Some((Rule::Symbols { path, text, symbols }, FieldKind::Symbol(names)));
+                let kind = FieldKind::Symbol(names);
+                let kind = if path.may_be_missing() { optional(kind) } else { kind };
+                return Some((Rule::Symbols { path, text, symbols }, kind));
             }
             let is_number = matches!(path.end, End::Int | End::Real);
             if let Some(scale) = scale.as_ref().filter(|_| !is_number) {
@@ -247,9 +291,9 @@ fn rule(
                 End::Bool => FieldKind::Bool,
                 End::Text | End::Bytes => FieldKind::Text,
             };
-            let scale = scale.as_ref().map(|scale| scale.value);
-            // NaN, an integer that does not fit into 64 bits, and a missing item become `<none>`.
-            Some((Rule::Path { path, scale }, optional(kind)))
+            let number = scale.as_ref().map_or(Number::Plain, |scale| Number::Scaled(scale.value));
+            // NaN and a missing item become `<none>`.
+            Some((Rule::Path { path, text: text.value.clone(), number }, optional(kind)))
         }
     }
 }

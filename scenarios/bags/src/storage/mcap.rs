@@ -36,7 +36,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
             }
         }
         if let Some((first, last)) = summary.span {
-            survey.note_times(first as i64, last as i64);
+            survey.note_times(nanoseconds(first), nanoseconds(last));
         }
         return Ok(());
     }
@@ -54,9 +54,14 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
         survey.counts[topic] += counts.get(channel).copied().unwrap_or(0);
     }
     if let Some((first, last)) = seen {
-        survey.note_times(first as i64, last as i64);
+        survey.note_times(nanoseconds(first), nanoseconds(last));
     }
     Ok(())
+}
+
+/// A time of MCAP; one after the year 2262 becomes the last that there is.
+fn nanoseconds(time: u64) -> i64 {
+    i64::try_from(time).unwrap_or(i64::MAX)
 }
 
 /// The wanted messages of a file.
@@ -99,7 +104,7 @@ impl Reader {
             if topic.is_some() { Reading::Body } else { Reading::Nothing }
         };
         let head = walk.next_message(chooses, body, lost)?;
-        Some(Head { topic: topic?, log_ns: head.log_time as i64, publish_ns: head.publish_time as i64 })
+        Some(Head { topic: topic?, log_ns: nanoseconds(head.log_time), publish_ns: nanoseconds(head.publish_time) })
     }
 }
 
@@ -261,7 +266,7 @@ impl Walk {
     fn damage(&self, goes_on: bool, error: &io::Error) -> String {
         let since = self.last.map_or_else(
             || "before its first message".to_owned(),
-            |last| crate::after_first(last as i64, self.first_ns),
+            |last| crate::after_first(nanoseconds(last), self.first_ns),
         );
         let (what, rest) = if goes_on { ("has a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
         let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };

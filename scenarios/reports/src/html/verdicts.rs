@@ -102,9 +102,11 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
 fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
     html! {
         @match verdict {
+            _ if said.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
             Outcome::Inconclusive => "The run ended while something was still pending.",
             _ => { "It held throughout the run, over " (words::count(ticks, "tick")) "." }
         }
+        @if let Some(missing) = &said.unsure { " " (text(&format!("{missing}."))) }
         @for owed in &said.open {
             " Pending"
             @if let Some(since) = owed.since { " since tick " (since.tick) }

@@ -84,7 +84,7 @@ impl Kind {
     pub(crate) fn value(self, datum: &Datum) -> Option<Value> {
         match (self, datum) {
             (Self::Bool, Datum::Bool(truth)) => Some(Value::Bool(*truth)),
-            (Self::Int, Datum::Number(number)) if number.fract() == 0.0 && number.abs() < 9.1e15 => {
+            (Self::Int, Datum::Number(number)) if number.fract() == 0.0 && number.abs() <= MAX_EXACT => {
                 Some(Value::Int(*number as i64))
             }
             (Self::Real, Datum::Number(number)) if !number.is_nan() => Some(Value::Real(*number)),
@@ -109,7 +109,7 @@ impl Kind {
     pub(crate) fn datum(self, value: &Value) -> Datum {
         match value {
             Value::Bool(truth) => (*truth).into(),
-            Value::Int(number) => (*number as f64).into(),
+            Value::Int(number) => exact(*number).map_or(Datum::Undefined, Datum::from),
             Value::Real(number) => (*number).into(),
             Value::Text(text) if self == Self::Any => serde_json::from_str(text).map(from_json).unwrap_or_default(),
             Value::Text(text) => Datum::Text(std::sync::Arc::clone(text)),
@@ -125,7 +125,7 @@ impl Kind {
                 "false" | "0" => false.into(),
                 _ => return None,
             },
-            Self::Int => (text.trim().parse::<i64>().ok()? as f64).into(),
+            Self::Int => exact(text.trim().parse().ok()?)?.into(),
             Self::Real => text.trim().parse::<f64>().ok()?.into(),
             Self::Text => Datum::text(text),
             Self::Any => from_json(serde_json::from_str(text).ok()?),
@@ -133,12 +133,24 @@ impl Kind {
     }
 }
 
+/// The greatest integer that no other one becomes as a double.
+const MAX_EXACT: f64 = 9_007_199_254_740_991.0;
+
+/// The double that is equal to an integer, if there is one: a machine must not see another integer.
+fn exact(integer: i64) -> Option<f64> {
+    let real = integer as f64;
+    (real as i128 == i128::from(integer)).then_some(real)
+}
+
 fn from_json(json: serde_json::Value) -> Datum {
     use serde_json::Value as Json;
     match json {
         Json::Null => Datum::Undefined,
         Json::Bool(truth) => truth.into(),
-        Json::Number(number) => number.as_f64().map_or(Datum::Undefined, Datum::from),
+        Json::Number(number) => match number.as_i64() {
+            Some(integer) => exact(integer).map_or(Datum::Undefined, Datum::from),
+            None => number.as_f64().map_or(Datum::Undefined, Datum::from),
+        },
         Json::String(text) => Datum::text(&text),
         Json::Array(items) => Datum::array(items.into_iter().map(from_json)).unwrap_or_default(),
         Json::Object(members) => {
