@@ -3,6 +3,8 @@
 mod args;
 mod bag;
 mod judge;
+#[cfg(test)]
+mod random;
 
 use std::cell::Cell;
 use std::fmt::Write as _;

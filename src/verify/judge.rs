@@ -127,7 +127,7 @@ pub(super) fn judge(
 }
 
 /// The same without a report, which is faster.
-fn judge_in_words(
+pub(super) fn judge_in_words(
     events: &mut impl Iterator<Item = Result<Found, Error>>,
     properties: &mut [Property],
 ) -> Result<Judged, Error> {

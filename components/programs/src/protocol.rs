@@ -105,10 +105,10 @@ fn value(json: Value) -> Result<Datum, Unkept> {
         Value::Bool(truth) => truth.into(),
         Value::Number(number) => exact(&number).ok_or(Unkept::Rounded(number))?.into(),
         Value::String(text) => Datum::text(&text),
-        Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, _>>()?)?,
+        Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, Unkept>>()?)?,
         Value::Object(members) => {
             let members = members.into_iter().map(|(name, json)| Ok((name, value(json)?)));
-            Datum::object(members.collect::<Result<Vec<_>, _>>()?)?
+            Datum::object(members.collect::<Result<Vec<_>, Unkept>>()?)?
         }
     })
 }

@@ -1,0 +1,256 @@
+//! Random properties on random logs: a bag, an event log and recordings give the verdict that the definition of the
+//! language gives, and a verdict that a message left out could change is unsure.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use bags::{Bag, Events, Found, Mapping};
+use channels::{ChannelId, Event, EventKind, Message, Topology, Value, Verdict};
+use monitors::{Channels, EventLog, Outcome, Property};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use recording::{Archive, Judge, LoggedRecording, Origin, RecordRef, Recording, RunView, event_line};
+
+use super::judge::judge_in_words;
+
+const MAPPING: &str = "[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nwhole = \"whole\"\n\
+                       natural = \"natural\"\nlevel = \"level\"\ncode = { path = \"codes[0]\", symbols = { 7 = \"seven\", 8 = \"eight\" } }\n";
+const DEFINITION: &str = "int64 whole\nuint64 natural\nfloat64 level\nuint8[] codes\n";
+
+/// Neighbours that a double cannot tell apart, and the ends of the range.
+const INTEGERS: [i64; 9] = [
+    i64::MIN,
+    -1,
+    0,
+    (1 << 53) - 1,
+    1 << 53,
+    (1 << 53) + 1,
+    1_700_000_000_000_000_001,
+    1_700_000_000_000_000_002,
+    i64::MAX,
+];
+/// What properties compare with.
+const COMPARED: [i64; 5] = [-1, 0, 1, 1 << 50, (1 << 50) + 1];
+const REALS: [f64; 6] = [-1e308, -1.0, 0.0, 0.1, 9_007_199_254_740_992.0, 1e308];
+
+/// The topic's message.
+#[derive(Clone, Copy)]
+struct Raw {
+    whole: i64,
+    natural: u64,
+    level: f64,
+    code: Option<u8>,
+}
+
+impl Raw {
+    /// Any message. With `any`, it may be one that the mapping leaves out.
+    fn random(random: &mut ChaCha8Rng, any: bool) -> Self {
+        let whole = pick(random, &INTEGERS);
+        let natural = pick(random, &INTEGERS).unsigned_abs().min(i64::MAX as u64);
+        let level = if one_in(random, 6) { f64::NAN } else { pick(random, &REALS) };
+        let code = pick(random, &[None, Some(7), Some(8)]);
+        let raw = Self { whole, natural, level, code };
+        match any && one_in(random, 12) {
+            true if one_in(random, 2) => Self { natural: i64::MAX as u64 + 1, ..raw },
+            true => Self { code: Some(9), ..raw },
+            false => raw,
+        }
+    }
+
+    fn cdr(&self) -> Vec<u8> {
+        let (length, code) = (u32::from(self.code.is_some()).to_le_bytes(), self.code.into_iter().collect());
+        let numbers = [self.whole.to_le_bytes(), self.natural.to_le_bytes(), self.level.to_le_bytes()].concat();
+        [vec![0, 1, 0, 0], numbers, length.to_vec(), code].concat()
+    }
+
+    /// What the mapping promises to make of it; none if it leaves it out.
+    fn message(&self) -> Option<Message> {
+        let none = || Value::symbol("none");
+        let code = match self.code {
+            None => none(),
+            Some(7) => Value::symbol("seven"),
+            Some(8) => Value::symbol("eight"),
+            Some(_) => return None,
+        };
+        let level = if self.level.is_nan() { none() } else { Value::Real(self.level) };
+        Some(Message::new([Value::Int(self.whole), Value::Int(i64::try_from(self.natural).ok()?), level, code]))
+    }
+}
+
+fn pick<T: Copy>(random: &mut ChaCha8Rng, from: &[T]) -> T {
+    from[random.next_u32() as usize % from.len()]
+}
+
+fn one_in(random: &mut ChaCha8Rng, count: u32) -> bool {
+    random.next_u32().is_multiple_of(count)
+}
+
+fn condition(random: &mut ChaCha8Rng) -> String {
+    let relation = pick(random, &["<", ">", "=", "!=", "<=", ">="]);
+    match random.next_u32() % 4 {
+        0 => format!("m.whole {relation} {}", pick(random, &COMPARED)),
+        1 => format!("m.natural {relation} {}", pick(random, &COMPARED)),
+        2 => format!("m.level {relation} {:?}", pick(random, &[-1.0, 0.0, 0.1])),
+        _ => format!("m.code = <{}>", pick(random, &["seven", "eight"])),
+    }
+}
+
+fn formula(random: &mut ChaCha8Rng) -> String {
+    let [a, b] = [(); 2].map(|()| match one_in(random, 2) {
+        true => format!("(a, b, {})", condition(random)),
+        false => format!("(a, b, {} and {})", condition(random), condition(random)),
+    });
+    match random.next_u32() % 6 {
+        0 => format!("always not {a}"),
+        1 => format!("eventually {a}"),
+        2 => format!("always ({a} implies once {b})"),
+        3 => format!("always ({a} implies eventually {b})"),
+        4 => format!("eventually ({a} and next {b})"),
+        _ => format!("(not {a}) until {b}"),
+    }
+}
+
+/// The events of messages, one in each millisecond, after the first tick.
+fn events(messages: &[Message], channel: ChannelId) -> Vec<Event> {
+    let tick = Event { step: 0, tick: 0, time: std::time::Duration::ZERO, kind: EventKind::Tick };
+    let received = messages.iter().zip(1..).map(|(message, step)| Event {
+        step,
+        tick: 0,
+        time: std::time::Duration::from_millis(step),
+        kind: EventKind::Received { channel, message: message.clone() },
+    });
+    std::iter::once(tick).chain(received).collect()
+}
+
+fn bag(raws: &[Raw], path: &Path) -> Bag {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().compression(None).profile("ros2").create(&mut bytes).unwrap();
+    let schema = writer.add_schema("p/msg/P", "ros2msg", DEFINITION.as_bytes()).unwrap();
+    let channel_id = writer.add_channel(schema, "/p", "cdr", &BTreeMap::new()).unwrap();
+    for (raw, sequence) in raws.iter().zip(0_u32..) {
+        let log_time = u64::from(sequence) * 1_000_000;
+        let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, &raw.cdr()).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    std::fs::write(path, bytes.into_inner()).unwrap();
+    Bag::open(path).unwrap()
+}
+
+fn properties(formulas: &[String], topology: &Arc<Topology>) -> Vec<Property> {
+    let named = formulas.iter().enumerate().map(|(index, formula)| format!("property p{index} := {formula}\n"));
+    let text: String = named.collect();
+    match monitors::load("random", &text, topology, std::time::Duration::from_secs(1)) {
+        Ok(file) => file.properties,
+        Err(error) => panic!("{text}{error:?}"),
+    }
+}
+
+/// The verdicts on the events that are found, and whether each is unsure.
+fn verdicts(found: impl Iterator<Item = Found>, properties: &mut [Property]) -> Vec<(Outcome, Verdict, bool)> {
+    let Ok((_, unsure)) = judge_in_words(&mut found.map(Ok), properties) else { panic!("no event is an error") };
+    let verdict = |(property, unsure): (&Property, Option<String>)| {
+        (Outcome::of(property.monitor.as_ref()), property.monitor.verdict(), unsure.is_some())
+    };
+    properties.iter().zip(unsure).map(verdict).collect()
+}
+
+/// The events as an event log has them, or a recording in either format.
+fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -> Vec<Event> {
+    let Some(path) = file else {
+        let text: String = events.iter().map(|event| event_line(event, topology) + "\n").collect();
+        return EventLog::new(text.as_bytes(), topology, Channels::All).map(Result::unwrap).collect();
+    };
+    let tick = std::time::Duration::from_secs(1);
+    let (mut judge, header, start) = Judge::begin(Default::default(), Origin::default(), topology, tick, &[]);
+    let mut archive = Archive::begin(path, &header, &start).unwrap();
+    let mut view = RunView::new(header, start).unwrap();
+    archive.follow(&view).unwrap();
+    for (place, event) in events.iter().enumerate() {
+        let step = judge.step(event.clone(), &mut []);
+        archive.record(RecordRef::Step(&step)).unwrap();
+        view.apply(step).unwrap();
+        if place + 1 == events.len() {
+            let end = judge.finish(&[]);
+            archive.record(RecordRef::End(&end)).unwrap();
+            view.finish(end).unwrap();
+        }
+        archive.follow(&view).unwrap();
+    }
+    archive.finish().unwrap();
+    let logged = LoggedRecording::begin(Recording::open(path).unwrap(), |error| panic!("{error}")).unwrap();
+    EventLog::new(logged, topology, Channels::All).map(Result::unwrap).collect()
+}
+
+/// Checks this many logs, each with ten properties. Returns how many pairs there were, and how many were unsure.
+fn check(logs: u64, seed: u64) -> (u64, u64) {
+    let folder = tempfile::tempdir().unwrap();
+    let mapping = Mapping::load(Path::new("m.toml"), &|_| Ok(MAPPING.as_bytes().to_vec())).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut pairs, mut doubtful) = (0, 0);
+    for log in 0..logs {
+        let count = 1 + random.next_u32() % 8;
+        let raws: Vec<Raw> = (0..count).map(|_| Raw::random(&mut random, true)).collect();
+        let bag = bag(&raws, &folder.path().join("bag.mcap"));
+        let Ok(compiled) = mapping.compile(bag.survey(), None, &diagnostics::from_disk) else { panic!("it fits") };
+        let topology = Arc::clone(&compiled.topology);
+        let channel = topology.find_channel("a", "b").unwrap();
+        let formulas: Vec<String> = (0..10).map(|_| formula(&mut random)).collect();
+        let found: Vec<Found> = Events::new(&bag, &mapping, compiled).collect();
+        let messages: Vec<Message> = raws.iter().filter_map(Raw::message).collect();
+        let is_whole = messages.len() == raws.len();
+        let present = found.iter().filter_map(|found| if let Found::Event(event) = found { Some(event) } else { None });
+        let present: Vec<Event> = present.cloned().collect();
+        let received = |event: &Event| match &event.kind {
+            EventKind::Received { message, .. } => Some(message.clone()),
+            EventKind::Tick => None,
+        };
+        assert_eq!(present.iter().filter_map(received).collect::<Vec<_>>(), messages, "the bag's messages are exact");
+        let of_bag = verdicts(found.into_iter(), &mut properties(&formulas, &topology));
+        let files = ["run.rec", "run.mcap"].map(|name| folder.path().join(name));
+        let files = files.iter().filter(|_| log % 5 == 0 && !present.is_empty()).map(|file| Some(file.as_path()));
+        for file in std::iter::once(None).chain(files) {
+            let again = read_again(&present, &topology, file);
+            assert_eq!(again, present, "{file:?}");
+            let of_log = verdicts(again.into_iter().map(Found::Event), &mut properties(&formulas, &topology));
+            let same = of_bag.iter().zip(&of_log).all(|(bag, log)| (bag.0, bag.1) == (log.0, log.1) && !log.2);
+            assert!(same, "{formulas:?}: {of_bag:?}, {of_log:?}");
+        }
+        for (property, (outcome, verdict, unsure)) in properties(&formulas, &topology).iter().zip(of_bag) {
+            let formula = property.scope_monitor().unwrap().formula();
+            (pairs, doubtful) = (pairs + 1, doubtful + u64::from(unsure));
+            let holds = |events: &[Event]| monitors::holds(formula, events).unwrap();
+            assert_eq!(holds(&present), outcome == Outcome::Satisfied, "{}: {present:?}", property.formula);
+            assert!(!unsure || !is_whole, "nothing is left out");
+            if is_whole || unsure {
+                continue;
+            }
+            // It was settled, so nothing that may have been there changes it.
+            assert_ne!(verdict, Verdict::Inconclusive, "{}", property.formula);
+            for _ in 0..3 {
+                let mut fill = |raw: &Raw| raw.message().or_else(|| Raw::random(&mut random, false).message());
+                let filled: Vec<Message> = raws.iter().filter_map(&mut fill).collect();
+                assert_eq!(holds(&events(&filled, channel)), verdict == Verdict::True, "{}", property.formula);
+            }
+        }
+    }
+    (pairs, doubtful)
+}
+
+#[test]
+fn verdicts_on_bags_logs_and_recordings_are_those_of_the_definition_or_unsure() {
+    let (pairs, doubtful) = check(300, 1);
+    assert!(doubtful > pairs / 10 && doubtful < pairs / 2, "{doubtful} of {pairs} verdicts are unsure");
+}
+
+#[test]
+#[ignore = "long: LOGS=100000 cargo test verdicts_on_demand -- --ignored --nocapture"]
+#[expect(clippy::print_stdout, reason = "the share of unsure verdicts")]
+fn verdicts_on_demand() {
+    let logs = std::env::var("LOGS").ok().and_then(|logs| logs.parse().ok()).unwrap_or(10_000);
+    let (pairs, doubtful) = check(logs, 2);
+    println!("{pairs} pairs, none wrong; {doubtful} verdicts are unsure");
+}
