@@ -242,7 +242,7 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
 
 #[test]
 fn verdicts_on_bags_logs_and_recordings_are_those_of_the_definition_or_unsure() {
-    let (pairs, doubtful) = check(300, 1);
+    let (pairs, doubtful) = check(60, 1);
     assert!(doubtful > pairs / 10 && doubtful < pairs / 2, "{doubtful} of {pairs} verdicts are unsure");
 }
 
