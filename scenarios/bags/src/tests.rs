@@ -410,7 +410,7 @@ const PLAIN: (&str, &str) = ("p/msg/P", "int64 whole\nuint64 natural\nuint8[] co
 fn plain(whole: i64, natural: u64, codes: &[u8]) -> Vec<u8> {
     let mut encoder = Encoder::default();
     encoder.put(&whole.to_le_bytes()).put(&natural.to_le_bytes()).put(&(codes.len() as u32).to_le_bytes());
-    codes.iter().for_each(|code| drop(encoder.put(&[*code])));
+    encoder.bytes.extend(codes);
     encoder.message()
 }
 
