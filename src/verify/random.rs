@@ -31,8 +31,6 @@ const INTEGERS: [i64; 9] = [
     1_700_000_000_000_000_002,
     i64::MAX,
 ];
-/// What properties compare with.
-const COMPARED: [i64; 5] = [-1, 0, 1, 1 << 50, (1 << 50) + 1];
 const REALS: [f64; 6] = [-1e308, -1.0, 0.0, 0.1, 9_007_199_254_740_992.0, 1e308];
 
 /// The topic's message.
@@ -90,9 +88,9 @@ fn one_in(random: &mut ChaCha8Rng, count: u32) -> bool {
 fn condition(random: &mut ChaCha8Rng) -> String {
     let relation = pick(random, &["<", ">", "=", "!=", "<=", ">="]);
     match random.next_u32() % 4 {
-        0 => format!("m.whole {relation} {}", pick(random, &COMPARED)),
-        1 => format!("m.natural {relation} {}", pick(random, &COMPARED)),
-        2 => format!("m.level {relation} {:?}", pick(random, &[-1.0, 0.0, 0.1])),
+        0 => format!("m.whole {relation} {}", pick(random, &INTEGERS)),
+        1 => format!("m.natural {relation} {}", pick(random, &INTEGERS)),
+        2 => format!("m.level {relation} {:?}", pick(random, &REALS)),
         _ => format!("m.code = <{}>", pick(random, &["seven", "eight"])),
     }
 }
@@ -242,7 +240,7 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
 
 #[test]
 fn verdicts_on_bags_logs_and_recordings_are_those_of_the_definition_or_unsure() {
-    let (pairs, doubtful) = check(60, 1);
+    let (pairs, doubtful) = check(600, 1);
     assert!(doubtful > pairs / 10 && doubtful < pairs / 2, "{doubtful} of {pairs} verdicts are unsure");
 }
 
