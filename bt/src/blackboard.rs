@@ -203,6 +203,15 @@ impl Blackboard {
     }
 }
 
+/// A port whose type is not that of its entry.
+#[derive(Debug)]
+pub(crate) struct Clash {
+    /// The type of the entry.
+    pub(crate) is: Type,
+    /// Whether the entry is a constant that is passed to a subtree and can be read with the port's type.
+    pub(crate) of_constant: bool,
+}
+
 /// The initial entries of a tree that is being assembled.
 #[derive(Debug, Default)]
 pub(crate) struct Declared {
@@ -218,15 +227,14 @@ impl Declared {
         &mut self.entries[slot.0 as usize]
     }
 
-    /// Registers a port of this type for the entry: the first one determines the entry's type. Returns the existing
-    /// type if the two do not agree.
-    pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Result<(), Type> {
+    /// Registers a port of this type for the entry: the first one determines the entry's type.
+    pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Option<Clash> {
         let entry = self.entry(slot);
         if !entry.exists {
             (entry.exists, entry.of) = (true, of.clone());
         }
-        let agrees = if entry.value.is_some() { entry.of.is_read_as(of) } else { entry.of.agrees_with(of) };
-        if agrees { Ok(()) } else { Err(entry.of.clone()) }
+        let of_constant = entry.value.is_some() && entry.of.is_read_as(of);
+        (!entry.of.agrees_with(of)).then(|| Clash { is: entry.of.clone(), of_constant })
     }
 
     /// A value that is passed to a subtree.
@@ -236,12 +244,13 @@ impl Declared {
     }
 }
 
-/// A constant in its most specific type: an integer, a real number, or a string, which can be read as any type.
+/// A constant in its most specific type: an integer, a real number, or a string, which can be read as any type. As in
+/// BehaviorTree.CPP, an integer is an `int` if it fits.
 fn typed(text: &str) -> (Value, Type) {
     if let Ok(number) = text.parse::<i64>()
         && !text.starts_with('+')
     {
-        return (Value::Int(number), Type::Int { min: i64::MIN, max: i64::MAX });
+        return (Value::Int(number), if i32::try_from(number).is_ok() { Type::INT } else { Type::INT64 });
     }
     match text.parse::<f64>() {
         Ok(number) if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.')) => {

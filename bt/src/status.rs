@@ -139,6 +139,8 @@ pub(crate) enum Mark {
     AfterFailure,
     /// `RUNNING`.
     Running,
+    /// `RUNNING`, although it has only been skipped: BehaviorTree.CPP counts it as running once it has begun.
+    Lingering,
 }
 
 impl Mark {
@@ -150,6 +152,7 @@ impl Mark {
             Self::Success | Self::AfterSuccess => Self::AfterSuccess,
             Self::Failure | Self::AfterFailure => Self::AfterFailure,
             Self::Running => Self::Running,
+            Self::Lingering => Self::Lingering,
         }
     }
 
@@ -167,7 +170,7 @@ impl Mark {
     pub(crate) fn begun(self) -> Self {
         match self {
             Self::Started => Self::Begun,
-            Self::AfterSuccess | Self::AfterFailure => Self::Running,
+            Self::AfterSuccess | Self::AfterFailure => Self::Lingering,
             mark => mark,
         }
     }
@@ -179,7 +182,7 @@ impl Mark {
             (Status::Success, _) => Self::Success,
             (Status::Failure, _) => Self::Failure,
             (Status::Skipped, Self::Started) => Self::Idle,
-            (Status::Skipped, Self::Begun) => Self::Running,
+            (Status::Skipped, Self::Begun) => Self::Lingering,
             (Status::Skipped, Self::AfterSuccess) => Self::Success,
             (Status::Skipped, Self::AfterFailure) => Self::Failure,
             (Status::Skipped, mark) => mark,

@@ -180,7 +180,7 @@ fn a_text_can_be_used_as_anything_and_so_can_an_untyped_entry() {
     accepted(&in_order(&["<Say out=\"{x}\"/>", "<Measure in=\"{x}\"/>", "<Count out=\"{x}\"/>"]));
     // The first port to name an entry determines its type.
     accepted(&in_order(&["<Any both=\"{x}\"/>", "<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"]));
-    let given = "<SubTree ID=\"Arm\" x=\"2\"/>";
+    let given = "<SubTree ID=\"Arm\" x=\"two\"/>";
     let inside = "<Sequence><Measure in=\"{x}\"/><Say in=\"{x}\"/></Sequence>";
     accepted(&file(&[("Main", given), ("Arm", inside)], NODES));
 }
@@ -201,4 +201,49 @@ fn a_misspelled_port_is_refused_in_both_versions() {
     let text = in_order(&["<Say inn=\"{x}\"/>"]);
     assert_eq!(refused(&text), ["Say has no port `inn`"]);
     assert_eq!(refused(&text.replace(" BTCPP_format=\"4\"", "")), ["Say has no port `inn`"]);
+}
+
+/// The warnings about a file that is accepted.
+fn concerns(text: &str) -> Vec<(String, String)> {
+    let tree = load(text).unwrap_or_else(|error| panic!("{error:?}"));
+    let problems = tree.concerns().into_iter().flat_map(|concerns| concerns.problems().to_vec());
+    problems.map(|problem| (problem.to_string(), problem.help_text().unwrap_or_default().to_owned())).collect()
+}
+
+#[test]
+fn a_constant_of_a_subtree_has_its_own_type_from_version_4_9_1_on() {
+    let inside = |port: &str, constant: &str| {
+        let main = format!("<SubTree ID=\"S\" d=\"{constant}\"/>");
+        file(&[("Main", &main), ("S", port)], NODES)
+    };
+    let warned = concerns(&inside("<Delay delay_msec=\"{d}\"><AlwaysSuccess/></Delay>", "2000"));
+    assert_eq!(warned.len(), 1);
+    assert_eq!(warned[0].0, "the entry `d` already has the type int and cannot be used as unsigned int");
+    let theirs = "initially created with type [int] and, later type [unsigned int] was used somewhere else";
+    assert!(warned[0].1.contains("from 4.9.1 on refuses") && warned[0].1.contains(theirs), "{}", warned[0].1);
+    for (port, constant) in [("<Say in=\"{d}\"/>", "3"), ("<Measure in=\"{d}\"/>", "3"), ("<Say in=\"{d}\"/>", "2.5")] {
+        assert_eq!(concerns(&inside(port, constant)).len(), 1, "{port} {constant}");
+    }
+    accepted(&inside("<Repeat num_cycles=\"{d}\"><AlwaysSuccess/></Repeat>", "2"));
+    accepted(&inside("<Measure in=\"{d}\"/>", "2.5"));
+    accepted(&inside("<Say in=\"{d}\"/>", "home"));
+}
+
+#[test]
+fn a_default_entry_is_not_declared() {
+    let models = "<Action ID=\"Go\"><input_port name=\"to\" type=\"Pose2D\" default=\"{x}\"/></Action>\
+        <Action ID=\"Count\"><output_port name=\"out\" type=\"int\"/></Action>";
+    accepted(&file(&[("Main", "<Sequence><Go/><Count out=\"{x}\"/></Sequence>")], models));
+}
+
+#[test]
+fn two_custom_types_may_be_related_if_the_second_is_read() {
+    let models = "<Action ID=\"Find\"><output_port name=\"out\" type=\"Cat\"/></Action>\
+        <Action ID=\"Feed\"><input_port name=\"in\" type=\"Animal\"/></Action>\
+        <Action ID=\"Buy\"><output_port name=\"out\" type=\"Animal\"/></Action>";
+    let text = |nodes: &str| file(&[("Main", &format!("<Sequence>{nodes}</Sequence>"))], models);
+    let warned = concerns(&text("<Find out=\"{x}\"/><Feed in=\"{x}\"/>"));
+    assert_eq!(warned[0].0, "the entry `x` already has the type Cat and cannot be used as Animal");
+    assert!(warned[0].1.contains("registers a cast"), "{}", warned[0].1);
+    assert_eq!(refused(&text("<Find out=\"{x}\"/><Buy out=\"{x}\"/>")).len(), 1, "no cast helps one that writes");
 }

@@ -70,6 +70,10 @@ pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Pr
     let end = text[start..].chars().next().map_or(start, |character| start + character.len_utf8());
     not_xml(message).at(start..end, "here").with_help_if(match error {
         Error::UnexpectedCloseTag(opened, closed, _) => misspelt(opened, closed, is_known),
+        Error::InvalidAttributeValue(_) | Error::InvalidChar(b'"' | b'\'', ..) if text[start..].starts_with('<') => {
+            Some("write `<` in an attribute as `&lt;`".to_owned())
+        }
+        Error::MalformedEntityReference(_) => Some("write `&` as `&amp;`, and `&&` as `&amp;&amp;`".to_owned()),
         _ => None,
     })
 }
@@ -121,6 +125,17 @@ mod tests {
         assert_eq!(said("<a>"), ["1:4 ", "this is not well-formed XML: the root node was opened but never closed"]);
         assert_eq!(said("<!DOCTYPE a><a/>")[..2], ["1:1 <!DOCTYPE", "a document type declaration is not accepted"]);
         assert_eq!(said("\n<?xml version='1.0'?><a/>")[2], "remove the blanks and lines before it");
+    }
+
+    #[test]
+    fn an_operator_in_an_attribute_is_told_how_to_be_written() {
+        let help = |text: &str| said(text).pop().expect("a help");
+        for text in ["<a b=\"x < 2\"/>", "<a b='x < 2'/>", "<a b=\"x <= 2\"/>"] {
+            assert_eq!(help(text), "write `<` in an attribute as `&lt;`");
+        }
+        for text in ["<a b=\"x && y\"/>", "<a b=\"x & y\"/>"] {
+            assert_eq!(help(text), "write `&` as `&amp;`, and `&&` as `&amp;&amp;`");
+        }
     }
 
     #[test]

@@ -40,6 +40,8 @@ const MAX_LISTS: usize = 8;
 impl Type {
     /// C++'s `int`.
     pub(crate) const INT: Self = Self::Int { min: i32::MIN as i64, max: i32::MAX as i64 };
+    /// C++'s `int64_t`.
+    pub(crate) const INT64: Self = Self::Int { min: i64::MIN, max: i64::MAX };
     /// C++'s `unsigned`.
     pub(crate) const UNSIGNED: Self = Self::Int { min: 0, max: u32::MAX as i64 };
 

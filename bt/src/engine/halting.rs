@@ -99,9 +99,10 @@ impl State {
     #[inline]
     fn mark_halted(&mut self, program: &Program, node: u32) {
         let outcomes = &mut self.outcomes[node as usize];
-        // In BehaviorTree.CPP a node that was skipped counts as running once it has begun. But it did not run, so no
-        // halt is noted.
-        if self.marks[node as usize].is_running() && outcomes.last != Some(Outcome::Answered(Status::Skipped)) {
+        let mark = self.marks[node as usize];
+        // A node that counts as running, but has only been skipped, did not run: no halt is noted.
+        let was_skipped = mark == Mark::Lingering && outcomes.last == Some(Outcome::Answered(Status::Skipped));
+        if mark.is_running() && !was_skipped {
             outcomes.note(Outcome::Halted);
         }
         self.marks[node as usize] = Mark::Idle;

@@ -13,7 +13,7 @@ use super::loader::Loader;
 use super::ports::is_port_name;
 use super::problems::{hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
-use crate::blackboard::{Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
+use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
@@ -339,9 +339,9 @@ impl Surroundings for Directory {
         self.scope
     }
 
-    fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type> {
+    fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>) {
         let slot = self.scopes.slot(self.scope, key);
-        self.declared.port(slot, of).map(|()| slot)
+        (slot, self.declared.port(slot, of))
     }
 
     fn next_memo(&mut self) -> usize {

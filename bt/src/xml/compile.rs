@@ -10,8 +10,8 @@ use super::elements::span;
 use super::library::Attribute;
 use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
-use super::problems::{Problems, missing_port, not_supported, port_value};
-use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
+use super::problems::{Problems, missing_port, not_supported, port_value, types_differ};
+use crate::blackboard::{Clash, ScopeId, Slot, Type, pointed_key};
 use crate::hooks::Hooks;
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
@@ -23,8 +23,8 @@ pub(super) trait Surroundings: Names {
     /// The scope of the node.
     fn scope(&self) -> ScopeId;
 
-    /// The entry of a key to which a port of this type refers; or its existing type, if the two do not agree.
-    fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type>;
+    /// The entry of a key to which a port of this type refers, and its existing type if the two do not agree.
+    fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>);
 
     /// The number of a new memo on the blackboard.
     fn next_memo(&mut self) -> usize;
@@ -54,8 +54,8 @@ impl Surroundings for Nowhere {
         ScopeId(0)
     }
 
-    fn port(&mut self, _: &str, _: &Type) -> Result<Slot, Type> {
-        Ok(Slot(0))
+    fn port(&mut self, _: &str, _: &Type) -> (Slot, Option<Clash>) {
+        (Slot(0), None)
     }
 
     fn next_memo(&mut self) -> usize {
@@ -141,7 +141,7 @@ impl Compiler<'_> {
                     self.wrong_value(&attribute, "it must be an entry of the blackboard", Some(help));
                     return None;
                 };
-                match self.value(&attribute, &index.of.type_of())? {
+                match self.value(&attribute, &index.of.type_of(), Direction::InOut)? {
                     // The assembly counts the children.
                     Input::Entry(slot, _) => {
                         Nav2::Index(Index { slot, key: key.into(), children: 0, memo: self.names.next_memo() })
@@ -240,7 +240,7 @@ impl Compiler<'_> {
     fn entry(&mut self, port: &Port) -> Option<Slot> {
         let attribute = self.required(port)?;
         match pointed_key(port.name, &attribute.value) {
-            Some(key) => self.names.port(key, &Type::Any).ok(),
+            Some(key) => Some(self.names.port(key, &Type::Any).0),
             None => Some(self.names.slot(&attribute.value)),
         }
     }
@@ -276,7 +276,7 @@ impl Compiler<'_> {
     /// The source of a port's value; `None` if it is missing or wrong.
     fn input(&mut self, port: &Port) -> Option<Input> {
         match (self.attribute(port.name), port.default) {
-            (Some(attribute), _) => self.value(&attribute, &port.of.type_of()),
+            (Some(attribute), _) => self.value(&attribute, &port.of.type_of(), Direction::Input),
             (None, Some(default)) => Some(match pointed_key(port.name, default) {
                 Some(key) => Input::Entry(self.names.slot(key), key.into()),
                 None => Input::Constant(port.of.type_of().parse(default).expect("a default has its port's type")),
@@ -289,17 +289,14 @@ impl Compiler<'_> {
         }
     }
 
-    fn value(&mut self, attribute: &Attribute, of: &Type) -> Option<Input> {
+    fn value(&mut self, attribute: &Attribute, of: &Type, direction: Direction) -> Option<Input> {
         if let Some(key) = pointed_key(&attribute.name, &attribute.value) {
-            return match self.names.port(key, of) {
-                Ok(slot) => Some(Input::Entry(slot, key.into())),
-                Err(is) => {
-                    let message = format!("the entry `{key}` already has the type {is} and cannot be used as {of}");
-                    let problem = Problem::new(message).at(attribute.value_span, format!("used as {of} here"));
-                    self.problems.push(problem);
-                    None
-                }
-            };
+            let (slot, clash) = self.names.port(key, of);
+            if let Some(clash) = clash {
+                let problem = types_differ(key, &clash, of, direction);
+                self.problems.push(problem.at(attribute.value_span, format!("used as {of} here")));
+            }
+            return Some(Input::Entry(slot, key.into()));
         }
         match of.parse(&attribute.value) {
             Ok(value) => Some(Input::Constant(value)),
@@ -366,7 +363,8 @@ impl Compiler<'_> {
                 continue;
             }
             let input = port.default.as_ref().and_then(|default| match pointed_key(&port.name, default) {
-                Some(key) => self.names.port(key, &port.of).ok().map(|slot| Input::Entry(slot, key.into())),
+                // BehaviorTree.CPP creates entries for the ports in the file only.
+                Some(key) => Some(Input::Entry(self.names.slot(key), key.into())),
                 None => port.of.parse(default).ok().map(Input::Constant),
             });
             let (direction, of) = (port.direction, port.of.clone());
@@ -381,7 +379,7 @@ impl Compiler<'_> {
         for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {
             let port = model.and_then(|model| model.port(&attribute.name));
             let (direction, of) = port.map_or((Direction::InOut, Type::Any), |port| (port.direction, port.of.clone()));
-            let (input, is_declared) = (self.value(attribute, &of), port.is_some());
+            let (input, is_declared) = (self.value(attribute, &of, direction), port.is_some());
             given.insert(attribute.name.clone(), LeafPort { direction, of, input, is_declared });
         }
         given

@@ -3,7 +3,8 @@
 use diagnostics::{MAX_HINTS, Problem, nearest};
 use miette::SourceSpan;
 
-use crate::Category;
+use crate::blackboard::{Clash, Type};
+use crate::{Category, Direction};
 
 /// The file, or the tree with its subtrees, is too large.
 pub(super) fn too_large(limit: usize, span: SourceSpan) -> Problem {
@@ -71,6 +72,27 @@ pub(super) fn missing_port(node: &str, port: &str, span: SourceSpan, help: Optio
 /// An attribute is not one of the node's ports.
 pub(super) fn unknown_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
     Problem::new(format!("{node} has no port `{port}`")).at(span, "no such port").with_help_if(help)
+}
+
+/// An entry is used as a port of another type. It is an error, unless some version of BehaviorTree.CPP, or a program
+/// that extends it, accepts it.
+pub(super) fn types_differ(key: &str, clash: &Clash, of: &Type, direction: Direction) -> Problem {
+    let Clash { is, of_constant } = clash;
+    let problem = Problem::new(format!("the entry `{key}` already has the type {is} and cannot be used as {of}"));
+    if *of_constant {
+        return problem.as_warning().with_help(format!(
+            "BehaviorTree.CPP from 4.9.1 on refuses to load this tree: the port [{key}] was initially created with \
+             type [{is}] and, later type [{of}] was used somewhere else; 4.9.0 passes the constant as a string, and so \
+             does an entry that SetBlackboard writes"
+        ));
+    }
+    match (is, of, direction) {
+        (Type::Other(_), Type::Other(_), Direction::Input) => problem.as_warning().with_help(
+            "BehaviorTree.CPP from 4.9 on accepts this if the robot's program registers a cast between shared pointers \
+             to the two types, and otherwise refuses to load the tree",
+        ),
+        _ => problem,
+    }
 }
 
 /// A port's value has the wrong type, or cannot be valid.

@@ -68,6 +68,23 @@ behaviors! {
     ];
 }
 
+/// Its parent, too, was running, and has only been skipped since.
+#[test]
+fn a_node_that_was_running_is_shown_as_halted_even_if_it_was_skipped_since() {
+    let tree = tree("<ReactiveSequence><Sequence><a/></Sequence><b/></ReactiveSequence>");
+    let parts = [Part::new([Status::Running.into(), Status::Skipped.into()]), Part::new([Status::Running.into()])];
+    let mut rehearsal = Rehearsal::new(tree.clone(), parts);
+    let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];
+    let lines = [
+        "              1    2 halt",
+        "→             R    R    H",
+        "  →*          R    H    ·",
+        "    a         R    H    ·",
+        "  b           ·    R    H",
+    ];
+    assert_eq!(table(&tree, &moments).lines().collect::<Vec<_>>(), lines);
+}
+
 /// In BehaviorTree.CPP a sequence is running once it has begun, so it is halted; but it has not run.
 #[test]
 fn a_control_node_that_was_skipped_is_shown_as_skipped_after_its_reset() {

@@ -74,7 +74,8 @@ impl NodeProcess {
 
     pub(super) fn record_halt(&mut self, child: usize) {
         let skipped = Some(Outcome::Answered(Status::Skipped));
-        let was_skipped = self.records[child].outcome == skipped && self.records[child].tick == self.tick;
+        let Record { mark, outcome, tick } = self.records[child];
+        let was_skipped = mark == Mark::Lingering && outcome == skipped && tick == self.tick;
         let outcome = if was_skipped { skipped } else { Some(Outcome::Halted) };
         self.records[child] = Record { mark: Mark::Idle, outcome, tick: self.tick };
     }

@@ -122,7 +122,11 @@ impl NodeProcess {
     fn answered(&mut self, child: usize, status: Status, own_status: Option<Status>, now: Duration) -> Stage {
         let record = &mut self.records[child];
         let was_idle = record.mark.was_idle();
-        *record = Record { mark: mark_of(own_status), outcome: Some(Outcome::Answered(status)), tick: self.tick };
+        let mark = match mark_of(own_status) {
+            Mark::Running if status == Status::Skipped && record.mark != Mark::Running => Mark::Lingering,
+            mark => mark,
+        };
+        *record = Record { mark, outcome: Some(Outcome::Answered(status)), tick: self.tick };
         if self.node().is_none() {
             return self.root_answered(status);
         }
