@@ -20,6 +20,10 @@ pub(crate) struct Entry {
     /// `None` until it is first written.
     value: Option<Value>,
     of: Type,
+    /// The type of the value in BehaviorTree.CPP: a script may give an entry a value of another type than its own.
+    holds: Type,
+    /// Whether SetBlackboard has given it the type `BT::Any`, as which no string can be parsed.
+    is_any: bool,
     /// Whether a port declares it or it has been written. A script may not assign to an entry that does not exist.
     exists: bool,
     writes: u64,
@@ -27,7 +31,7 @@ pub(crate) struct Entry {
 
 impl Default for Entry {
     fn default() -> Self {
-        Self { value: None, of: Type::Any, exists: false, writes: 0 }
+        Self { value: None, of: Type::Any, holds: Type::Any, is_any: false, exists: false, writes: 0 }
     }
 }
 
@@ -79,8 +83,8 @@ impl Blackboard {
     /// # Errors
     /// If the entry has a type that the value does not fit.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result<(), ValueError> {
-        let slot = self.slot(Scopes::ROOT, key);
-        self.write(slot, value.into())
+        let (slot, value) = (self.slot(Scopes::ROOT, key), value.into());
+        self.write(slot, value, &Type::Any, true)
     }
 
     /// All entries that exist and have a value, in the order in which the file names them: the number of the tree or
@@ -157,20 +161,76 @@ impl Blackboard {
         &self.entry(slot).of
     }
 
-    /// Writes the value of a port: it must fit the entry's type, or the kind of the current value.
-    pub(crate) fn write(&mut self, slot: Slot, value: Value) -> Result<(), ValueError> {
+    /// The type of an entry's value in BehaviorTree.CPP.
+    pub(crate) fn holds(&self, slot: Slot) -> &Type {
+        &self.entry(slot).holds
+    }
+
+    fn name(&self, slot: Slot) -> &str {
+        let mut names = self.scopes.names().iter().chain(&self.extra);
+        names.nth(slot.0 as usize).map_or("", |(_, key)| key)
+    }
+
+    /// Writes a value of this type, as a port or a program does (`Blackboard::set`); [`Type::Any`] is the type of a
+    /// literal. An entry without a type gets that of the value. One with a type keeps it, and also the kind of number
+    /// that it holds. If the entry is not of the writer's `own` tree but remapped, BehaviorTree.CPP converts nothing.
+    pub(crate) fn write(&mut self, slot: Slot, value: Value, of: &Type, own: bool) -> Result<(), ValueError> {
         let entry = self.entry(slot);
-        let value = if entry.of.is_strong() { entry.of.convert(&value)? } else { value };
-        self.put(slot, value);
+        let of = match (of, &entry.of, &value) {
+            // A program that writes a literal knows how wide it has to be.
+            (Type::Any, Type::Int { .. }, Value::Int(_)) => entry.of.clone(),
+            (Type::Any, ..) => Type::of_value(&value),
+            (of, ..) => of.clone(),
+        };
+        if !own && entry.exists {
+            if entry.of.is_strong() && of != Type::Text && entry.of != of {
+                return Err(ValueError::of_type(self.name(slot), &entry.of, &of));
+            }
+            self.put(slot, Some(value), Some(of));
+            return Ok(());
+        }
+        if !entry.of.is_strong() {
+            // A new entry that gets a string can still become one of any type.
+            let is = if entry.exists || of != Type::Text { of.clone() } else { Type::Any };
+            self.declare(slot, is);
+            self.put(slot, Some(value), Some(of));
+            return Ok(());
+        }
+        let Some(value) = entry.of.receive(&of, value)? else {
+            return Err(ValueError::of_type(self.name(slot), &entry.of, &of));
+        };
+        let (value, holds) = match (&entry.value, &value) {
+            (None, _) => (entry.of.convert(&value)?, Some(entry.of.clone())),
+            (Some(Value::Int(_)), Value::Int(_) | Value::Real(_)) => (Value::Int(value.to_int()?), None),
+            (Some(Value::Real(_)), Value::Int(_) | Value::Real(_)) => (Value::Real(value.to_real()?), None),
+            (Some(old), new) if std::mem::discriminant(old) == std::mem::discriminant(new) => (value, None),
+            (Some(old), new) => return Err(ValueError::of_kind(self.name(slot), old, new)),
+        };
+        self.put(slot, Some(value), holds);
         Ok(())
     }
 
-    /// Writes without checking the type.
-    pub(crate) fn put(&mut self, slot: Slot, value: Value) {
+    /// Copies a value of this type from another entry, or from the file (`Blackboard::set<Any>`): an entry with a type
+    /// takes that type only. One without a type gets `BT::Any` if it is of the `own` tree of the node.
+    pub(crate) fn copy(&mut self, slot: Slot, value: Option<Value>, of: Type, own: bool) -> Result<(), ValueError> {
+        let entry = self.entry(slot);
+        if entry.of.is_strong() && entry.of != of {
+            return Err(ValueError::of_type(self.name(slot), &entry.of, &of));
+        }
+        self.entries[slot.0 as usize].is_any |= own && !self.entry(slot).of.is_strong();
+        self.put(slot, value, Some(of));
+        Ok(())
+    }
+
+    /// Writes without checking the type. The type of the value stays if none is given.
+    pub(crate) fn put(&mut self, slot: Slot, value: Option<Value>, holds: Option<Type>) {
         let entry = &mut self.entries[slot.0 as usize];
-        entry.value = Some(value);
+        entry.value = value;
         entry.exists = true;
         entry.writes += 1;
+        if let Some(holds) = holds {
+            entry.holds = holds;
+        }
     }
 
     /// Creates an entry without a value.
@@ -181,7 +241,19 @@ impl Blackboard {
     /// Creates an entry with a permanent type.
     pub(crate) fn declare(&mut self, slot: Slot, of: Type) {
         let entry = &mut self.entries[slot.0 as usize];
-        (entry.exists, entry.of) = (true, of);
+        (entry.exists, entry.of, entry.is_any) = (true, of, false);
+    }
+
+    /// Creates an entry with the type of another one.
+    pub(crate) fn declare_like(&mut self, slot: Slot, other: Slot) {
+        let Entry { of, is_any, .. } = self.entry(other).clone();
+        self.declare(slot, of);
+        self.entries[slot.0 as usize].is_any = is_any;
+    }
+
+    /// Whether an entry has the type `BT::Any`: then no string can be parsed as its type.
+    pub(crate) fn is_any(&self, slot: Slot) -> bool {
+        self.entry(slot).is_any
     }
 
     /// Removes an entry, with its type.
@@ -240,7 +312,8 @@ impl Declared {
     /// A value that is passed to a subtree.
     pub(crate) fn constant(&mut self, slot: Slot, text: &str) {
         let (value, of) = typed(text);
-        *self.entry(slot) = Entry { value: Some(value), of, exists: true, writes: 1 };
+        let holds = if of == Type::Any { Type::Text } else { of.clone() };
+        *self.entry(slot) = Entry { value: Some(value), of, holds, is_any: false, exists: true, writes: 1 };
     }
 }
 

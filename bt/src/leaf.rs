@@ -108,7 +108,7 @@ impl<'a> Leaf<'a> {
         let found = self.tree.program.leaf_ports(self.id).get(&port).filter(|port| port.input.is_some());
         let Some(found) = found else { return Err(PortError::Missing { leaf, port }) };
         let Some(slot) = found.entry() else { return Err(PortError::NoEntry { leaf, port }) };
-        self.board.write(slot, value.into()).map_err(|error| self.value_error(&port, &error))
+        self.board.write(slot, value.into(), &found.of, found.is_own).map_err(|error| self.value_error(&port, &error))
     }
 
     fn value_error(&self, port: &str, error: &dyn std::error::Error) -> PortError {

@@ -65,6 +65,7 @@ struct Lane {
     port: String,
     of: Type,
     entry: Option<Slot>,
+    is_own: bool,
 }
 
 impl Traffic {
@@ -75,7 +76,11 @@ impl Traffic {
             |port: &LeafPort| port.direction != Direction::Input && (port.is_declared || port.entry().is_some());
         let lanes = |goes: &dyn Fn(&LeafPort) -> bool| {
             let ports = tree.program.leaf_ports(leaf).iter().filter(|(_, port)| goes(port));
-            ports.map(|(name, port)| Lane { port: name.clone(), of: port.of.clone(), entry: port.entry() }).collect()
+            let lane = |(name, port): (&String, &LeafPort)| {
+                let LeafPort { of, is_own, .. } = port.clone();
+                Lane { port: name.clone(), of, entry: port.entry(), is_own }
+            };
+            ports.map(lane).collect()
         };
         Self { leaf: tree.node(leaf).process().to_owned(), inputs: lanes(&is_input), outputs: lanes(&is_output) }
     }
@@ -159,6 +164,6 @@ impl Lane {
             Field::Symbol(_) => return Ok(()),
         };
         let Some(entry) = self.entry else { return Ok(()) };
-        board.write(entry, value).map_err(|error| error.to_string())
+        board.write(entry, value, &self.of, self.is_own).map_err(|error| error.to_string())
     }
 }

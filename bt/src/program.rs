@@ -50,6 +50,8 @@ pub(crate) struct LeafPort {
     pub(crate) input: Option<Input>,
     /// By a model.
     pub(crate) is_declared: bool,
+    /// Whether its entry, if any, is of the leaf's own tree and not remapped to one further up.
+    pub(crate) is_own: bool,
 }
 
 impl LeafPort {

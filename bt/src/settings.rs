@@ -162,16 +162,34 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
         Input::Entry(slot, _) if !board.exists(*slot) => return Err(value.empty()),
         value => value.value(board).cloned(),
     };
-    let Some(read) = read else { return Ok(false) };
     let slot = board.slot(scope, &key);
-    if !board.exists(slot) {
+    let is_new = !board.exists(slot);
+    let source = value.entry();
+    if is_new {
         // A new entry has the type of the entry that is copied; one that gets a constant is a string.
-        let of = if let Input::Entry(source, _) = value { board.type_of(*source).clone() } else { Type::Text };
-        if of.convert(&read).is_ok() {
-            board.declare(slot, of);
+        match source {
+            Some(source) => board.declare_like(slot, source),
+            None => board.declare(slot, Type::Text),
         }
     }
-    board.write(slot, read)?;
+    let Some(read) = read else { return Ok(false) };
+    let mut holds = source.map_or(Type::Text, |source| board.holds(source).clone());
+    let of = board.type_of(slot).clone();
+    let mut read = Some(read);
+    if matches!(read, Some(Value::Text(_))) && of != Type::Text {
+        // BehaviorTree.CPP parses a string with the type of the entry. One that has none cannot parse it and is emptied.
+        if board.is_any(slot) {
+            return Err(ValueError::new(
+                read.unwrap_or_else(|| "".into()),
+                "a BT::Any: no string can be parsed as one",
+            )
+            .into());
+        }
+        read = read.filter(|_| of.is_strong()).map(|text| of.convert(&text)).transpose()?;
+        holds = of;
+    }
+    let own = key.starts_with('@') || board.is_own(scope, &key);
+    board.copy(slot, read, holds, own)?;
     Ok(true)
 }
 
@@ -238,7 +256,7 @@ impl Loop {
         };
         let Some(first) = first else { return Ok(Reading::Status(self.if_empty.status(board)?)) };
         if let Some(slot) = self.value {
-            board.write(slot, first)?;
+            board.write(slot, first, &self.item.type_of(), true)?;
         }
         Ok(Reading::Proceed)
     }

@@ -118,6 +118,54 @@ impl Type {
         }
     }
 
+    /// The type of a value that a program gives without a type: that of a literal of its kind in C++.
+    pub(crate) fn of_value(value: &Value) -> Self {
+        match value {
+            Value::Int(number) if i32::try_from(*number).is_ok() => Self::INT,
+            Value::Int(_) => Self::INT64,
+            Value::Real(_) => Self::Real,
+            Value::Text(_) => Self::Text,
+            Value::List(_) => Self::Any,
+        }
+    }
+
+    /// Whether a value of the other type may be written to an entry of this type: if both are numbers, if it keeps its
+    /// value. A Boolean is 0 or 1 here, whatever its type in the robot's program.
+    fn takes(&self, other: &Self, value: &Value) -> bool {
+        match (self, other) {
+            (Self::Any, _) | (_, Self::Any) => true,
+            (Self::Int { .. }, Self::Int { .. }) => self.is_wider(other) && self.convert(value).is_ok(),
+            (Self::Int { .. } | Self::Real, Self::Int { .. } | Self::Real | Self::Bool) => self.convert(value).is_ok(),
+            (Self::Bool, Self::Int { .. }) => self.convert(value).is_ok(),
+            _ => self == other,
+        }
+    }
+
+    /// Whether BehaviorTree.CPP converts integers of the other type at all. It compares limits of both types as values
+    /// of the source's type: a signed integer has to be wider than an unsigned one that it gets its value from, and an
+    /// unsigned one narrower than its signed source.
+    fn is_wider(&self, source: &Self) -> bool {
+        let width = |of: &Self| match of {
+            Self::Int { min: 0, max } => (true, (max.ilog2() + 1).next_multiple_of(8)),
+            Self::Int { max, .. } => (false, max.ilog2() + 2),
+            _ => (false, 0),
+        };
+        match (width(self), width(source)) {
+            ((true, this), (false, source)) => this < source,
+            ((false, this), (true, source)) => this > source,
+            _ => true,
+        }
+    }
+
+    /// A value of the other type, as an entry of this type gets it: a string is parsed. `None` if the entry does not
+    /// take it.
+    pub(crate) fn receive(&self, other: &Self, value: Value) -> Result<Option<Value>, ValueError> {
+        match value {
+            Value::Text(_) if *other == Self::Text && *self != Self::Text => self.convert(&value).map(Some),
+            value => Ok(self.takes(other, &value).then_some(value)),
+        }
+    }
+
     /// Converts a value to this type.
     ///
     /// # Errors

@@ -5,6 +5,8 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
+use super::Type;
+
 /// The value of a blackboard entry.
 ///
 /// As in BehaviorTree.CPP, numbers are integers or real numbers, and a Boolean is the integer 0 or 1. Two values are
@@ -23,15 +25,27 @@ pub enum Value {
 
 /// A value that cannot be read as the requested type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{value}` is not {wanted}")]
+#[error("{message}")]
 pub struct ValueError {
-    value: String,
-    wanted: &'static str,
+    message: String,
 }
 
 impl ValueError {
     pub(crate) fn new(value: impl fmt::Display, wanted: &'static str) -> Self {
-        Self { value: value.to_string(), wanted }
+        Self { message: format!("`{value}` is not {wanted}") }
+    }
+
+    /// A value of a type that an entry of another type does not take.
+    pub(crate) fn of_type(entry: &str, is: &Type, value: &Type) -> Self {
+        let theirs = "once declared, the type of a port shall not change";
+        let message = format!("the entry `{entry}` has the type {is} and cannot take a value of type {value}");
+        Self { message: format!("{message} (BehaviorTree.CPP: Blackboard::set({entry}): {theirs})") }
+    }
+
+    /// A value that an entry of its own type does not take, because it holds a value of another kind.
+    pub(crate) fn of_kind(entry: &str, old: &Value, new: &Value) -> Self {
+        let message = format!("the entry `{entry}` holds `{old}` and cannot take `{new}`");
+        Self { message: format!("{message} (BehaviorTree.CPP: Any::copyInto fails)") }
     }
 }
 

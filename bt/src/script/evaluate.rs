@@ -55,6 +55,27 @@ impl Script {
 }
 
 impl Expression {
+    /// The value, and its type in BehaviorTree.CPP: an entry's is that of its value, and the others are those of the
+    /// literals and operators of the language.
+    fn typed(&self, board: &mut Blackboard) -> Result<(Value, Type), ScriptError> {
+        match self {
+            Self::Choice(parts) => {
+                let [condition, then, otherwise] = &**parts;
+                let is_true = condition.evaluate(board)?.to_real()? != 0.0;
+                if is_true { then.typed(board) } else { otherwise.typed(board) }
+            }
+            Self::Name(slot, _) | Self::Assignment(_, slot, ..) => {
+                let value = self.evaluate(board)?;
+                Ok((value, board.holds(*slot).clone()))
+            }
+            _ => {
+                let value = self.evaluate(board)?;
+                let holds = if matches!(value, Value::Int(_)) { Type::INT64 } else { Type::of_value(&value) };
+                Ok((value, holds))
+            }
+        }
+    }
+
     fn evaluate(&self, board: &mut Blackboard) -> Evaluated {
         match self {
             Self::Literal(value) => Ok(value.clone()),
@@ -101,7 +122,7 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
         }
         board.create(slot);
     }
-    let right = right.evaluate(board)?;
+    let (right, holds) = right.typed(board)?;
     let new = match operator {
         Assignment::Create | Assignment::Existing => right,
         Assignment::With(operator) => {
@@ -109,8 +130,15 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
             operator.apply_in_place(left, &right)?
         }
     };
+    let (of, was_empty) = (board.type_of(slot).clone(), board.value(slot).is_none());
+    let was_text = matches!(board.value(slot), Some(Value::Text(_)));
+    let holds = match new {
+        Value::Text(_) if of.is_strong() && !was_text => Some(of),
+        Value::Text(_) if !was_empty && !was_text => Some(Type::Real),
+        _ => was_empty.then_some(holds),
+    };
     let fitting = fit(board, slot, name, new)?;
-    board.put(slot, fitting.clone());
+    board.put(slot, Some(fitting.clone()), holds);
     Ok(fitting)
 }
 
@@ -123,6 +151,7 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
         new: new.to_string(),
     };
     match (old, &new) {
+        (None | Some(Value::Int(_) | Value::Real(_)), Value::Text(_)) if board.is_any(slot) => Err(refused()),
         (None, _) if *of == Type::Any => Ok(new),
         (None, Value::Text(_)) => of.convert(&new).map_err(|_| refused()),
         (None, _) => Ok(new),

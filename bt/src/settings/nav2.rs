@@ -168,7 +168,7 @@ impl Index {
     /// Writes the index, 0 if it is past the last child.
     fn move_to(&self, index: i64, board: &mut Blackboard) -> Result<i64, ValueError> {
         let index = if usize::try_from(index).is_ok_and(|index| index < self.children) { index } else { 0 };
-        board.write(self.slot, Value::Int(index))?;
+        board.write(self.slot, Value::Int(index), &Type::INT, true)?;
         *board.memo(self.memo) = Some([Value::Int(index)].into());
         Ok(index)
     }
@@ -193,7 +193,7 @@ impl Update {
             None => true,
         });
         match (self.output, update.or(input).cloned()) {
-            (Some(output), Some(goal)) => Ok(board.write(output, goal)?),
+            (Some(output), Some(goal)) => Ok(board.write(output, goal, &Type::Any, true)?),
             _ => Ok(()),
         }
     }

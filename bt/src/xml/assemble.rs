@@ -344,6 +344,10 @@ impl Surroundings for Directory {
         (slot, self.declared.port(slot, of))
     }
 
+    fn is_own(&self, key: &str) -> bool {
+        key.starts_with('@') || self.scopes.resolve(self.scope, key).0 == self.scope
+    }
+
     fn next_memo(&mut self) -> usize {
         self.memos += 1;
         self.memos - 1

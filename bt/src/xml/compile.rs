@@ -26,6 +26,9 @@ pub(super) trait Surroundings: Names {
     /// The entry of a key to which a port of this type refers, and its existing type if the two do not agree.
     fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>);
 
+    /// Whether a key is of the node's own tree or of the main tree (`@key`), and not remapped.
+    fn is_own(&self, key: &str) -> bool;
+
     /// The number of a new memo on the blackboard.
     fn next_memo(&mut self) -> usize;
 
@@ -56,6 +59,10 @@ impl Surroundings for Nowhere {
 
     fn port(&mut self, _: &str, _: &Type) -> (Slot, Option<Clash>) {
         (Slot(0), None)
+    }
+
+    fn is_own(&self, _: &str) -> bool {
+        true
     }
 
     fn next_memo(&mut self) -> usize {
@@ -368,9 +375,15 @@ impl Compiler<'_> {
                 None => port.of.parse(default).ok().map(Input::Constant),
             });
             let (direction, of) = (port.direction, port.of.clone());
-            leaf_ports.insert(port.name.clone(), LeafPort { direction, of, input, is_declared: true });
+            let is_own = self.is_own(input.as_ref());
+            leaf_ports.insert(port.name.clone(), LeafPort { direction, of, input, is_declared: true, is_own });
         }
         leaf_ports
+    }
+
+    /// Whether a port's entry is of the node's own tree.
+    fn is_own(&self, input: Option<&Input>) -> bool {
+        matches!(input, Some(Input::Entry(_, key)) if self.names.is_own(key))
     }
 
     /// The ports of a leaf that are given as attributes.
@@ -380,7 +393,8 @@ impl Compiler<'_> {
             let port = model.and_then(|model| model.port(&attribute.name));
             let (direction, of) = port.map_or((Direction::InOut, Type::Any), |port| (port.direction, port.of.clone()));
             let (input, is_declared) = (self.value(attribute, &of, direction), port.is_some());
-            given.insert(attribute.name.clone(), LeafPort { direction, of, input, is_declared });
+            let is_own = self.is_own(input.as_ref());
+            given.insert(attribute.name.clone(), LeafPort { direction, of, input, is_declared, is_own });
         }
         given
     }
