@@ -309,6 +309,14 @@ impl Declared {
         (!entry.of.agrees_with(of)).then(|| Clash { is: entry.of.clone(), of_constant })
     }
 
+    pub(crate) fn type_of(&self, slot: Slot) -> Type {
+        self.entries.get(slot.0 as usize).map_or(Type::Any, |entry| entry.of.clone())
+    }
+
+    pub(crate) fn exists(&self, slot: Slot) -> bool {
+        self.entries.get(slot.0 as usize).is_some_and(|entry| entry.exists)
+    }
+
     /// A value that is passed to a subtree.
     pub(crate) fn constant(&mut self, slot: Slot, text: &str) {
         let (value, of) = typed(text);

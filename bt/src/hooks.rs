@@ -87,6 +87,13 @@ impl Hooks {
         })
     }
 
+    /// All of them.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Script> {
+        let before = [&self.failure_if, &self.success_if, &self.skip_if, &self.while_];
+        let after = [&self.on_halted, &self.on_failure, &self.on_success, &self.post];
+        before.into_iter().chain(after).flatten()
+    }
+
     pub(crate) fn has_entrance(&self) -> bool {
         [&self.failure_if, &self.success_if, &self.skip_if, &self.while_].into_iter().any(Option::is_some)
     }

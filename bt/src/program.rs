@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::blackboard::{Blackboard, Entry, Scopes, Slot, Type};
 use crate::hooks::Hooks;
+use crate::script::Script;
 use crate::settings::{Input, Setting};
 use crate::{Direction, Kind, NodeId};
 
@@ -81,6 +82,15 @@ pub(crate) struct Program {
 }
 
 impl Program {
+    /// All scripts.
+    pub(crate) fn scripts(&self) -> impl Iterator<Item = &Script> {
+        let settings = self.settings.iter().filter_map(|setting| match setting {
+            Setting::Script(script) | Setting::Condition(script) | Setting::Precondition { script, .. } => Some(script),
+            _ => None,
+        });
+        settings.chain(self.hooks.values().flat_map(Hooks::all))
+    }
+
     /// The blackboard before the first tick.
     pub(crate) fn blackboard(&self) -> Blackboard {
         let mut entries = self.entries.clone();

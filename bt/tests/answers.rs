@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use bt::{Execution, Leaf, Leaves, Loader, PortError, Status};
+use bt::{Execution, Leaf, Leaves, Loader, PortError, Status, Tree};
 
 use crate::NOW;
 
@@ -32,11 +32,17 @@ impl Leaves for Typed {
     fn halt(&mut self, _: Leaf<'_>) {}
 }
 
+/// Whether a warning tells that the library refuses the tree; others tell what happens when it runs.
+fn is_refused(tree: &Tree) -> bool {
+    let problems = tree.concerns().into_iter().flat_map(|concerns| concerns.problems());
+    problems.into_iter().any(|problem| problem.message().contains("already has the type"))
+}
+
 /// The answer of this crate to a tree, in the library's form; an entry without a value is one that does not exist.
 fn answer(trees: &str) -> String {
     let text = format!("<root BTCPP_format=\"4\" main_tree_to_execute=\"T\">{trees}{MODELS}</root>");
     let tree = match Loader::default().load("answer.xml", &text) {
-        Ok(tree) if tree.concerns().is_none() => tree,
+        Ok(tree) if !is_refused(&tree) => tree,
         _ => return "refused".to_owned(),
     };
     let (mut execution, mut leaves) = (Execution::new(Arc::new(tree)), Typed::default());

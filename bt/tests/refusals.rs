@@ -247,3 +247,19 @@ fn two_custom_types_may_be_related_if_the_second_is_read() {
     assert!(warned[0].1.contains("registers a cast"), "{}", warned[0].1);
     assert_eq!(refused(&text("<Find out=\"{x}\"/><Buy out=\"{x}\"/>")).len(), 1, "no cast helps one that writes");
 }
+
+#[test]
+fn a_copy_that_the_library_refuses_or_loses_is_a_warning() {
+    let helps = |nodes: &[&str]| concerns(&in_order(nodes)).into_iter().map(|(_, help)| help).collect::<Vec<_>>();
+    let set = |value: &str| format!("<SetBlackboard value=\"{value}\" output_key=\"x\"/>");
+    let (count, script) = ("<Count out=\"{x}\"/>", "<Script code=\"y := 1\"/>");
+    assert!(helps(&[count, &set("many")])[0].contains("Can't convert string [many] to type [int]"));
+    assert!(helps(&[count, "<Measure in=\"{y}\"/>", &set("{y}")])[0].contains("set(x): once declared"));
+    assert!(helps(&[count, script, &set("{y}")])[0].contains("int64_t"));
+    assert!(helps(&["<Script code=\"x := 1\"/>", &set("2")])[0].contains("is emptied"));
+    let accepted = [vec![count, "<Say out=\"{y}\"/>"], vec!["<Say out=\"{x}\"/>"], vec![count]];
+    for (nodes, value) in accepted.into_iter().zip(["{y}", "2", "2"]) {
+        let set = set(value);
+        assert!(helps(&[nodes, vec![set.as_str()]].concat()).is_empty(), "{value}");
+    }
+}

@@ -1,5 +1,6 @@
 //! The parts of a script.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::Value;
@@ -9,6 +10,32 @@ use crate::blackboard::Slot;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Script {
     pub(super) statements: Vec<Expression>,
+}
+
+impl Script {
+    /// Adds the entries that the script assigns to.
+    pub(crate) fn assigned(&self, slots: &mut BTreeSet<Slot>) {
+        self.statements.iter().for_each(|statement| statement.assigned(slots));
+    }
+}
+
+impl Expression {
+    fn assigned(&self, slots: &mut BTreeSet<Slot>) {
+        match self {
+            Self::Literal(_) | Self::Name(..) => {}
+            Self::Unary(_, operand) => operand.assigned(slots),
+            Self::Binary(_, left, right) => [left, right].into_iter().for_each(|side| side.assigned(slots)),
+            Self::Comparison(first, others) => {
+                first.assigned(slots);
+                others.iter().for_each(|(_, other)| other.assigned(slots));
+            }
+            Self::Choice(parts) => parts.iter().for_each(|part| part.assigned(slots)),
+            Self::Assignment(_, slot, _, right) => {
+                slots.insert(*slot);
+                right.assigned(slots);
+            }
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

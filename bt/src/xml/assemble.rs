@@ -1,6 +1,6 @@
 //! Assembles the main tree with its subtrees.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use super::compile::{Compiler, Surroundings};
 use super::library::{Definition, Library, Scanned};
 use super::loader::Loader;
 use super::ports::is_port_name;
-use super::problems::{hint, too_deep, too_large, too_many};
+use super::problems::{Written, copy_refused, hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
 use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
-use crate::settings::{Constants, Setting};
+use crate::settings::{Constants, Input, Setting};
 use crate::{Category, Kind, Node, NodeId, Tree};
 
 /// The trees of a file by ID; of two with the same ID, the first.
@@ -174,6 +174,7 @@ pub(super) fn assemble(
             nav2.count(children);
         }
     }
+    warn_of_copies(&nodes, &program, &names, files);
     name_processes(&mut nodes);
     program.entries = names.declared.entries;
     program.scopes = Arc::new(names.scopes);
@@ -182,6 +183,31 @@ pub(super) fn assemble(
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
     Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
+}
+
+/// Warns of each SetBlackboard that BehaviorTree.CPP refuses to carry out, or that empties its entry.
+fn warn_of_copies(nodes: &[Node], program: &Program, names: &Directory, files: &mut [SourceFile]) {
+    let mut copies = nodes.iter().filter(|node| node.kind == Kind::SetBlackboard).peekable();
+    if copies.peek().is_none() {
+        return;
+    }
+    let mut scripted = BTreeSet::new();
+    program.scripts().for_each(|script| script.assigned(&mut scripted));
+    for node in copies {
+        let Setting::SetBlackboard { key: Input::Constant(key), value, scope } = program.setting(node.number.0) else {
+            continue;
+        };
+        let key = key.to_text();
+        let Some(slot) = names.scopes.find(*scope, &key) else { continue };
+        let source = match value {
+            Input::Constant(text) => Written::Constant(text.to_text()),
+            Input::Entry(slot, _) => Written::Copy(names.declared.type_of(*slot), scripted.contains(slot)),
+        };
+        let is_made = scripted.contains(&slot) || names.declared.exists(slot);
+        if let Some(problem) = copy_refused(&key, names.declared.type_of(slot), is_made, &source) {
+            files[node.file].problems.push(problem.at(node.span, "written here"));
+        }
+    }
 }
 
 struct Assembly<'a> {

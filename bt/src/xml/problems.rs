@@ -1,5 +1,8 @@
 //! Problems of tree files that are reported in several places.
 
+use std::fmt::Display;
+use std::sync::Arc;
+
 use diagnostics::{MAX_HINTS, Problem, nearest};
 use miette::SourceSpan;
 
@@ -93,6 +96,42 @@ pub(super) fn types_differ(key: &str, clash: &Clash, of: &Type, direction: Direc
         ),
         _ => problem,
     }
+}
+
+/// What a SetBlackboard writes.
+pub(super) enum Written {
+    Constant(Arc<str>),
+    /// The value of an entry of this type, and whether a script assigns to it.
+    Copy(Type, bool),
+}
+
+/// The problem with writing to the entry of a key, of this type, by SetBlackboard; `is_made` if the entry can exist
+/// before that.
+pub(super) fn copy_refused(key: &str, of: Type, is_made: bool, written: &Written) -> Option<Problem> {
+    let changed = |from: &dyn Display| {
+        format!(
+            "BehaviorTree.CPP throws \"Blackboard::set({key}): once declared, the type of a port shall not change\": \
+             the entry has the type {of}, and the value {from}"
+        )
+    };
+    let help = match written {
+        Written::Constant(_) if !of.is_strong() && is_made => {
+            "BehaviorTree.CPP parses the string with the entry's type; this entry has none and is emptied".to_owned()
+        }
+        Written::Constant(text) if of.parse(text).is_err() => {
+            format!("BehaviorTree.CPP throws \"Can't convert string [{text}] to type [{of}]\"")
+        }
+        Written::Copy(from, _) if of.is_strong() && from.is_strong() && *from != Type::Text && *from != of => {
+            changed(from)
+        }
+        // A script's numbers are 64 bits wide.
+        Written::Copy(Type::Any, true) if matches!(of, Type::Int { .. } | Type::Bool) && of != Type::INT64 => {
+            changed(&"of a script is an int64_t or a double")
+        }
+        _ => return None,
+    };
+    let problem = Problem::new(format!("the entry `{key}` cannot take what SetBlackboard writes"));
+    Some(problem.as_warning().with_help(help))
 }
 
 /// A port's value has the wrong type, or cannot be valid.
