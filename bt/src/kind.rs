@@ -24,8 +24,8 @@ use crate::Status;
 /// - *Milliseconds* count the run's time. A tree acts only when it is ticked, so an elapsed time takes effect at the
 ///   next tick. (BehaviorTree.CPP has a timer thread, which halts the child of a [`Timeout`] at once and wakes a tree
 ///   that sleeps between ticks. Ticked at a fixed rate with `Tree::sleep`, both give the same answer at every tick. A
-///   robot that waits with `std::this_thread::sleep_for` instead, as some of its examples do, leaves the timer's wake-up
-///   pending, and its next tick ticks the tree twice if it answers running.)
+///   robot that waits with `std::this_thread::sleep_for` instead, as some of its examples do, leaves the timer's
+///   wake-up pending, and its next tick ticks the tree twice if it answers running.)
 ///
 /// [`SequenceWithMemory`]: Kind::SequenceWithMemory
 /// [`PauseResumeController`]: Kind::PauseResumeController
