@@ -24,6 +24,7 @@ use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
 use crate::render::{Finding, findings};
 use crate::run::select;
+use crate::toml_subject::Toml;
 
 /// Help for a machine that sends to a process that no shipped system has.
 const ELSEWHERE: &str =
@@ -186,37 +187,6 @@ fn examine(file: &str, of: Option<&str>) -> Result<Checked, Error> {
     }
 }
 
-/// The subject of a TOML file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Toml {
-    Scenario,
-    Campaign,
-    Interface,
-    Places,
-}
-
-impl Toml {
-    /// A file's probable kind, judging by its keys; one that cannot be read is rejected as a scenario.
-    pub(crate) fn of_file(path: &Path) -> Self {
-        named_files::text(path).map_or(Self::Scenario, |text| Self::of(&text))
-    }
-
-    /// A text's probable kind.
-    pub(crate) fn of(text: &str) -> Self {
-        let table: toml::Table = text.parse().unwrap_or_default();
-        let is_place = |value: &toml::Value| value.get("position_m").or(value.get("corners_m")).is_some();
-        if table.contains_key("scenario") {
-            Self::Campaign
-        } else if ["services", "topics", "actions"].iter().any(|key| table.contains_key(*key)) {
-            Self::Interface
-        } else if !table.contains_key("map") && table.values().any(is_place) {
-            Self::Places
-        } else {
-            Self::Scenario
-        }
-    }
-}
-
 /// A tree, and the findings about it.
 pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
     let tree = named_files::tree(file)?;
@@ -335,9 +305,10 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
 }
 
 /// The programs that a run of this scenario starts, in words.
-pub(crate) fn programs(scenario: &Scenario) -> impl Iterator<Item = String> {
+fn programs(scenario: &Scenario) -> impl Iterator<Item = String> {
     scenario.programs().map(|(component, program)| {
         let place = match program.folder() {
+            Some(folder) if folder == Path::new(".") => "in this folder".to_owned(),
             Some(folder) => format!("in {}", folder.display()),
             None => "in a temporary folder".to_owned(),
         };

@@ -10,9 +10,9 @@ use diagnostics::Staging;
 use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Found, Scenario, ScenarioFile, find, keys};
 
-use crate::check::Toml;
 use crate::names::ScenarioName;
 use crate::output::say;
+use crate::toml_subject::Toml;
 
 /// The template, and where to write it.
 #[derive(Debug, Args)]

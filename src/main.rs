@@ -31,6 +31,7 @@ mod reproduce;
 mod run;
 mod skill;
 mod summary;
+mod toml_subject;
 mod tree;
 mod tree_script;
 mod verify;

@@ -22,7 +22,7 @@ use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{Bar, Progress};
 use crate::run::table::Table;
-use crate::{browser, check, interrupt, summary};
+use crate::{browser, interrupt, summary};
 
 /// The scenarios to run.
 #[derive(Clone, Debug, Args)]
@@ -134,9 +134,6 @@ impl Job {
     fn load(found: &Found, options: &RunOptions, several: bool) -> Result<Self, scenarios::Error> {
         let scenario = Arc::new(Scenario::load(found, &options.set)?);
         scenario.model_concerns().iter().chain(&scenario.place_concerns()).for_each(|concern| warn(concern));
-        if !options.quiet {
-            tell_programs(&scenario);
-        }
         let seed = options.seed.unwrap_or(scenario.file.seed);
         let name = options.seed.map_or(scenario.name.clone(), |seed| format!("{}-seed-{seed}", scenario.name));
         let parts = name.split('/').map(file_name);
@@ -167,13 +164,6 @@ impl Job {
             follow(view);
             interrupt::flow()
         })
-    }
-}
-
-/// Says which programs a run will start, before it does. Those that come with steward are known.
-pub(crate) fn tell_programs(scenario: &Scenario) {
-    if scenario.programs().any(|(_, program)| program.folder().is_some()) {
-        check::programs(scenario).for_each(|program| note(&format!("starting {program}")));
     }
 }
 

@@ -104,12 +104,12 @@ fn a_campaign_says_what_was_not_met_and_which_runs_are_instructive() {
     let said = String::from_utf8(output.stdout).unwrap();
     insta::assert_snapshot!(said.replace(out.path().to_str().unwrap(), "OUT"), @r"
     20 runs: 18 as expected, 2 not
-      not met   in 2 runs: localization stays within 0.5 m
+      not met   in 2 runs: expected localization to stay within 0.5 m
       phi1      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
       phi2      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
       phi3      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
       run 17    the largest localization error, 21.2 m
-      run 1     not met: localization stays within 0.5 m
+      run 1     expected localization to stay within 0.5 m
       repeat    steward campaign noise_short --runs 20 --only 17
       wrote     OUT/report.html
     ");

@@ -350,6 +350,38 @@ fn the_summary_has_every_page() {
 }
 
 #[test]
+fn every_place_that_says_well_has_its_test() {
+    let page = read(&root().join("CONTRIBUTING.md"));
+    let table = page.split("## Where the program says that something is well").nth(1).expect("there is such a section");
+    let rows = table.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
+    let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
+    let mut sources = String::new();
+    collect_sources(&root(), &mut sources);
+    for row in &rows {
+        let tests = row.trim_end_matches('|').rsplit('|').next().expect("a row has cells");
+        let names: Vec<&str> = tests.split('`').skip(1).step_by(2).collect();
+        assert!(!names.is_empty(), "{row} names no test");
+        for name in names {
+            assert!(sources.contains(&format!("fn {name}()")), "there is no test {name}");
+        }
+    }
+    assert!(rows.len() > 20);
+}
+
+/// Appends the text of all Rust files of the workspace.
+fn collect_sources(folder: &Path, text: &mut String) {
+    for entry in fs::read_dir(folder).expect("the folder can be read") {
+        let path = entry.expect("the entry can be read").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && !name.starts_with('.') && name != "target" && name != "node_modules" {
+            collect_sources(&path, text);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            text.push_str(&read(&path));
+        }
+    }
+}
+
+#[test]
 fn the_readme_is_short() {
     let size = read(&root().join("README.md")).len();
     assert!(size <= 8192, "README.md has {size} bytes; what it explains belongs in the book");

@@ -177,7 +177,8 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     let of = board.type_of(slot).clone();
     let mut read = Some(read);
     if matches!(read, Some(Value::Text(_))) && of != Type::Text {
-        // BehaviorTree.CPP parses a string with the type of the entry. One that has none cannot parse it and is emptied.
+        // BehaviorTree.CPP parses a string with the type of the entry. One that has none cannot parse it and is
+        // emptied.
         if board.is_any(slot) {
             return Err(ValueError::new(
                 read.unwrap_or_else(|| "".into()),

@@ -3,7 +3,8 @@
 //! Data goes to a temporary name in the same folder; the file gets its own name when it is complete. After a full disk,
 //! an error or a panic, the previous file is unchanged and nothing of the new one remains. A killed program may leave
 //! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`. Whoever next writes to
-//! the folder removes it. While a program runs, its temporary files are locked, so nobody else takes them for left over.
+//! the folder removes it. While a program runs, its temporary files are locked, so nobody else takes them for left
+//! over.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};

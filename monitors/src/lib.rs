@@ -140,10 +140,10 @@
 //! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs in the
 //! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
 //! automata whose letters are the classes of messages that the formula distinguishes, with at most
-//! [`Limits::automaton_states`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each state
-//! of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too large
-//! causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists of
-//! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
+//! [`Limits::automaton_states`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each
+//! state of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too
+//! large causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists
+//! of several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
 //! when several obligations contradict each other.
 //!
 //! An operator that looks back keeps how long ago its operand held, and only as precisely as its bound can distinguish:

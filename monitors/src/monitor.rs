@@ -93,7 +93,8 @@ impl ScopeMonitor {
         Self::within(Limits::default(), name, formula, topology, choice)
     }
 
-    /// The monitor with a given choice of machine, computed within other limits. Its verdicts may come later or earlier.
+    /// The monitor with a given choice of machine, computed within other limits: its verdicts may come later or
+    /// earlier.
     ///
     /// # Errors
     /// As [`ScopeMonitor::new`].

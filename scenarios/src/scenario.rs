@@ -27,6 +27,7 @@ use std::sync::{Arc, OnceLock};
 use bt::Tree;
 use channels::Topology;
 use diagnostics::Problem;
+use programs::Program;
 use recording::Origin;
 use roaml::Model;
 use skills::Chart;
@@ -88,6 +89,14 @@ pub struct Scenario {
 }
 
 impl Scenario {
+    /// The programs that a run starts, each with its component.
+    pub fn programs(&self) -> impl Iterator<Item = (&str, &Program)> {
+        self.components.iter().filter_map(|(name, component)| match &component.runs {
+            Runs::Program { program, .. } => Some((name.as_str(), &**program)),
+            Runs::Machine(_) | Runs::Device(_) => None,
+        })
+    }
+
     /// The monitors of the properties, for a system with this topology: built on first use, and then shared by all runs
     /// on the same channels.
     ///

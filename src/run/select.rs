@@ -7,8 +7,8 @@ use glob::Pattern;
 use scenarios::files::{Files, scenario_names};
 use scenarios::scenario::{Found, ScenarioFile, find};
 
-use crate::check::Toml;
 use crate::output::note;
+use crate::toml_subject::Toml;
 
 /// The requested scenarios, each once, as far as they pass the filters; without names, all that come with the program.
 pub(crate) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {

@@ -133,15 +133,17 @@ pub(super) fn judge_in_words(
 ) -> Result<Judged, Error> {
     let (mut why, mut unsure) = (None, vec![None; properties.len()]);
     // It pauses at the first gap. After it, others make no difference.
-    let mut present = std::iter::from_fn(|| loop {
-        match events.next()? {
-            Ok(Found::Event(event)) => return Some(Ok(event)),
-            Ok(Found::LeftOut(first)) if why.is_none() => {
-                why = Some(first);
-                return None;
+    let mut present = std::iter::from_fn(|| {
+        loop {
+            match events.next()? {
+                Ok(Found::Event(event)) => return Some(Ok(event)),
+                Ok(Found::LeftOut(first)) if why.is_none() => {
+                    why = Some(first);
+                    return None;
+                }
+                Ok(Found::LeftOut(_)) => {}
+                Err(error) => return Some(Err(error)),
             }
-            Ok(Found::LeftOut(_)) => {}
-            Err(error) => return Some(Err(error)),
         }
     });
     let before = monitors::verify(present.by_ref(), monitors_of(properties))?;

@@ -5,8 +5,6 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use super::Type;
-
 /// The value of a blackboard entry.
 ///
 /// As in BehaviorTree.CPP, numbers are integers or real numbers, and a Boolean is the integer 0 or 1. Two values are
@@ -36,7 +34,7 @@ impl ValueError {
     }
 
     /// A value of a type that an entry of another type does not take.
-    pub(crate) fn of_type(entry: &str, is: &Type, value: &Type) -> Self {
+    pub(crate) fn of_type(entry: &str, is: &impl fmt::Display, value: &impl fmt::Display) -> Self {
         let theirs = "once declared, the type of a port shall not change";
         let message = format!("the entry `{entry}` has the type {is} and cannot take a value of type {value}");
         Self { message: format!("{message} (BehaviorTree.CPP: Blackboard::set({entry}): {theirs})") }

@@ -307,6 +307,8 @@ pub struct Expected {
     pub reached: Vec<String>,
     /// Places where the robot must never have been, not even on its way.
     pub not_reached: Vec<String>,
+    /// Components whose program must fail; no other program may.
+    pub failed_programs: Vec<String>,
     /// The greatest permitted number of collisions.
     pub max_collisions: Option<u64>,
     /// The lowest permitted charge of the battery, in percent.

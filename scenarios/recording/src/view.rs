@@ -15,7 +15,8 @@ use crate::{
 /// The latest time of a step, which MCAP can still write: after 584 years.
 const LATEST: Duration = Duration::from_nanos(u64::MAX);
 
-/// A record that does not fit those before it: it goes back in time, or refers to a fault, a node or a channel that does not exist.
+/// A record that does not fit those before it: it goes back in time, or refers to a fault, a node or a channel that
+/// does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a record refers to something that does not exist in the run")]
 pub struct Inconsistent;

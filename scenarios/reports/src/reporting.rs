@@ -20,10 +20,7 @@ use crate::report::{
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
-    expectations.extend(end.skill_errors.iter().filter(|error| is_of_program(view, error)).map(|error| {
-        let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
-        ExpectationReport { expected: format!("the program of {} does not fail", error.skill), difference }
-    }));
+    expectations.extend(failed_programs(view, &end.skill_errors, interrupted));
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
     let outcome = match differences.as_slice() {
         [] if interrupted => OutcomeReport::Interrupted,
@@ -66,8 +63,23 @@ fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
 }
 
-/// Whether it is the failure of a component's program, which nothing expects. Every other component that can have
-/// errors has a machine.
+/// Which programs must fail, and which have failed.
+fn failed_programs(view: &RunView, errors: &[SkillError], interrupted: bool) -> Vec<ExpectationReport> {
+    let expected = &view.header().expected.failed_programs;
+    let failed = || errors.iter().filter(|error| is_of_program(view, error));
+    let unexpected = failed().filter(|error| !expected.contains(&error.skill)).map(|error| {
+        let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
+        ExpectationReport { expected: format!("the program of {} not to fail", error.skill), difference }
+    });
+    let expected = expected.iter().filter(|_| !interrupted).map(|name| {
+        let has_failed = failed().any(|error| error.skill == *name);
+        let difference = (!has_failed).then(|| format!("the program of {name} was expected to fail and did not"));
+        ExpectationReport { expected: format!("the program of {name} to fail"), difference }
+    });
+    expected.chain(unexpected).collect()
+}
+
+/// Whether it is the failure of a component's program. Every other component that can have errors has a machine.
 fn is_of_program(view: &RunView, error: &SkillError) -> bool {
     let header = view.header();
     header.components.contains(&error.skill) && !header.machines.iter().any(|machine| machine.process == error.skill)

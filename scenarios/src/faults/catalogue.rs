@@ -11,8 +11,6 @@ mod world;
 
 use super::kind::FaultKind;
 
-pub(super) use software::WRONG_MAP;
-
 /// All kinds, sorted by place.
 pub const KINDS: &[&FaultKind] = &[
     &battery::LEVEL,
@@ -81,4 +79,12 @@ pub const KINDS: &[&FaultKind] = &[
 #[must_use]
 pub fn kind(name: &str) -> Option<&'static FaultKind> {
     KINDS.iter().find(|kind| kind.name == name).copied()
+}
+
+impl FaultKind {
+    /// Whether it can begin after the start of a run, so that a person can cause it in a session.
+    #[must_use]
+    pub fn can_begin_later(&self) -> bool {
+        self.name != software::WRONG_MAP.name
+    }
 }

@@ -1,6 +1,5 @@
 //! Kinds of faults.
 
-use super::catalogue::WRONG_MAP;
 use super::{Arguments, Effect, Parameter};
 
 /// The part of the system in which a fault acts.
@@ -58,12 +57,4 @@ pub struct FaultKind {
     pub example: &'static str,
     pub(super) effect: fn(&Arguments) -> Effect,
     pub(super) words: fn(&Arguments) -> String,
-}
-
-impl FaultKind {
-    /// Whether it can begin after the start of a run, so that a person can cause it in a session.
-    #[must_use]
-    pub fn can_begin_later(&self) -> bool {
-        self.name != WRONG_MAP.name
-    }
 }

@@ -17,7 +17,7 @@ use super::component_entry::RunsEntry;
 use super::file_reader::FileReader;
 use super::leaves::Data;
 use super::world::{doors, people};
-use super::{Scenario, ScenarioFile, Skill};
+use super::{ScenarioFile, Skill};
 use crate::names::unknown;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
 
@@ -63,16 +63,6 @@ impl Component {
             Runs::Machine(machine) => Some(machine),
             Runs::Program { .. } | Runs::Device(_) => None,
         }
-    }
-}
-
-impl Scenario {
-    /// The programs that a run starts, each with its component.
-    pub fn programs(&self) -> impl Iterator<Item = (&str, &Program)> {
-        self.components.iter().filter_map(|(name, component)| match &component.runs {
-            Runs::Program { program, .. } => Some((name.as_str(), &**program)),
-            Runs::Machine(_) | Runs::Device(_) => None,
-        })
     }
 }
 

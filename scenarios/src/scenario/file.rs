@@ -129,6 +129,8 @@ pub struct Expectations {
     pub reached: Vec<Spanned<String>>,
     /// Places that must not have been reached.
     pub not_reached: Vec<Spanned<String>>,
+    /// Components whose program must fail; no other program may.
+    pub failed_programs: Vec<Spanned<String>>,
     /// The maximum number of collisions.
     pub max_collisions: Option<u64>,
     /// The minimum charge of the battery, in percent.
@@ -145,6 +147,7 @@ impl Expectations {
             outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
             reached: names(&self.reached),
             not_reached: names(&self.not_reached),
+            failed_programs: names(&self.failed_programs),
             max_collisions: self.max_collisions,
             min_battery_pct: self.min_battery_pct,
             max_localization_m: self.max_localization_m,
@@ -375,12 +378,14 @@ fn read_expectations(table: Table<'_>) -> Option<Expectations> {
     let mut expect = Expectations {
         reached: table.get("reached").or(Vec::new()),
         not_reached: table.get("not_reached").or(Vec::new()),
+        failed_programs: table.get("failed_programs").or(Vec::new()),
         max_collisions: table.get("max_collisions").optional(),
         min_battery_pct: table.number("min_battery_pct").within(0.0..=100.0).optional(),
         max_localization_m: table.number("max_localization_m").within(0.0..=1e6).optional(),
         outcomes: Vec::new(),
     };
-    let known = ["reached", "not_reached", "max_collisions", "min_battery_pct", "max_localization_m"];
+    let known =
+        ["reached", "not_reached", "failed_programs", "max_collisions", "min_battery_pct", "max_localization_m"];
     let properties = table.keys().filter(|(key, _)| !known.contains(key));
     for (property, span) in properties {
         let outcome = table.one_of(property, &outcomes).required();

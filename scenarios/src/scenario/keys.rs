@@ -617,6 +617,11 @@ fn ending() -> Vec<Key> {
              the area, or within the tolerance of the point (with any heading).",
             or(places(), json!([])),
         ),
+        Key::new(
+            "expect.failed_programs",
+            "Components whose program must fail. If another program fails, the run is not as expected.",
+            or(list("an array of names", &text()), json!([])),
+        ),
         Key::new("expect.max_collisions", "The maximum number of collisions.", whole(0)),
         Key::new("expect.min_battery_pct", "The minimum charge of the battery, in percent.", number(0.0, 100.0)),
         Key::new("expect.max_localization_m", "The maximum localization error, in meters.", number(0.0, 1e6)),

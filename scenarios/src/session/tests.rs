@@ -113,7 +113,7 @@ fn a_saved_session_of_a_users_own_scenario_lies_beside_it_wherever_that_is() {
 #[test]
 fn a_fault_that_exists_only_from_the_start_is_no_act() {
     let mut session = Session::new(&find::find("nominal").unwrap(), &[], None).unwrap();
-    let act = toml::from_str("kind = \"wrong_map\"\nmap = \"maps/house_moved.yaml\"").unwrap();
+    let act = toml::from_str("kind = \"wrong_map\"\nmap = \"maps/house_shifted.yaml\"").unwrap();
     let refused = session.act(act).unwrap_err().reasons();
     assert!(refused.contains("only from the start"), "{refused}");
     let never: Vec<&str> = KINDS.iter().filter(|kind| !kind.can_begin_later()).map(|kind| kind.name).collect();
