@@ -356,7 +356,7 @@ fn every_place_that_says_well_has_its_test() {
     let rows = table.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
     let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
     let mut sources = String::new();
-    collect_sources(&root(), &mut sources);
+    collect_sources(root(), &mut sources);
     for row in &rows {
         let tests = row.trim_end_matches('|').rsplit('|').next().expect("a row has cells");
         let names: Vec<&str> = tests.split('`').skip(1).step_by(2).collect();

@@ -246,7 +246,6 @@ fn verdicts_on_bags_logs_and_recordings_are_those_of_the_definition_or_unsure() 
 
 #[test]
 #[ignore = "long: LOGS=100000 cargo test verdicts_on_demand -- --ignored --nocapture"]
-#[expect(clippy::print_stdout, reason = "the share of unsure verdicts")]
 fn verdicts_on_demand() {
     let logs = std::env::var("LOGS").ok().and_then(|logs| logs.parse().ok()).unwrap_or(10_000);
     let (pairs, doubtful) = check(logs, 2);
