@@ -142,9 +142,9 @@
 //! automata whose letters are the classes of messages that the formula distinguishes, with at most
 //! [`Limits::automaton_states`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each
 //! state of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too
-//! large causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists
-//! of several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
-//! when several obligations contradict each other.
+//! large causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it
+//! consists of several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never
+//! wrong, but late when several obligations contradict each other.
 //!
 //! An operator that looks back keeps how long ago its operand held, and only as precisely as its bound can distinguish:
 //! the last time for `once[<= 5]`, the first for `once[>= 5]`, each time within 5 ticks for `once[= 5]`, and the last
