@@ -269,7 +269,8 @@ def damage(folder, store, plugins):
         scope.write_text("property p := always (b, m, m.x < 1)\n")
         done = subprocess.run([STEWARD, "verify", path, "--property", scope, "--map-channels", mapping],
                               capture_output=True, text=True)
-        assert done.returncode == 0 and "100 messages on /b are left out" in done.stderr, done
+        told = done.returncode == 1 and "unsure" in done.stdout and "100 messages on /b are left out" in done.stderr
+        assert told, done
     print("damage: nothing panics, and everything before it is read")
 
 
