@@ -13,6 +13,9 @@
 //! If the outer one is killed, the inner one gets SIGTERM ([the "parent-death signal"][2]). On Linux, a program escapes
 //! only if it stops or kills both at once.
 //!
+//! The outer keeper never kills the inner one, but tells it to end. So an inner keeper that ended with a signal was
+//! killed by somebody else, even if the outer one was told to end before it noticed.
+//!
 //! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
 //! [2]: https://man7.org/linux/man-pages/man2/PR_SET_PDEATHSIG.2const.html
 
@@ -25,9 +28,12 @@ use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, poll};
-use rustix::process::{Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process_group, setrlimit, wait};
+use rustix::process::{
+    Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process, kill_process_group, setrlimit, wait,
+};
 use rustix::stdio::{dup2_stdin, dup2_stdout};
 
 /// The first argument of a keeper process; the second is the memory limit in bytes, or [`OUTER`], and the rest is the
@@ -43,11 +49,17 @@ const UNSTARTABLE: u8 = 127;
 /// The exit status of an outer keeper whose inner one was killed.
 pub(crate) const UNKEPT: u8 = 125;
 
+/// How long an inner keeper that was told to end has until it is told again.
+const BETWEEN_SWEEPS: Duration = Duration::from_millis(100);
+
 /// The executable whose processes can be keepers.
 static KEEPER: OnceLock<PathBuf> = OnceLock::new();
 
-/// The program's process group.
-static GROUP: OnceLock<Pid> = OnceLock::new();
+/// The program, which is also its process group: that of an outer keeper is the inner one.
+static PROGRAM: OnceLock<Pid> = OnceLock::new();
+
+/// Whether this keeper's program is another keeper that has not ended.
+static HAS_INNER: AtomicBool = AtomicBool::new(false);
 
 /// Whether everything must end.
 static ENDING: AtomicBool = AtomicBool::new(false);
@@ -118,7 +130,8 @@ fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
     if let Some(bytes) = memory_bytes {
         limit_memory(program, bytes);
     }
-    GROUP.get_or_init(|| program);
+    HAS_INNER.store(memory_bytes.is_none(), Ordering::SeqCst);
+    PROGRAM.get_or_init(|| program);
     if let Ok(null) = OpenOptions::new().read(true).write(true).open("/dev/null") {
         let _ = (dup2_stdin(&null), dup2_stdout(&null));
     }
@@ -129,9 +142,8 @@ fn attend(program: Pid, memory_bytes: Option<u64>) -> u8 {
     loop {
         match wait(WaitOptions::empty()) {
             Ok(Some((ended, how))) if ended == program => {
-                // Until this keeper ends the inner one, only somebody else can have killed it.
-                let is_unkept = memory_bytes.is_none() && how.signaled() && !ENDING.load(Ordering::SeqCst);
-                status = Some(if is_unkept { UNKEPT } else { as_shells_do(how) });
+                let was_inner = HAS_INNER.swap(false, Ordering::SeqCst);
+                status = Some(if was_inner && how.signaled() { UNKEPT } else { as_shells_do(how) });
                 end();
             }
             // Processes started in the meantime have lost their parent, which has just been waited for.
@@ -156,19 +168,34 @@ fn limit_memory(program: Pid, bytes: u64) {
 #[cfg(not(target_os = "linux"))]
 fn limit_memory(_: Pid, _: u64) {}
 
+#[expect(clippy::disallowed_methods, reason = "processes end in real time")]
 fn end() {
     ENDING.store(true, Ordering::SeqCst);
     sweep();
+    // What was started during the sweep may have stopped the inner keeper again.
+    while HAS_INNER.load(Ordering::SeqCst) {
+        std::thread::sleep(BETWEEN_SWEEPS);
+        sweep();
+    }
 }
 
-/// Kills all processes that run now.
+/// Kills all processes that run now, but tells an inner keeper to end.
 fn sweep() {
-    if let Some(group) = GROUP.get() {
-        let _ = kill_process_group(*group, Signal::KILL);
-    }
+    let program = PROGRAM.get().copied();
+    let inner = program.filter(|_| HAS_INNER.load(Ordering::SeqCst));
     #[cfg(target_os = "linux")]
-    for pid in descendants::of(rustix::process::getpid()) {
-        let _ = rustix::process::kill_process(pid, Signal::KILL);
+    for pid in descendants::of(rustix::process::getpid()).into_iter().filter(|pid| Some(*pid) != inner) {
+        let _ = kill_process(pid, Signal::KILL);
+    }
+    match (inner, program) {
+        // A program may have stopped it, and is gone now.
+        (Some(inner), _) => {
+            let _ = (kill_process(inner, Signal::TERM), kill_process(inner, Signal::CONT));
+        }
+        (None, Some(group)) => {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        (None, None) => {}
     }
 }
 
