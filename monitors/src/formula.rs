@@ -213,6 +213,36 @@ impl MessageCondition {
             }
         }
     }
+
+    /// Calls `visit` with each field that is remembered, or compared with anything but a constant.
+    pub fn related_fields(&self, visit: &mut impl FnMut(usize)) {
+        fn of(term: &Term, visit: &mut impl FnMut(usize)) {
+            match term {
+                Term::Field(field) => visit(*field),
+                Term::Value(_) | Term::Remembered(_) => {}
+                Term::Arithmetic(left, _, right) => {
+                    of(left, visit);
+                    of(right, visit);
+                }
+            }
+        }
+        match self {
+            Self::True | Self::False | Self::Compare { .. } => {}
+            Self::Remember { field, .. } => visit(*field),
+            Self::Relate { left, right, .. } => {
+                of(left, visit);
+                of(right, visit);
+            }
+            Self::Not(condition) => condition.related_fields(visit),
+            Self::And(conditions) | Self::Or(conditions) => {
+                conditions.iter().for_each(|condition| condition.related_fields(visit));
+            }
+            Self::Implies(a, b) => {
+                a.related_fields(visit);
+                b.related_fields(visit);
+            }
+        }
+    }
 }
 
 impl Formula {

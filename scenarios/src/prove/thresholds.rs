@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use bt::Source;
-use channels::{ChannelSystem, Condition, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Value};
+use channels::{ChannelSystem, Condition, FieldKind, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Value};
 use components::BATTERY_READER;
 use diagnostics::Problem;
 use monitors::{ScopeMonitor, scope_monitor};
@@ -64,11 +64,28 @@ pub(super) fn of_monitor(
         return add(levels, thresholds, complaints);
     }
     match (scope_monitor(monitor).map(ScopeMonitor::formula), monitor.graph()) {
-        (Some(formula), _) => formula.events(&mut |event| {
-            if is_told(event.channel) {
-                event.condition.comparisons(&mut |_, _, value| levels.extend(value.as_number()));
+        (Some(formula), _) => {
+            let mut is_followed = true;
+            formula.events(&mut |event| {
+                if is_told(event.channel) {
+                    event.condition.comparisons(&mut |_, _, value| levels.extend(value.as_number()));
+                    let shapes = system.topology().get(event.channel).domain.shapes();
+                    let is_level = |field: usize| {
+                        let kinds = shapes.iter().filter_map(|shape| shape.fields().get(field.checked_sub(1)?));
+                        kinds.into_iter().any(|(_, kind)| *kind == FieldKind::Real)
+                    };
+                    event.condition.related_fields(&mut |field| is_followed &= !is_level(field));
+                }
+            });
+            // All levels of a class would count as the same one.
+            if !is_followed {
+                let name = monitor.name();
+                let problem = Problem::new(format!("the property {name} remembers a level or computes with it"));
+                complaints.push(problem.with_help(
+                    "compare the level with constants only: a proof distinguishes levels by such comparisons",
+                ));
             }
-        }),
+        }
         (None, Some((graph, _))) => levels.extend(constants(graph)),
         // The search rejects anything unknown.
         (None, None) => {}
