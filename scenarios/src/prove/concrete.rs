@@ -4,6 +4,9 @@
 //! reached from every level of the other, so a run of the search may be impossible for every battery. The levels of a
 //! run are bounded by differences: a level lies in its class, and differs from an earlier one by a limited amount. Such
 //! bounds have a solution unless they contradict each other on a cycle, which the Bellman–Ford algorithm finds.
+//!
+//! The classes of a run are finer than what happens in it depends on, and the search meets only the first of many runs
+//! that differ in nothing else. So a level may have any value that is compared alike, not only those of its class.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -82,9 +85,13 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
     let (mut at_tick, mut since) = (ZERO, Since::Drained);
     for (index, &Moment { class, is_charging, is_tick, .. }) in moments.iter().enumerate() {
         let (level, previous) = (index + 1, index);
-        let (low, high) = levels.ends(class);
-        at_most(level, ZERO, high, low != high);
-        at_most(ZERO, level, -low, low != high);
+        let [(low, is_above), (high, is_below)] = levels.alike(class, bounds.is_full_from);
+        at_most(level, ZERO, high, is_below);
+        at_most(ZERO, level, -low, is_above);
+        if index == 0 {
+            at_most(level, ZERO, bounds.start.1, false);
+            at_most(ZERO, level, -bounds.start.0, false);
+        }
         let as_now = if is_charging { Since::Charged } else { Since::Drained };
         if index > 0 {
             since = since.and(is_charging);
@@ -100,7 +107,9 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
                         at_most(at_tick, level, -bounds.rates.charge, false);
                     }
                 }
-                Since::Mixed => at_most(at_tick, level, bounds.rates.drain, false),
+                Since::Mixed => {
+                    (at_tick..=previous).for_each(|earlier| at_most(earlier, level, bounds.rates.drain, false));
+                }
             }
         }
         if is_tick || index == 0 {

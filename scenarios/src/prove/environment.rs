@@ -90,8 +90,9 @@ struct State {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Charge {
     level: Class,
-    /// The level at the last tick.
-    at_tick: Class,
+    /// The level at the last tick or, if it was both charged and drained since then, the highest since then: it has
+    /// lost no more than a tick's drain from there.
+    reference: Class,
     is_charging: bool,
     /// What it has done since the last tick.
     since: Since,
@@ -110,20 +111,21 @@ pub(super) enum Since {
 
 impl State {
     fn encoded(self) -> EnvironmentState {
-        let Charge { level, at_tick, is_charging, since } = self.charge;
+        let Charge { level, reference, is_charging, since } = self.charge;
         let at = self.at.map_or(-1, |at| at as i64);
         let since = [Since::Drained, Since::Charged, Since::Mixed].iter().position(|one| *one == since).unwrap_or(0);
         let [has_begun, is_charging] = [self.has_begun, is_charging].map(i64::from);
-        let level = [level as i64, at_tick as i64, is_charging, since as i64];
+        let level = [level as i64, reference as i64, is_charging, since as i64];
         [has_begun, at, self.elapsed].into_iter().chain(level).collect()
     }
 
     fn decoded(numbers: &[i64]) -> Self {
-        let &[has_begun, at, elapsed, level, at_tick, is_charging, since, ..] = numbers else {
+        let &[has_begun, at, elapsed, level, reference, is_charging, since, ..] = numbers else {
             unreachable!("states are encoded by `encoded`");
         };
         let since = [Since::Drained, Since::Charged, Since::Mixed][since as usize];
-        let charge = Charge { level: level as Class, at_tick: at_tick as Class, is_charging: is_charging == 1, since };
+        let charge =
+            Charge { level: level as Class, reference: reference as Class, is_charging: is_charging == 1, since };
         Self { has_begun: has_begun == 1, at: Spot::try_from(at).ok(), elapsed, charge }
     }
 }
@@ -310,16 +312,16 @@ impl Battery {
     /// The possible classes of the level at an instant.
     fn levels_after(&self, bounds: &Bounds, state: State, is_charging: bool, instant: Instant) -> Vec<Class> {
         let Bounds { rates: Rates { drain, charge }, start, .. } = *bounds;
-        let Charge { level, at_tick, since, .. } = state.charge;
+        let Charge { level, reference, since, .. } = state.charge;
         if !state.has_begun {
             return (self.levels.class(start.0)..=self.levels.class(start.1)).collect();
         }
         // A battery that is charged throughout a tick gains at least `charge`.
         let gain = if instant == Instant::Tick { charge } else { 0 };
-        match (since.and(is_charging), instant) {
-            (Since::Drained, _) => self.levels.reached(at_tick, -drain..=0).filter(|class| *class <= level).collect(),
-            (Since::Charged, _) => self.levels.reached(at_tick, gain..=FULL).filter(|class| *class >= level).collect(),
-            (Since::Mixed, _) => self.levels.reached(at_tick, -drain..=FULL).collect(),
+        match since.and(is_charging) {
+            Since::Drained => self.levels.reached(reference, -drain..=0).filter(|class| *class <= level).collect(),
+            Since::Charged => self.levels.reached(reference, gain..=FULL).filter(|class| *class >= level).collect(),
+            Since::Mixed => self.levels.reached(reference.max(level), -drain..=FULL).collect(),
         }
     }
 }
@@ -339,9 +341,11 @@ impl Charge {
     fn after(self, has_begun: bool, level: Class, is_charging: bool, instant: Instant) -> Self {
         let as_now = if is_charging { Since::Charged } else { Since::Drained };
         if instant == Instant::Tick || !has_begun {
-            return Self { level, at_tick: level, is_charging, since: as_now };
+            return Self { level, reference: level, is_charging, since: as_now };
         }
-        Self { level, is_charging, since: self.since.and(is_charging), ..self }
+        let since = self.since.and(is_charging);
+        let highest = self.reference.max(self.level).max(level);
+        Self { level, reference: if since == Since::Mixed { highest } else { self.reference }, is_charging, since }
     }
 }
 

@@ -28,6 +28,8 @@ pub(crate) type Class = usize;
 pub(crate) struct Levels {
     /// The points, from 0 to [`FULL`].
     points: Vec<Micros>,
+    /// The points with which something is compared.
+    compared: BTreeSet<Micros>,
     /// The maximum distance of a representative level from the end of its class, in percent.
     inside_pct: f64,
 }
@@ -75,7 +77,8 @@ impl Levels {
         }
         let drain = rates.map_or(0, |rates| rates.drain);
         let inside_pct = if drain > 0 { drain as f64 / 2e6 } else { 100.0 };
-        (2 * all.len() <= MOST).then(|| Self { points: all.into_iter().collect(), inside_pct })
+        let compared = thresholds.clone();
+        (2 * all.len() <= MOST).then(|| Self { points: all.into_iter().collect(), compared, inside_pct })
     }
 
     /// The same classes, divided until each class is reached from either all levels of another or none of them. `None`
@@ -93,7 +96,7 @@ impl Levels {
                 return None;
             }
         }
-        Some(Self { points: all.into_iter().collect(), ..*self })
+        Some(Self { points: all.into_iter().collect(), ..self.clone() })
     }
 
     /// How many classes there are.
@@ -112,6 +115,22 @@ impl Levels {
     /// The lowest and the highest level of a class. An interval only approaches them.
     pub(super) fn ends(&self, class: Class) -> (Micros, Micros) {
         (self.points[class / 2], self.points[class.div_ceil(2)])
+    }
+
+    /// The levels that no machine, property or battery tells apart from those of a class, as a lowest and a highest
+    /// level, and whether they only approach these. `full_from` is the level from which charging may end.
+    pub(super) fn alike(&self, class: Class, full_from: Micros) -> [(Micros, bool); 2] {
+        let (low, high) = self.ends(class);
+        let is_open = low != high;
+        let is_compared = |level: Micros| level == full_from || self.compared.contains(&level);
+        // A full battery is the only one that charging leaves as it is.
+        if !is_open && (is_compared(low) || low == FULL) {
+            return [(low, false), (low, false)];
+        }
+        let points = || self.compared.iter().copied().chain([full_from]);
+        let below = points().filter(|point| *point < high && *point <= low).max();
+        let above = points().filter(|point| *point > low && *point >= high).min();
+        [below.map_or((0, false), |low| (low, true)), above.map_or((FULL, true), |high| (high, true))]
     }
 
     /// A level that represents the class, in percent: the point, the middle of the interval, or a level near the
@@ -201,6 +220,24 @@ mod tests {
             assert!(range.contains(&class(next)), "{level} to {next}");
             level = if step % 500 == 499 { f64::from(step % 97) } else { (next * 1e6).round() / 1e6 };
         }
+    }
+
+    #[test]
+    fn levels_are_alike_if_they_are_compared_alike() {
+        let levels = levels(&[20.0, 30.0], 1.0, 0.0);
+        let alike = |percent: f64| {
+            let class = levels.class(micros(percent).expect("few decimals"));
+            levels.alike(class, 95_000_000).map(|(level, is_approached)| (level / 1_000_000, is_approached))
+        };
+        assert_eq!(alike(20.0), [(20, false), (20, false)]);
+        assert_eq!(alike(95.0), [(95, false), (95, false)], "charging may end from here on");
+        assert_eq!(alike(100.0), [(100, false), (100, false)]);
+        // The rungs at 28 % and at 29 %, and the empty battery, are compared with nothing.
+        for level in [28.0, 28.5, 29.0] {
+            assert_eq!(alike(level), [(20, true), (30, true)], "{level} %");
+        }
+        assert_eq!([alike(0.0), alike(7.0)], [[(0, false), (20, true)]; 2]);
+        assert_eq!(alike(97.0), [(95, true), (100, true)]);
     }
 
     #[test]
