@@ -144,6 +144,21 @@ fn a_battery_can_have_the_levels_of_a_run_with_a_fault() {
     assert!(levels.len() > 10 && levels.windows(2).all(|pair| pair[0] - pair[1] <= 1.0 + 1e-9), "{levels:?}");
 }
 
+#[test]
+fn a_run_that_takes_longer_than_the_scenario_allows_is_followed_to_its_end() {
+    let folder = tempdir().expect("a folder");
+    let sets = ["prove.trips.ticks=10", "execution.max_time_s=5", "prove.expect.phi1=violated"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let all = proved(folder.path(), &[&["nominal", "--property", "phi1", "--replay"], &sets[..]].concat());
+    assert_eq!(all["properties"][0]["physics"]["violated_at_tick"], 13, "{all:#}");
+    for file in ["counterexample.toml", "physics.toml"] {
+        let file = folder.path().join("phi1").join(file);
+        let out = folder.path().join("out");
+        let run = ["run", file.to_str().expect("a path"), "--no-snapshots", "--out", out.to_str().expect("a path")];
+        assert_eq!(steward(&run).status.code(), Some(0), "{}", file.display());
+    }
+}
+
 /// The levels that are read in a run.
 fn levels(run: &Value) -> Vec<f64> {
     let steps = run["steps"].as_array().expect("steps").iter();
@@ -173,7 +188,11 @@ fn an_interrupted_proof_reports_its_progress() {
     let mut said = String::new();
     stdout.read_to_string(&mut said).expect("text");
     assert_eq!(child.wait().expect("it ends").code(), Some(130), "{said}");
-    assert!(said.contains("! phi3 is not decided: explored ") && said.contains(" states to depth "), "{said}");
+    assert!(
+        said.contains("! phi3 is not decided: the search was interrupted. It explored ")
+            && said.contains(" states to depth "),
+        "{said}"
+    );
 }
 
 #[test]

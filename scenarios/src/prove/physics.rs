@@ -53,7 +53,9 @@ impl Proof {
             return Ok(None);
         }
         let told = self.told(answer, run)?;
-        let overrides = self.realized(run, &told);
+        let end = duration(run) + LONGER;
+        let mut overrides = self.realized(run, &told);
+        overrides.extend(self.long_enough(end));
         let all: Vec<String> = self.scenario.origin.overrides.iter().chain(&overrides).cloned().collect();
         let scenario = Scenario::load_for_proof(found, &all)?;
         let mut live = Live::new(scenario.into(), self.scenario.file.seed, true)?;
@@ -61,7 +63,6 @@ impl Proof {
         let watched = live.properties().position(|name| name == question.property);
         let mut expected = self.after_ticks(answer, run)?.into_iter();
         let mut difference = None;
-        let end = duration(run) + LONGER;
         while live.time() < end {
             live.step()?;
             let Some(tick) = live.events().iter().find(|event| event.kind == EventKind::Tick).map(|event| event.tick)
@@ -179,7 +180,8 @@ fn before(time: Duration) -> f64 {
     time.saturating_sub(STEP).as_secs_f64()
 }
 
-fn duration(run: &Path) -> Duration {
+/// How long a run takes.
+pub(super) fn duration(run: &Path) -> Duration {
     let waits = run.steps().iter().map(|step| if let PathStep::Wait(span) = step { *span } else { Duration::ZERO });
     waits.sum()
 }

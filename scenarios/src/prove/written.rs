@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use channels::ChannelSystem;
 use diagnostics::Staging;
@@ -9,6 +10,7 @@ use explorer::{Path as Run, PathStep};
 use monitors::Outcome;
 
 use super::faults::{self, Change};
+use super::physics::duration;
 use super::{Answer, Physical, Proof, Question};
 use crate::Error;
 use crate::driven::DriverData;
@@ -75,7 +77,7 @@ impl Proof {
     /// The scenario that follows the schedule.
     fn counterexample(&self, about: &str, answer: &Answer, run: &Run) -> Result<String, Error> {
         let mut text = format!("# It follows {SCHEDULE}, without physics: see docs/src/how-to/prove.md.\n");
-        text += &self.based_on_it(about, &[]);
+        text += &self.based_on_it(about, &self.long_enough(duration(run) + self.scenario.file.execution.tick));
         // Writing to a string cannot fail.
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
         for (watched, monitor) in self.monitoring.monitors() {
@@ -86,6 +88,12 @@ impl Proof {
             let _ = writeln!(text, "expect.{} = {}", quoted(&watched.name), quoted(outcome.name()));
         }
         Ok(text)
+    }
+
+    /// What must be set so that a run may take this long.
+    pub(super) fn long_enough(&self, time: Duration) -> Vec<String> {
+        let is_longer = time > self.scenario.file.execution.max_time;
+        is_longer.then(|| format!("execution.max_time_s = {}", time.as_secs_f64())).into_iter().collect()
     }
 
     /// Writes the scenario that also violates a property in the simulation.
