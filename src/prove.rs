@@ -13,8 +13,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use campaigns::Error;
-use clap::Args;
-use explorer::{Limits, Outcome};
+use clap::{Args, ValueEnum};
+use explorer::{Limits, Order, Outcome};
 use reports::junit::{self, Suite};
 use scenarios::Complaints;
 use scenarios::prove::{Proof, Question};
@@ -27,7 +27,7 @@ use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, say};
-use crate::progress::ProofBar;
+use crate::progress::{ProgressForm, ProofProgress};
 use crate::run::select::select;
 
 /// What to prove, and how.
@@ -45,6 +45,15 @@ pub(crate) struct ProveArgs {
     /// How much memory the proof of a property may take, in MiB [default: what `[prove]` says, or 2048]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     memory: Option<u64>,
+    /// How many states the proof of a property may visit, over all its rounds [default: what `[prove]` says, or
+    /// 20000000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    states: Option<u64>,
+    /// Which state is explored next: breadth first finds shortest runs, depth first finds violations that take many
+    /// steps sooner, on one thread
+    #[arg(long, value_enum, default_value = "breadth", conflicts_with = "mutants", hide_possible_values = true)]
+    #[arg(value_name = "breadth|depth")]
+    order: SearchOrder,
     /// How many threads explore; the result does not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
     threads: Option<u64>,
@@ -75,9 +84,28 @@ pub(crate) struct ProveArgs {
     /// Prints the results as JSON instead of text; for several scenarios, an array
     #[arg(long)]
     json: bool,
+    /// The form in which stderr shows the progress
+    #[arg(long, value_enum, default_value = "text", conflicts_with = "quiet")]
+    progress: ProgressForm,
     /// Shows no progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// Which state a proof explores next.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SearchOrder {
+    Breadth,
+    Depth,
+}
+
+impl From<SearchOrder> for Order {
+    fn from(order: SearchOrder) -> Self {
+        match order {
+            SearchOrder::Breadth => Self::Breadth,
+            SearchOrder::Depth => Self::Depth,
+        }
+    }
 }
 
 /// Proves what the arguments request. Exit status 1 if something is not as expected.
@@ -140,7 +168,7 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
         if !args.json {
             say(table::head(&proof))?;
         }
-        let mutants = Mutants::of(proof, &limits, args.quiet || args.json, stop)?;
+        let mutants = Mutants::of(proof, &limits, args.quiet, stop)?;
         if !args.json {
             say(mutants.in_words())?;
         }
@@ -178,7 +206,9 @@ impl ProveArgs {
         let threads = self.threads.or(said.threads).and_then(|threads| usize::try_from(threads).ok());
         Limits {
             memory: usize::try_from(memory).unwrap_or(usize::MAX),
+            visits: self.states.unwrap_or(said.states),
             threads: threads.unwrap_or_else(batch::threads),
+            order: self.order.into(),
             stop: Some(stop),
             ..Limits::default()
         }
@@ -194,9 +224,9 @@ impl ProveArgs {
         let limits = self.limits(proof, stop);
         #[expect(clippy::disallowed_methods, reason = "a proof does not depend on the computer's clock")]
         let began = Instant::now();
-        let bar = ProofBar::new(self.quiet || self.json, &question.property);
-        let answer = proof.prove(question, &limits, &mut |progress| bar.show(progress));
-        bar.finish();
+        let mut shown = ProofProgress::new((!self.quiet).then_some(self.progress), &question.property);
+        let answer = proof.prove(question, &limits, &mut |round| shown.show(round));
+        shown.finish();
         let answer = answer?;
         if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
             let monitor = proof.monitor(question);

@@ -82,7 +82,59 @@ fn without_enough_memory_nothing_is_decided() {
     assert_eq!(results(&proof(1, &tight)), [("phi1", "not decided")]);
     let output = steward(&[&["prove"], &tight[..]].concat());
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("! phi1 is not decided: explored "), "{said}");
+    assert!(said.contains("! phi1 is not decided: memory ran out. It explored "), "{said}");
+}
+
+#[test]
+fn a_budget_of_states_leaves_a_property_open_and_the_others_are_still_tried() {
+    let little = ["nominal", "--states", "40000"];
+    let open = proof(1, &little);
+    assert_eq!(
+        results(&open)[..],
+        [("phi1", "not decided"), ("phi2", "not decided"), ("phi3", "not decided"), ("progress", "proved")]
+    );
+    let phi1 = &open["properties"][0];
+    assert_eq!(phi1["limit"], "the limit of visited states was reached");
+    let rounds = phi1["rounds"].as_array().expect("rounds");
+    let visited: u64 = rounds.iter().filter_map(|round| round["visited_states"].as_u64()).sum();
+    assert!(rounds.len() == 1 && (40_000..45_000).contains(&visited), "{phi1}");
+    let said = String::from_utf8_lossy(&steward(&[&["prove"], &little[..]].concat()).stdout).into_owned();
+    assert!(said.contains("! phi1 is not decided: the limit of visited states was reached. It explored 4"), "{said}");
+    assert!(said.contains("`--states` allows more"), "{said}");
+}
+
+#[test]
+fn programs_can_follow_the_progress() {
+    let output = steward(&["prove", "nominal", "--property", "phi1", "--progress", "json", "--json"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let first: Value = serde_json::from_str(said.lines().next().expect("a line")).expect("an object");
+    assert_eq!((&first["property"], &first["round"], &first["reduced"]), (&"phi1".into(), &1.into(), &false.into()));
+    assert!(first["visited_states"].as_u64().is_some_and(|states| states > 0), "{first}");
+}
+
+#[test]
+fn a_violation_that_takes_many_steps_is_found_depth_first() {
+    let long = ["nominal", "--property", "phi1", "--set", "prove.trips.ticks=10", "--order", "depth"];
+    let found = proof(1, &long);
+    assert_eq!(results(&found), [("phi1", "violated")]);
+    assert_eq!(found["properties"][0]["run"]["replayed"], true);
+}
+
+/// All levels of a class would count as the same one, and these properties as proved.
+#[test]
+fn a_property_that_remembers_a_level_or_computes_with_it_is_refused() {
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join("levels.scope");
+    let channel = "BatteryReader, BatteryLevel";
+    for condition in [
+        format!("always (({channel}, m[2] as x and m[2] > 30 and m[2] < 100) implies next ({channel}, m[2] = x))"),
+        format!("always not ({channel}, m[2] * 2 > 80 and m[2] * 2 < 100)"),
+    ] {
+        std::fs::write(&file, format!("property levels := {condition}\n")).expect("room for a file");
+        let properties = format!("properties=['{}']", file.display());
+        let said = refusal(&["prove", "nominal", "--set", &properties, "--set", "prove={}"]);
+        assert!(said.contains("the property levels remembers a level or computes with it"), "{said}");
+    }
 }
 
 #[test]

@@ -21,7 +21,10 @@ use std::sync::Arc;
 
 use channels::{ChannelId, ChannelSystem, Monitor};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
-use explorer::{Environment, Exploration, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Refused, Ticks};
+use explorer::{
+    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
+    Ticks,
+};
 use monitors::scope_monitor;
 use robot::Streams;
 
@@ -86,6 +89,8 @@ pub struct Answer {
     pub model: Model,
     /// What was found. If a run violates a property, its levels are possible for a battery.
     pub exploration: Exploration,
+    /// All searches that led to the answer.
+    pub rounds: Vec<Round>,
     /// Whether no battery can have the levels of the run, however finely they are distinguished.
     pub is_spurious: bool,
     /// What never happens, if everything was explored without a property.
@@ -93,14 +98,35 @@ pub struct Answer {
     subject: Subject,
 }
 
+/// A search for the answer. Another one follows if no battery can have the levels of the run that it found, with more
+/// classes of levels; or if memory ran out, with fewer stored states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// Its number, from 1.
+    pub number: usize,
+    /// How many classes of the battery's levels it distinguishes.
+    pub levels: Option<usize>,
+    /// How far it got.
+    pub progress: Progress,
+}
+
 impl Answer {
+    /// The limit that kept it from being decided.
+    #[must_use]
+    pub fn limit(&self) -> Option<Limit> {
+        match self.exploration.outcome {
+            Outcome::Undecided(limit) => Some(limit),
+            _ => None,
+        }
+    }
+
     /// The result as an outcome that can be expected; `None` if there is none.
     #[must_use]
     pub fn outcome(&self) -> Option<ProofOutcome> {
         let proved_if = |holds| if holds { ProofOutcome::Proved } else { ProofOutcome::Violated };
         match (self.subject, &self.exploration.outcome) {
             _ if self.is_spurious => None,
-            (_, Outcome::Undecided) => None,
+            (_, Outcome::Undecided(_)) => None,
             (Subject::AllReached, _) => self.unreached.as_ref().map(|unreached| proved_if(unreached.is_empty())),
             (Subject::Monitor(_), Outcome::Endless(_)) => None,
             (_, outcome) => Some(proved_if(matches!(outcome, Outcome::Proved))),
@@ -157,7 +183,8 @@ impl Proof {
         }
     }
 
-    /// Explores everything until the property is decided.
+    /// Explores everything until the property is decided. The limits hold for each search, but the limit of visits for
+    /// all of them together.
     ///
     /// # Errors
     /// [`Error::BadInput`] if the number of states has no bound, with the process that causes this.
@@ -165,14 +192,24 @@ impl Proof {
         &self,
         question: &Question,
         limits: &Limits,
-        progress: &mut dyn FnMut(&Progress),
+        progress: &mut dyn FnMut(&Round),
     ) -> Result<Answer, Error> {
         let monitor = self.monitor(question);
         let mut battery = if self.ids.robot.is_some() { self.battery(monitor)? } else { None };
+        let mut limits = limits.clone();
+        let mut rounds: Vec<Round> = Vec::new();
         loop {
             let coverage = Arc::new(Coverage::new(self.scenario.tree.as_ref(), &self.system));
             let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
-            let mut exploration = explorer::explore(&model, monitor, limits, progress).map_err(refused)?;
+            let levels = battery.as_ref().map(|battery| battery.levels.len());
+            let first = rounds.len() + 1;
+            let round = |progress: &Progress| {
+                let is_second = limits.reduction == Reduction::WhenNeeded && progress.is_reduced;
+                Round { number: first + usize::from(is_second), levels, progress: *progress }
+            };
+            let explored = explorer::explore(&model, monitor, &limits, &mut |now| progress(&round(now)));
+            let mut exploration = explored.map_err(refused)?;
+            rounds.extend(exploration.earlier.iter().chain([&exploration.progress]).map(round));
             let mut is_spurious = false;
             if let Outcome::Violated(path) = &mut exploration.outcome
                 && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
@@ -182,15 +219,17 @@ impl Proof {
                     None => {
                         if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
                             *levels = refined;
+                            let visited = exploration.earlier.map_or(0, |earlier| earlier.visited);
+                            limits.visits = limits.visits.saturating_sub(visited + exploration.progress.visited).max(1);
                             continue;
                         }
                         is_spurious = true;
                     }
                 }
             }
-            let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided);
+            let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided(_));
             let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
-            return Ok(Answer { model, exploration, is_spurious, unreached, subject: question.subject });
+            return Ok(Answer { model, exploration, rounds, is_spurious, unreached, subject: question.subject });
         }
     }
 

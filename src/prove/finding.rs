@@ -1,8 +1,8 @@
 //! The findings: as text, as a test case, and as JSON.
 
-use explorer::Outcome;
+use explorer::{Limit, Outcome};
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Answer, Physical, Proof, Question, Subject, Unreached};
+use scenarios::prove::{Answer, Physical, Proof, Question, Round, Subject, Unreached};
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
@@ -43,7 +43,8 @@ impl Finding {
             Outcome::Endless(_) => "endless",
             Outcome::Deadlock(_) => "deadlock",
             Outcome::Livelock(_) => "livelock",
-            Outcome::Undecided => "not decided",
+            Outcome::Undecided(Limit::Stop) => "interrupted",
+            Outcome::Undecided(_) => "not decided",
         }
     }
 
@@ -53,15 +54,34 @@ impl Finding {
         if self.is_as_expected() {
             return None;
         }
-        let explorer::Progress { states, depth, .. } = self.answer.exploration.progress;
-        Some(match self.answer.exploration.outcome {
+        Some(match self.answer.limit() {
             _ if self.answer.is_spurious => {
                 format!("{property} is not decided: no battery can have the levels of this run")
             }
-            Outcome::Undecided => format!("{property} is not decided: explored {states} states to depth {depth}"),
-            _ => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
+            Some(limit) => format!("{property} is not decided: {}", open(&self.answer, limit)),
+            None => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
         })
     }
+}
+
+/// Why an answer is open: each of its rounds, and what would help.
+fn open(answer: &Answer, limit: Limit) -> String {
+    let round = |Round { levels, progress, .. }: &Round| {
+        let levels = levels.filter(|_| answer.rounds.iter().any(|other| other.levels != *levels));
+        let levels = levels.map_or_else(String::new, |levels| format!(", with {levels} classes of levels"));
+        let reduced = if progress.is_reduced { ", storing only states with a choice" } else { "" };
+        format!("{} states to depth {}{levels}{reduced}", progress.visited, progress.depth)
+    };
+    let rounds: Vec<String> = answer.rounds.iter().map(round).collect();
+    let help = match limit {
+        Limit::Stop => "",
+        Limit::Memory => "; `--memory` allows more, narrower assumptions in `[prove]` need less",
+        Limit::Visits => {
+            "; `--states` allows more, narrower assumptions in `[prove]` need fewer, and `--order depth` \
+                          may find a long violation sooner"
+        }
+    };
+    format!("{limit}. It explored {}{help}", rounds.join("; then "))
 }
 
 /// Everything that never happens, one item per line, with its location.
@@ -99,12 +119,23 @@ impl Findings {
             json!({ "kind": kind.name(), "words": words, "file": file, "line": line })
         };
         let of = |finding: &Finding| {
-            let explorer::Progress { states, quiet, depth, memory } = finding.answer.exploration.progress;
+            let explorer::Progress { states, quiet, depth, memory, .. } = finding.answer.exploration.progress;
+            let round = |Round { levels, progress, .. }: &Round| {
+                json!({
+                    "levels": levels,
+                    "reduced": progress.is_reduced,
+                    "states": progress.states,
+                    "visited_states": progress.visited,
+                    "depth": progress.depth,
+                })
+            };
             json!({
                 "property": finding.question.property,
                 "result": finding.word(),
                 "expected": finding.question.expected.name(),
                 "as_expected": finding.is_as_expected(),
+                "limit": finding.answer.limit().map(|limit| limit.to_string()),
+                "rounds": finding.answer.rounds.iter().map(round).collect::<Vec<_>>(),
                 "states": states,
                 "quiet_states": quiet,
                 "transitions": finding.answer.exploration.transitions,

@@ -86,7 +86,7 @@ impl Mutants {
             Ok(is_proved.then(|| Mutex::new(answer)))
         };
         let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
-        let bar = Bar::new(silent, "mutants");
+        let bar = Bar::new(silent, "mutants").or_lines(silent);
         let mut fates = Vec::with_capacity(mutants.len());
         batch::in_order(
             0..mutants.len() as u64,
@@ -268,7 +268,7 @@ fn outcome(about: &Proof, question: &Question, effort: Effort, limits: &Limits) 
     let search = |order| {
         let answer = about.prove(question, &Limits { order, memory, ..limits.clone() }, &mut |_| ());
         let answer = answer.map_err(|error| open(error.reasons(), false))?;
-        let is_full = matches!(answer.exploration.outcome, Outcome::Undecided);
+        let is_full = answer.limit().is_some();
         answer.outcome().ok_or_else(|| open(undecided(&answer), is_full))
     };
     match search(Order::Depth) {

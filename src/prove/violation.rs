@@ -58,7 +58,7 @@ impl Violation {
             Outcome::Endless(path) => (path, "is violated: messages pile up without end"),
             Outcome::Deadlock(path) => (path, "is violated: the tree takes no further tick, and nothing else happens"),
             Outcome::Livelock(path) => (path, "is violated: processes communicate forever within a tick"),
-            Outcome::Proved | Outcome::Undecided => return Ok(None),
+            Outcome::Proved | Outcome::Undecided(_) => return Ok(None),
         };
         let mut replay = path.replay(&answer.model, monitor).map_err(|error| {
             let help = "this is a bug in steward: please report it, with the scenario";

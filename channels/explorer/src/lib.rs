@@ -94,4 +94,4 @@ pub use error::Refused;
 pub use model::{Closed, Damage, Environment, EnvironmentState, Instant, MessageFaults, Model, Move, Onlooker, Ticks};
 pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError, Update};
 pub use promela::{NotExported, Promela, promela};
-pub use search::{Exploration, Limits, Order, Outcome, Progress, Reduction, explore};
+pub use search::{Exploration, Limit, Limits, Order, Outcome, Progress, Reduction, explore};

@@ -15,6 +15,8 @@ pub(crate) struct Passage {
     pub(crate) changes: Vec<Change>,
     slots: Vec<u32>,
     successors: Successors,
+    /// How many states it has passed through since this was last set to 0.
+    pub(crate) passed: u32,
 }
 
 impl Passage {
@@ -29,7 +31,7 @@ impl Passage {
         changes: &[Change],
         mut visit: impl FnMut(&[u32], &Label),
     ) -> Result<Fate, Gap> {
-        let Self { slots, successors, .. } = self;
+        let Self { slots, successors, passed, .. } = self;
         slots.clear();
         slots.extend_from_slice(from);
         apply(slots, changes);
@@ -43,6 +45,7 @@ impl Passage {
                 break;
             }
             visit(slots, successors.label(0));
+            *passed += 1;
             fate = successors.fate(0);
             apply(slots, successors.changes(0));
         }

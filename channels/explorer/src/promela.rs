@@ -17,7 +17,7 @@ use channels::{Envelope, Monitor, Verdict};
 use crate::error::Refused;
 use crate::local::{Local, Step, UNKNOWN, entry};
 use crate::model::Model;
-use crate::search::{Limits, Progress, find_all};
+use crate::search::{Limit, Limits, Progress, find_all};
 use crate::semantics::Semantics;
 use crate::tables::{ENDLESS, Tables, Transit};
 
@@ -38,10 +38,12 @@ pub enum NotExported {
     #[error(transparent)]
     Refused(#[from] Refused),
     /// Not all states were found.
-    #[error("memory ran out after {states} states, and an export needs all of them")]
-    OutOfMemory {
+    #[error("{limit} after {states} states, and an export needs all of them")]
+    Incomplete {
         /// The number of states that were found.
         states: u64,
+        /// What ended the search.
+        limit: Limit,
     },
     /// Promela counts with 32 bits.
     #[error("times of up to {longest:?} are multiples of no more than {unit:?}: too many for Promela's integers")]
@@ -69,8 +71,8 @@ pub fn promela(
 ) -> Result<Promela, NotExported> {
     let found = find_all(model, property, limits, progress)?;
     let states = found.states;
-    if !found.is_complete {
-        return Err(NotExported::OutOfMemory { states });
+    if let Some(limit) = found.limit {
+        return Err(NotExported::Incomplete { states, limit });
     }
     let period = model.ticks.map(|ticks| ticks.period);
     let unit = unit(&found.semantics.tables, period.into_iter().chain([found.semantics.hold]))?;

@@ -22,6 +22,9 @@ use crate::tables::{Gap, Tables};
 pub struct Limits {
     /// The memory that states and tables may take, in bytes.
     pub memory: usize,
+    /// How many states may be visited. It is counted after each batch of states, on any number of threads in the same
+    /// way, and thus exceeded by at most one batch.
+    pub visits: u64,
     /// The number of threads. The result does not depend on it.
     pub threads: usize,
     /// Whether to leave out equivalent runs, and states with a single successor.
@@ -65,7 +68,8 @@ pub enum Order {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 4 << 30, threads: 1, reduction: Reduction::default(), order: Order::default(), stop: None }
+        let (reduction, order) = (Reduction::default(), Order::default());
+        Self { memory: 4 << 30, visits: u64::MAX, threads: 1, reduction, order, stop: None }
     }
 }
 
@@ -74,12 +78,18 @@ impl Default for Limits {
 pub struct Progress {
     /// The states stored so far.
     pub states: u64,
+    /// The states visited so far: those whose successors are known, and those that were passed through.
+    pub visited: u64,
     /// How many of them are quiet: nothing happens before time passes.
     pub quiet: u64,
     /// The number of the current layer; depth first, the length of the longest run so far.
     pub depth: u64,
     /// The memory taken, in bytes.
     pub memory: usize,
+    /// Whether states with a single successor are passed through.
+    pub is_reduced: bool,
+    /// Whether all states are known. Without a property, cycles are searched for then.
+    pub is_complete: bool,
 }
 
 /// The result of a search.
@@ -89,6 +99,9 @@ pub struct Exploration {
     pub outcome: Outcome,
     /// The progress at the end.
     pub progress: Progress,
+    /// The progress at the end of the search before this one, if that ran out of memory: see
+    /// [`Reduction::WhenNeeded`].
+    pub earlier: Option<Progress>,
     /// The number of transitions between states.
     pub transitions: u64,
     pub(crate) tables: Tables,
@@ -108,8 +121,22 @@ pub enum Outcome {
     /// In this run, processes communicate forever before time passes: the [steps at its end](Path::cycle) lead back to
     /// where they began.
     Livelock(Path),
-    /// There was not enough memory to decide, or the search was stopped.
-    Undecided,
+    /// The search reached this limit before it could decide.
+    Undecided(Limit),
+}
+
+/// What ended a search that did not decide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Limit {
+    /// [`Limits::memory`], or the largest number of states that can be told apart.
+    #[error("memory ran out")]
+    Memory,
+    /// [`Limits::visits`].
+    #[error("the limit of visited states was reached")]
+    Visits,
+    /// [`Limits::stop`].
+    #[error("the search was interrupted")]
+    Stop,
 }
 
 impl Exploration {
@@ -140,9 +167,11 @@ pub fn explore(
 ) -> Result<Exploration, Refused> {
     let found = search(model, property, limits, limits.reduction == Reduction::On, progress)?;
     match found.outcome {
-        Outcome::Undecided if limits.reduction == Reduction::WhenNeeded && !limits.is_stopped() => {
+        Outcome::Undecided(Limit::Memory) if limits.reduction == Reduction::WhenNeeded => {
+            let earlier = found.progress;
             drop(found);
-            search(model, property, limits, true, progress)
+            let rest = Limits { visits: limits.visits.saturating_sub(earlier.visited), ..limits.clone() };
+            Ok(Exploration { earlier: Some(earlier), ..search(model, property, &rest, true, progress)? })
         }
         _ => Ok(found),
     }
@@ -162,7 +191,7 @@ fn search(
         Verdict::Inconclusive if property.is_some() && limits.order == Order::Depth => search.run_deep(progress)?,
         Verdict::Inconclusive => search.run(progress)?,
     };
-    Ok(search.conclude(end, property.is_some()))
+    Ok(search.conclude(end, property.is_some(), progress))
 }
 
 /// All states of a model, with everything computed about them.
@@ -170,8 +199,8 @@ pub(crate) struct AllStates {
     pub(crate) semantics: Semantics,
     pub(crate) start: Vec<u32>,
     pub(crate) states: u64,
-    /// Whether the search neither ran out of memory nor was stopped.
-    pub(crate) is_complete: bool,
+    /// What ended the search before it had found all states.
+    pub(crate) limit: Option<Limit>,
 }
 
 /// Finds all states, even if the property is violated in some of them.
@@ -183,19 +212,19 @@ pub(crate) fn find_all(
 ) -> Result<AllStates, Refused> {
     let mut search = Search { goes_on: true, ..Search::new(model, property, limits, false)? };
     let is_open = property.is_none_or(|property| property.verdict() == Verdict::Inconclusive);
-    let is_complete = !is_open || matches!(search.run(progress)?, End::Complete);
+    let end = if is_open { search.run(progress)? } else { End::Complete };
+    let limit = if let End::Incomplete(limit) = end { Some(limit) } else { None };
     let mut start = Vec::new();
     search.store.unpack(0, &mut start);
     let states = u64::from(search.store.len());
-    Ok(AllStates { semantics: search.semantics, start, states, is_complete })
+    Ok(AllStates { semantics: search.semantics, start, states, limit })
 }
 
 /// How a search ended.
 #[derive(Clone, Copy, Debug)]
 enum End {
     Complete,
-    /// Out of memory, or stopped.
-    Incomplete,
+    Incomplete(Limit),
     /// The successor of this state with this index is bad, or the state itself is if there is no index.
     Bad {
         from: Option<(u32, Option<u32>)>,
@@ -219,6 +248,7 @@ struct Search<'a> {
     /// The number of the first state of each layer.
     layers: Vec<u32>,
     quiet: u64,
+    visited: u64,
     transitions: u64,
     /// The quiet states in which a tick is lost, whatever the environment does.
     stuck: Vec<u32>,
@@ -247,6 +277,8 @@ struct Expanded {
     is_quiet: bool,
     is_stuck: bool,
     transitions: u32,
+    /// How many states were passed through on the way to its successors.
+    passed: u32,
     /// The first bad successor, or the state itself.
     bad: Option<(Option<u32>, Bad)>,
     /// Where its successors end.
@@ -318,17 +350,44 @@ impl<'a> Search<'a> {
             slots,
         };
         let (layers, stuck) = (vec![0], Vec::new());
-        let (quiet, transitions, goes_on, origins, deepest) = (0, 0, false, None, 0);
-        Ok(Self { semantics, store, limits, reduce, layers, quiet, transitions, stuck, goes_on, origins, deepest })
+        let (quiet, visited, transitions, goes_on, origins, deepest) = (0, 0, 0, false, None, 0);
+        Ok(Self {
+            semantics,
+            store,
+            limits,
+            reduce,
+            layers,
+            quiet,
+            visited,
+            transitions,
+            stuck,
+            goes_on,
+            origins,
+            deepest,
+        })
     }
 
     fn progress(&self) -> Progress {
         Progress {
             states: u64::from(self.store.len()),
+            visited: self.visited,
             quiet: self.quiet,
             depth: self.deepest.max(self.layers.len() as u64 - 1),
             memory: self.store.bytes() + self.semantics.tables.bytes(),
+            is_reduced: self.reduce,
+            is_complete: false,
         }
+    }
+
+    /// The limit that has been reached, if any.
+    fn reached(&self, now: &Progress) -> Option<Limit> {
+        let is_full = now.memory > self.limits.memory || self.store.len() > u32::MAX / 2;
+        let limits = [
+            (self.limits.is_stopped(), Limit::Stop),
+            (is_full, Limit::Memory),
+            (now.visited >= self.limits.visits, Limit::Visits),
+        ];
+        limits.into_iter().find_map(|(is_reached, limit)| is_reached.then_some(limit))
     }
 
     /// Searches layer by layer.
@@ -347,9 +406,11 @@ impl<'a> Search<'a> {
                 }
                 let now = self.progress();
                 progress(&now);
-                let is_full = now.memory > self.limits.memory || self.store.len() > u32::MAX / 2;
-                if is_full || self.limits.is_stopped() {
-                    return Ok(End::Incomplete);
+                // What ends with the last batch is complete.
+                if next < self.store.len()
+                    && let Some(limit) = self.reached(&now)
+                {
+                    return Ok(End::Incomplete(limit));
                 }
             }
             if self.store.len() > end_of_layer {
@@ -398,6 +459,7 @@ impl<'a> Search<'a> {
     fn expand(&self, number: u32, desk: &mut Desk, found: &mut Packed) -> Result<Expanded, Obstacle> {
         self.store.unpack(number, &mut desk.state);
         self.semantics.expand(&desk.state, &mut desk.successors)?;
+        desk.passage.passed = 0;
         let mut bad = None;
         for index in 0..desk.successors.len() {
             bad = self.follow(number, index, desk, found)?;
@@ -410,6 +472,7 @@ impl<'a> Search<'a> {
             is_quiet: desk.successors.is_quiet,
             is_stuck: self.semantics.is_stuck(&desk.state, &desk.successors),
             transitions: desk.successors.len() as u32,
+            passed: desk.passage.passed,
             bad,
             end: found.len(),
         })
@@ -460,6 +523,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             self.quiet += u64::from(expanded.is_quiet);
+            self.visited += 1 + u64::from(expanded.passed);
             self.stuck.extend(expanded.is_stuck.then_some(number));
             self.transitions += u64::from(expanded.transitions);
             self.store.insert(&harvest.found, found);
@@ -485,14 +549,15 @@ impl<'a> Search<'a> {
     }
 
     /// The answer.
-    fn conclude(self, end: End, has_property: bool) -> Exploration {
+    fn conclude(self, end: End, has_property: bool, progress: &mut dyn FnMut(&Progress)) -> Exploration {
         let end = match end {
-            End::Complete if !has_property => self.dead_end().unwrap_or(End::Complete),
+            End::Complete if !has_property => self.dead_end(progress).unwrap_or(End::Complete),
             end => end,
         };
+        let is_complete = matches!(end, End::Complete);
         let outcome = match end {
             End::Complete => Outcome::Proved,
-            End::Incomplete => Outcome::Undecided,
+            End::Incomplete(limit) => Outcome::Undecided(limit),
             End::Bad { from, kind } => {
                 let path = from.map_or_else(Path::default, |(number, index)| match kind {
                     Bad::Livelock => self.path_around(number),
@@ -506,7 +571,7 @@ impl<'a> Search<'a> {
                 }
             }
         };
-        let progress = self.progress();
-        Exploration { outcome, progress, transitions: self.transitions, tables: self.semantics.tables }
+        let progress = Progress { is_complete, ..self.progress() };
+        Exploration { outcome, progress, earlier: None, transitions: self.transitions, tables: self.semantics.tables }
     }
 }

@@ -8,7 +8,7 @@ use channels::{
     Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
     NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
 };
-use explorer::{Closed, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela};
+use explorer::{Closed, Limit, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela};
 
 /// Two processes with a channel from the first to the second.
 fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
@@ -52,7 +52,7 @@ fn a_counter_without_a_bound_is_refused() {
 fn a_search_ends_when_its_memory_runs_out() {
     let limits = Limits { memory: 5_000_000, reduction: Reduction::Off, ..Limits::default() };
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).expect("a finite model");
-    assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+    assert!(matches!(found.outcome, Outcome::Undecided(Limit::Memory)), "{:?}", found.outcome);
     assert!(found.progress.states > 100 && found.progress.depth > 100, "{:?}", found.progress);
 }
 
@@ -67,7 +67,8 @@ fn a_trillion_states_end_in_an_answer_within_the_memory_limit() {
         let (mut most, mut last) = (0, 0);
         let mut look = |progress: &Progress| (most, last) = (most.max(progress.memory), progress.states);
         let found = explore(&model, None, &limits, &mut look).expect("a finite model");
-        assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+        assert!(matches!(found.outcome, Outcome::Undecided(Limit::Memory)), "{:?}", found.outcome);
+        assert_eq!(found.earlier.is_some(), reduction == Reduction::WhenNeeded);
         assert!(found.progress.states > 300_000 && found.progress.depth > 5, "{:?}", found.progress);
         // The search ends with the batch in which memory runs out.
         assert!(most < 2 * limits.memory && last == found.progress.states, "{most} bytes");
@@ -81,8 +82,34 @@ fn a_stopped_search_says_how_far_it_got() {
     let mut stop_at_depth_50 = |progress: &Progress| STOP.store(progress.depth >= 50, Ordering::Relaxed);
     let found = explore(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut stop_at_depth_50);
     let found = found.expect("a finite model");
-    assert!(matches!(found.outcome, Outcome::Undecided), "{:?}", found.outcome);
+    assert!(matches!(found.outcome, Outcome::Undecided(Limit::Stop)), "{:?}", found.outcome);
     assert_eq!(found.progress.depth, 50, "{:?}", found.progress);
+}
+
+#[test]
+fn a_budget_of_visits_ends_all_searches_of_a_proof_on_any_number_of_threads_alike() {
+    let model = pair(|_| [counter(60_000), counter(60_000)]);
+    for reduction in [Reduction::Off, Reduction::On, Reduction::WhenNeeded] {
+        let found = |visits, threads| {
+            // With little memory, the second search gets what the first one has left.
+            let memory = if reduction == Reduction::WhenNeeded { 5_000_000 } else { usize::MAX };
+            let limits = Limits { visits, memory, reduction, threads, ..Limits::default() };
+            let found = explore(&model, None, &limits, &mut |_| ()).expect("a finite model");
+            let visited = found.progress.visited + found.earlier.map_or(0, |earlier| earlier.visited);
+            (matches!(found.outcome, Outcome::Undecided(Limit::Visits)), visited)
+        };
+        let (is_over, visited) = found(200_000, 1);
+        assert!(is_over && (200_000..200_000 + 4096 * 65).contains(&visited), "{reduction:?}: {visited}");
+        assert_eq!(found(200_000, 2), (is_over, visited));
+    }
+}
+
+#[test]
+fn a_search_that_needs_exactly_its_budget_is_complete() {
+    let model = pair(|_| [counter(9), silent()]);
+    let found = |visits| explore(&model, None, &Limits { visits, ..Limits::default() }, &mut |_| ()).expect("finite");
+    let visited = found(u64::MAX).progress.visited;
+    assert!(matches!(found(visited).outcome, Outcome::Proved));
 }
 
 /// A process that sends itself more and more work.
@@ -133,7 +160,7 @@ fn messages_that_pile_up_are_shown_by_a_run() {
 fn an_export_needs_all_states() {
     let limits = Limits { memory: 5_000_000, ..Limits::default() };
     let refused = promela(&pair(|_| [counter(60_000), silent()]), None, &limits, &mut |_| ()).unwrap_err();
-    assert!(matches!(refused, NotExported::OutOfMemory { states } if states > 100), "{refused}");
+    assert!(matches!(refused, NotExported::Incomplete { states, limit: Limit::Memory } if states > 100), "{refused}");
 }
 
 /// Nothing tells which of its states are alike.

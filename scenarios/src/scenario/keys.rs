@@ -4,7 +4,7 @@ use devices::DeviceKind;
 use serde_json::{Value, json};
 
 use super::component_entry::{Form, forms};
-use super::prove::MEMORY_MB;
+use super::prove::{MEMORY_MB, STATES};
 use crate::faults::KINDS;
 use crate::schema::{
     Key, flag, json_schema, list, number, one_of, or, plain, point, points, pose, scalar, seconds, some_seconds, table,
@@ -651,6 +651,11 @@ fn prove() -> Vec<Key> {
             "prove.memory_mb",
             "How much memory the proof of a property may take, in MiB.",
             or(with(whole(1), json!({ "maximum": 1 << 20 })), MEMORY_MB),
+        ),
+        Key::new(
+            "prove.states",
+            "How many states the proof of a property may visit, over all its rounds. Then it is not decided.",
+            or(with(whole(1), json!({ "maximum": 1_u64 << 40 })), STATES),
         ),
         Key::new(
             "prove.threads",

@@ -22,6 +22,8 @@ pub struct ProveEntry {
     pub expect: Vec<(Spanned<String>, ProofOutcome)>,
     /// How much memory the proof of a property may take, in bytes.
     pub memory_bytes: u64,
+    /// How many states the proof of a property may visit.
+    pub states: u64,
     /// How many threads explore; if not given, one per core.
     pub threads: Option<u64>,
     /// The battery.
@@ -176,12 +178,17 @@ pub struct StandIn {
 /// How much memory the proof of a property may use by default, in MiB.
 pub(super) const MEMORY_MB: u64 = 2048;
 
+/// How many states the proof of a property may visit by default. This takes about a minute on two cores, and at most
+/// half of [`MEMORY_MB`].
+pub(super) const STATES: u64 = 20_000_000;
+
 impl Default for ProveEntry {
     fn default() -> Self {
         Self {
             properties: Vec::new(),
             expect: Vec::new(),
             memory_bytes: MEMORY_MB << 20,
+            states: STATES,
             threads: None,
             battery: BatteryAssumption::Free,
             trips: TripAssumption::default(),
@@ -204,6 +211,7 @@ impl ProveEntry {
     pub(super) fn read(table: Table<'_>) -> Option<Self> {
         let Names(properties) = table.get("properties").or(Names(Vec::new()));
         let memory_mb = table.get::<u64>("memory_mb").within(1..=1 << 20).or(MEMORY_MB);
+        let states = table.get::<u64>("states").within(1..=1 << 40).or(STATES);
         let threads = table.get::<u64>("threads").within(1..=1024).optional();
         let battery = table.table("battery").optional().map_or(Some(BatteryAssumption::Free), read_battery);
         let trips = table.table("trips").optional().map_or_else(TripAssumption::default, read_trips);
@@ -229,6 +237,7 @@ impl ProveEntry {
             properties,
             expect,
             memory_bytes,
+            states,
             threads,
             battery: battery?,
             trips,

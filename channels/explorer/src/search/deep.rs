@@ -29,8 +29,8 @@ impl Search<'_> {
                 let mut now = self.progress();
                 now.memory += 4 * origins.capacity() + 16 * open.capacity();
                 progress(&now);
-                if now.memory > self.limits.memory || self.store.len() > u32::MAX / 2 || self.limits.is_stopped() {
-                    return Ok(End::Incomplete);
+                if let Some(limit) = self.reached(&now).filter(|_| !open.is_empty()) {
+                    return Ok(End::Incomplete(limit));
                 }
             }
         }

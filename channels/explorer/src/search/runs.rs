@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use super::{Bad, Desk, End, Search};
+use super::{BATCH, Bad, Desk, End, Limit, Progress, Search};
 use crate::path::{Path, PathStep};
 use crate::semantics::{Fate, Label};
 
@@ -74,10 +74,15 @@ impl Search<'_> {
     }
 
     /// A deadlock or a livelock, now that all states are known: the one whose state was found first.
-    pub(super) fn dead_end(&self) -> Option<End> {
+    pub(super) fn dead_end(&self, progress: &mut dyn FnMut(&Progress)) -> Option<End> {
         let bad = |number: u32, kind| End::Bad { from: Some((number, None)), kind };
-        let deadlock = self.deadlock().map(|number| bad(number, Bad::Deadlock));
-        deadlock.or_else(|| self.livelock().map(|number| bad(number, Bad::Livelock)))
+        if let Some(number) = self.deadlock() {
+            return Some(bad(number, Bad::Deadlock));
+        }
+        match self.livelock(progress) {
+            Ok(found) => found.map(|number| bad(number, Bad::Livelock)),
+            Err(limit) => Some(End::Incomplete(limit)),
+        }
     }
 
     /// The first state after which no tick is ever taken, however the environment moves.
@@ -101,14 +106,21 @@ impl Search<'_> {
     }
 
     /// The first state on a cycle in which processes communicate and nothing else happens: the one with the smallest
-    /// number in a strongly connected component (Tarjan).
-    fn livelock(&self) -> Option<u32> {
+    /// number in a strongly connected component (Tarjan). An error if the search is stopped meanwhile.
+    fn livelock(&self, progress: &mut dyn FnMut(&Progress)) -> Result<Option<u32>, Limit> {
         let mut desk = Desk::default();
         // When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
         let mut reached = vec![0_u32; self.store.len() as usize];
         let (mut time, mut first) = (0, None);
         let mut component = Vec::new();
+        let known = Progress { is_complete: true, ..self.progress() };
         for start in 0..self.store.len() {
+            if start % BATCH == 0 {
+                progress(&known);
+                if self.limits.is_stopped() {
+                    return Err(Limit::Stop);
+                }
+            }
             let mut open: Vec<Open> = Vec::new();
             let mut next = (reached[start as usize] == 0).then_some(start);
             loop {
@@ -145,7 +157,7 @@ impl Search<'_> {
                 }
             }
         }
-        first
+        Ok(first)
     }
 
     /// The successors of a state that are reached by communication alone; none if time passes there.
