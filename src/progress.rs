@@ -143,9 +143,8 @@ fn now() -> Instant {
 /// The form in which a proof shows its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ProgressForm {
-    /// A line that changes; without a terminal, a new line every 30 seconds
     Text,
-    /// A JSON object per line: at the beginning of each round, and then every second
+    // An object at the beginning of each round, and then every second.
     Json,
 }
 

@@ -49,10 +49,10 @@ pub(crate) struct ProveArgs {
     /// 20000000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     states: Option<u64>,
-    /// Which state is explored next: breadth first finds shortest runs, depth first finds violations that take many
-    /// steps sooner, on one thread
+    /// Which state is explored next: `breadth` first finds shortest runs; `depth` first, on one thread, finds
+    /// violations that take many steps sooner
     #[arg(long, value_enum, default_value = "breadth", conflicts_with = "mutants", hide_possible_values = true)]
-    #[arg(value_name = "breadth|depth")]
+    #[arg(value_name = "ORDER")]
     order: SearchOrder,
     /// How many threads explore; the result does not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
@@ -84,8 +84,10 @@ pub(crate) struct ProveArgs {
     /// Prints the results as JSON instead of text; for several scenarios, an array
     #[arg(long)]
     json: bool,
-    /// The form in which stderr shows the progress
-    #[arg(long, value_enum, default_value = "text", conflicts_with = "quiet")]
+    /// How stderr shows the progress: `text`, a line that changes (without a terminal, a line every 30 seconds), or
+    /// `json`, an object per line every second
+    #[arg(long, value_enum, default_value = "text", conflicts_with = "quiet", hide_possible_values = true)]
+    #[arg(value_name = "FORM")]
     progress: ProgressForm,
     /// Shows no progress
     #[arg(long, short)]
