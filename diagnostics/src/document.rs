@@ -51,7 +51,15 @@ impl Document {
     /// # Errors
     /// All syntax errors. A file with syntax errors is not checked further, because its meaning is uncertain.
     pub fn parse_toml(name: &str, text: &str) -> Result<Self, FileProblems> {
-        toml_text::document(&Source::new(name, text)).map(|root| Self { root })
+        Self::of_toml(&Source::new(name, text))
+    }
+
+    /// Parses TOML like [`parse_toml`](Self::parse_toml).
+    ///
+    /// # Errors
+    /// All syntax errors.
+    pub fn of_toml(source: &Source) -> Result<Self, FileProblems> {
+        toml_text::document(source).map(|root| Self { root })
     }
 
     /// Parses YAML whose top level is a mapping. `name` is the file's name in diagnostics.
@@ -82,6 +90,13 @@ impl Document {
     /// value: the document's own array replaces the base's. Problems with inherited values point into the base.
     pub fn inherit(&mut self, base: Self) {
         self.root.inherit(base.root);
+    }
+
+    /// Removes a key of the top level.
+    pub fn remove(&mut self, key: &str) {
+        if let Kind::Table(entries) = &mut self.root.kind {
+            entries.by_key.remove(key);
+        }
     }
 
     /// The text under a key of the top level, if there is one. This does not count as reading.

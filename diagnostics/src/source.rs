@@ -1,6 +1,7 @@
 //! Named texts, and ranges of them.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
@@ -10,25 +11,43 @@ pub(crate) const ASSIGNMENT: &str = "--set";
 
 /// A named text: usually a file, sometimes a command-line argument. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Source(Arc<NamedSource<String>>);
+pub struct Source(Arc<Named>);
+
+#[derive(Debug)]
+struct Named {
+    text: NamedSource<String>,
+    folder: PathBuf,
+}
 
 impl Source {
     /// A text with the name that it has in diagnostics.
     #[must_use]
     pub fn new(name: &str, text: impl Into<String>) -> Self {
-        Self(Arc::new(NamedSource::new(name, text.into())))
+        Self::in_folder(PathBuf::new(), name, text)
+    }
+
+    /// Like [`new`](Self::new), for a text whose paths are relative to this folder.
+    #[must_use]
+    pub fn in_folder(folder: impl Into<PathBuf>, name: &str, text: impl Into<String>) -> Self {
+        Self(Arc::new(Named { text: NamedSource::new(name, text.into()), folder: folder.into() }))
+    }
+
+    /// The folder to which the text's paths are relative; empty unless it was [set](Self::in_folder).
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.0.folder
     }
 
     /// The name of the text.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.0.name()
+        self.0.text.name()
     }
 
     /// The text itself.
     #[must_use]
     pub fn text(&self) -> &str {
-        self.0.inner()
+        self.0.text.inner()
     }
 
     /// Whether both are the same text, not merely equal ones.
@@ -53,7 +72,7 @@ impl SourceCode for Source {
         lines_before: usize,
         lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        self.0.read_span(span, lines_before, lines_after)
+        self.0.text.read_span(span, lines_before, lines_after)
     }
 }
 

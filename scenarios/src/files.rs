@@ -72,11 +72,15 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
-/// Where a scenario's files are looked up: first beside the scenario's own file, then among the shipped files.
+/// Where a scenario's files are looked up: first beside the file that names them, then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
     folder: PathBuf,
+    /// The folder that the scenario names instead, relative to its own.
+    instead: PathBuf,
+    /// The folders of other files from which the scenario inherits, relative to its own.
+    of_bases: Vec<PathBuf>,
     /// Whether the scenario is shipped. If so, its only files on disk are those that an [assignment](named) names.
     is_shipped: bool,
     /// The contents of files read from disk, if they are remembered.
@@ -88,7 +92,13 @@ pub struct Files {
 struct Memory {
     on_disk: BTreeMap<PathBuf, Arc<[u8]>>,
     /// Shipped files, which never change.
-    shipped: BTreeSet<PathBuf>,
+    shipped: BTreeMap<PathBuf, &'static [u8]>,
+}
+
+impl Memory {
+    fn known(&self, path: &Path) -> Option<&[u8]> {
+        self.on_disk.get(path).map(AsRef::as_ref).or_else(|| self.shipped.get(path).copied())
+    }
 }
 
 impl Files {
@@ -136,20 +146,35 @@ impl Files {
     #[must_use]
     pub fn remembered(&self) -> BTreeSet<PathBuf> {
         let memory = self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        memory.map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(&memory.shipped).cloned().collect())
+        memory
+            .map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(memory.shipped.keys()).cloned().collect())
     }
 
-    /// The same files, except that those on disk are looked up in this folder: relative to the current one or, if these
-    /// are only the shipped files, to the working directory.
+    /// The same files, except that those on disk are looked up in this folder, unless a base in another folder names
+    /// them. It is relative to the current one or, if these are only the shipped files, to the working directory.
     #[must_use]
     pub fn in_folder(&self, folder: &Path) -> Self {
-        Self { folder: self.folder.join(folder), is_shipped: false, ..self.clone() }
+        Self { instead: folder.to_owned(), is_shipped: false, ..self.clone() }
+    }
+
+    /// The same files for a scenario that inherits from files in these folders, relative to its own.
+    #[must_use]
+    pub(crate) fn with_bases(&self, folders: &[PathBuf]) -> Self {
+        let of_bases = folders.iter().filter(|folder| !folder.as_os_str().is_empty()).cloned().collect();
+        Self { of_bases, ..self.clone() }
+    }
+
+    /// The path as a base in another folder writes it, for each such base that may have named it.
+    fn as_written<'p>(&'p self, path: &'p Path) -> impl Iterator<Item = &'p Path> {
+        self.of_bases.iter().filter_map(move |folder| path.strip_prefix(folder).ok())
     }
 
     /// The path of the file on disk, if it exists there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
-        let found = self.folder.join(path);
+        let is_of_base = self.as_written(path).next().is_some();
+        let folder = if is_of_base { self.folder.clone() } else { self.folder.join(&self.instead) };
+        let found = folder.join(path);
         let may_be = !self.is_shipped || path.is_absolute() || path.starts_with(HERE);
         (may_be && found.exists()).then_some(found)
     }
@@ -160,13 +185,13 @@ impl Files {
     /// The operating system's error; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        if let Some(known) = memory().and_then(|memory| memory.on_disk.get(path).cloned()) {
-            return Ok(known.to_vec());
+        if let Some(known) = memory().and_then(|memory| memory.known(path).map(<[u8]>::to_vec)) {
+            return Ok(known);
         }
         let Some(found) = self.on_disk(path) else {
             let missing = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
-            let bytes = shipped(path).ok_or_else(missing)?;
-            memory().map(|mut memory| memory.shipped.insert(path.to_owned()));
+            let bytes = std::iter::once(path).chain(self.as_written(path)).find_map(shipped).ok_or_else(missing)?;
+            memory().map(|mut memory| memory.shipped.insert(path.to_owned(), bytes));
             return Ok(bytes.to_vec());
         };
         let bytes = diagnostics::from_disk(&found)?;
@@ -196,10 +221,11 @@ fn shipped(path: &Path) -> Option<&'static [u8]> {
 /// The prefix of an assignment's path.
 const HERE: &str = ".";
 
-/// The path at `span`. The path of an assignment is relative to the place where it is given, even if the scenario that
-/// it changes is a shipped one.
+/// The path at `span`, relative to the scenario's folder. A file's paths are relative to its own folder, also those
+/// that another file inherits. The path of an assignment is relative to the place where it is given, even if the
+/// scenario that it changes is a shipped one.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
-    if span.is_assignment() { Path::new(HERE).join(path) } else { path.as_ref().to_owned() }
+    if span.is_assignment() { Path::new(HERE).join(path) } else { span.source().folder().join(path) }
 }
 
 /// A kind of file that people name on the command line: by its path, or a shipped one by its name.

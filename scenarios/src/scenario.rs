@@ -1,5 +1,6 @@
 //! Scenarios: one file per experiment, loaded with everything that it names.
 
+mod base;
 mod component;
 mod component_entry;
 mod faulty;

@@ -18,6 +18,7 @@ use super::file_reader::FileReader;
 use super::leaves::Data;
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
+use crate::files::named;
 use crate::names::unknown;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
 
@@ -116,16 +117,16 @@ impl FileReader<'_> {
         asks: &[Spanned<String>],
     ) -> Option<Runs> {
         let word = |text: &String| {
-            let path = Path::new(text);
+            let path = named(text, &command.span);
             // Reading a file makes it one of the scenario's files, so that it counts in their fingerprint.
-            match self.files.read(path) {
-                Ok(contents) if !path.is_absolute() && self.files.on_disk(path).is_none() => {
+            match self.files.read(&path) {
+                Ok(contents) if !path.is_absolute() && self.files.on_disk(&path).is_none() => {
                     Word::File { name: text.clone(), contents: contents.into() }
                 }
                 _ => Word::Text(text.clone()),
             }
         };
-        let folder = self.files.on_disk(Path::new("."));
+        let folder = self.files.on_disk(&named(".", &command.span));
         let program = Program::new(command.value.iter().map(word).collect(), folder.as_deref(), limits);
         let placed =
             program.map_err(|problem| problem.of(command.span.source()).at(command.span.range(), "this command"));

@@ -181,7 +181,8 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
             RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone())),
             RunsEntry::Program { command, limits, asks } => {
                 let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
-                (None, Some((command.value.clone(), *limits, asks)), None)
+                let folder = named(".", &command.span);
+                (None, Some((command.value.clone(), folder, *limits, asks)), None)
             }
         };
         (entry.name.value.clone(), runs, data, interface)

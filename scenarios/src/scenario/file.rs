@@ -1,17 +1,18 @@
 //! The scenario file, read and checked.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use components::StopRule;
 use diagnostics::document::{Document, Table};
-use diagnostics::{FileProblems, Span, Spanned, nearest_or_all};
+use diagnostics::{FileProblems, Source, Span, Spanned, nearest_or_all};
 use monitors::Outcome;
 use recording::{Expected, SnapshotOccasion, Snapshots};
 
+use super::base::Base;
 use super::component_entry::{ComponentEntry, read_components};
-use super::find::{self, Found};
+use super::find::Found;
 use super::leaves::{LeafEntry, read_leaves};
 use super::model_entry::ModelEntry;
 use super::premises::PremisesEntry;
@@ -49,6 +50,8 @@ pub struct ScenarioFile {
     properties_said: Option<Span>,
     /// The scenario's own file, its base, the base of that, and so on.
     sources: Vec<String>,
+    /// The folders to which the paths of its bases are relative.
+    pub(super) base_folders: Vec<PathBuf>,
     /// The ready-made monitors.
     pub monitors: Vec<ReadyMade>,
     /// How tree, skills and components are run.
@@ -169,8 +172,9 @@ impl ScenarioFile {
     ) -> Result<Self, FileProblems> {
         let (document, bases) = document(name, text, files, overrides)?;
         let mut file = document.read(read_file)?;
-        file.sources =
-            std::iter::once(name.to_owned()).chain(bases.iter().map(|base| base.display().to_string())).collect();
+        let of_bases = bases.iter().map(|base| base.name().to_owned());
+        file.sources = std::iter::once(name.to_owned()).chain(of_bases).collect();
+        file.base_folders = bases.iter().map(|base| base.folder().to_owned()).collect();
         Ok(file)
     }
 
@@ -195,16 +199,24 @@ fn document<'a>(
     text: &str,
     files: &Files,
     overrides: impl IntoIterator<Item = &'a str>,
-) -> Result<(Document, Vec<PathBuf>), FileProblems> {
+) -> Result<(Document, Vec<Source>), FileProblems> {
     let overrides: Vec<&str> = overrides.into_iter().collect();
     let mut document = Document::parse_toml(name, text)?;
     // Inherited keys can be overridden only after the base is read; the base itself only before.
     let sets_base = |set: &&str| set.split_once('=').is_some_and(|(key, _)| key.trim() == "base");
     document.override_with(overrides.iter().copied().filter(sets_base))?;
-    let mut bases = Vec::new();
-    let mut document = with_base(document, files, &mut bases)?;
+    let bases = Base::all(&document, files)?;
+    let (sources, documents): (Vec<Source>, Vec<Document>) =
+        bases.into_iter().map(|base| (base.source, base.document)).unzip();
+    let inherited = documents.into_iter().rev().reduce(|base, mut document| {
+        document.inherit(base);
+        document
+    });
+    if let Some(inherited) = inherited {
+        document.inherit(inherited);
+    }
     document.override_with(overrides)?;
-    Ok((document, bases))
+    Ok((document, sources))
 }
 
 impl ScenarioFile {
@@ -222,37 +234,9 @@ impl ScenarioFile {
     /// # Errors
     /// The problems of one of them.
     pub fn bases(found: &Found) -> Result<Vec<PathBuf>, FileProblems> {
-        let mut bases = Vec::new();
-        with_base(Document::parse_toml(&found.path, &found.text)?, &found.files, &mut bases)?;
-        Ok(bases)
+        let bases = Base::all(&Document::parse_toml(&found.path, &found.text)?, &found.files)?;
+        Ok(bases.into_iter().map(|base| base.path).collect())
     }
-}
-
-/// The document with everything that it inherits from its base, recursively.
-fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
-    let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
-    let path = base(&named(value, &span), files);
-    if on_the_way.contains(&path) {
-        let problem = span.problem(format!("{value} is its own base, directly or indirectly"));
-        return Err(problem.with_label("this base").with_help("bases must not form a cycle").into());
-    }
-    let text = files.read_text(&path).map_err(|error| {
-        let problem = span.problem(format!("cannot read the base {value}: {error}"));
-        let help = "a base is a scenario: a file beside this one, or the name of a shipped scenario";
-        problem.with_label("this base").with_help(help)
-    })?;
-    on_the_way.push(path.clone());
-    let base = Document::parse_toml(&path.display().to_string(), &text)?;
-    document.inherit(with_base(base, files, on_the_way)?);
-    Ok(document)
-}
-
-/// The file of a base: one beside the scenario, or otherwise the shipped one with this name.
-fn base(name: &Path, files: &Files) -> PathBuf {
-    let shipped = || find::shipped(name.strip_prefix(".").unwrap_or(name).to_str()?);
-    let is_file = files.on_disk(name).is_some_and(|found| !found.is_dir());
-    let shipped = if is_file { None } else { shipped() };
-    shipped.map_or_else(|| name.to_owned(), PathBuf::from)
 }
 
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
@@ -301,6 +285,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         properties: properties.collect(),
         properties_said: said,
         sources: Vec::new(),
+        base_folders: Vec::new(),
         monitors,
         execution: execution?,
         faults,

@@ -48,7 +48,7 @@ impl FileReader<'_> {
 /// The problem of an unreadable file, at the location of its name.
 pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
-    let help = "a path is looked up beside the scenario's file (with `--set` on a shipped scenario, in the current folder), and \
-                then among the shipped files";
+    let help = "a path is looked up beside the file that names it (with `--set` on a shipped scenario, in the current folder), \
+                and then among the shipped files";
     problem.with_label("named here").with_help(help)
 }

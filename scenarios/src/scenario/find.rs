@@ -32,7 +32,7 @@ pub fn find(scenario: &str) -> Result<Found, Error> {
 }
 
 /// The name of the shipped scenario with this path.
-fn name_of(path: &str) -> Option<&str> {
+pub(super) fn name_of(path: &str) -> Option<&str> {
     path.strip_prefix("scenarios/")?.strip_suffix(".toml")
 }
 

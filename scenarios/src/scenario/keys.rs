@@ -59,7 +59,7 @@ fn files() -> Vec<Key> {
         Key::new(
             "base",
             "Another scenario, as a file or by its name. This one inherits everything that it does not set itself. \
-             An array is inherited as a whole or not at all.",
+             An array is inherited as a whole or not at all. Inherited paths are relative to the file that writes them.",
             text(),
         ),
         Key::new("about", "What the scenario shows, on one line.", or(text(), "")),
@@ -70,7 +70,8 @@ fn files() -> Vec<Key> {
         ),
         Key::new(
             "folder",
-            "The folder in which the scenario's other files are looked up first, instead of its own.",
+            "The folder in which the scenario's other files are looked up first, instead of its own. It does not apply to \
+             the files of a base in another folder.",
             text(),
         ),
         Key::new(
@@ -222,8 +223,8 @@ fn execution() -> Vec<Key> {
         Key::new("components.NAME.machine", "The file of its machine.", text()),
         Key::new(
             "components.NAME.program",
-            "A program instead of a machine: a path relative to the scenario's folder or a name on the `PATH`, \
-             followed by its arguments.",
+            "A program instead of a machine: a path relative to the folder of the file that sets it or a name on the \
+             `PATH`, followed by its arguments.",
             list("an array of strings", &text()),
         ),
         Key::new(

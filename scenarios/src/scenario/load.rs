@@ -60,6 +60,7 @@ impl Scenario {
         let mut file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
         change(&mut file)?;
+        let mut found = Found { files: found.files.with_bases(&file.base_folders), ..found.clone() };
         let mut complaints = Complaints::default();
         let schedule = file.execution.schedule.clone().and_then(|path| {
             // A run with a schedule is one of a proof.
@@ -67,7 +68,6 @@ impl Scenario {
             FileReader { files: &found.files, complaints: &mut complaints }.schedule(&path)
         });
         complaints.check()?;
-        let mut found = found.clone();
         if let Some(folder) = &file.folder {
             found.files = found.files.in_folder(&folder.value);
             if found.files.read(&file.tree.value).is_err() {
