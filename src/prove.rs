@@ -121,6 +121,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
         return mutants(args, proofs, stop);
     }
     let mut all = Vec::new();
+    let mut refused = None;
     for (found_here, proof) in found.iter().zip(proofs) {
         let mut findings = Vec::new();
         if !args.json {
@@ -131,7 +132,14 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             say(table.titles())?;
         }
         for question in proof.questions() {
-            let finding = args.explore(&proof, question, found_here, stop)?;
+            let finding = match args.explore(&proof, question, found_here, stop) {
+                Ok(finding) => finding,
+                // What was found before is shown and written first.
+                Err(error) => {
+                    refused = Some(error);
+                    break;
+                }
+            };
             if !args.json {
                 say(table.line(&finding))?;
             }
@@ -153,8 +161,14 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
             }
         }
         all.push(Findings { proof, findings });
+        if refused.is_some() {
+            break;
+        }
     }
     args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
+    if let Some(error) = refused {
+        return Err(error);
+    }
     if interrupt::flow().is_break() {
         return Ok(ExitCode::from(interrupt::STATUS));
     }

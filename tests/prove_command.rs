@@ -208,6 +208,24 @@ fn assumptions_that_contradict_each_other_are_refused() {
     assert!(without_map.contains("`prove.battery` needs a map"), "{without_map}");
 }
 
+/// The refusal of one property must not cost the search of another.
+#[test]
+fn a_property_that_cannot_be_proved_is_refused_before_any_search() {
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join("own.scope");
+    let text = "property wrong := always not (BatteryReader, BatteryLevel, level < 90)
+        timed property late := always ((GoToDestination, Navigation, true)
+            implies time_until (Navigation, GoToDestination, true) < 60 s)
+        property exact := always not (BatteryReader, BatteryLevel, level < 1.23456789)";
+    std::fs::write(&file, text).expect("room for a file");
+    let properties = format!("properties=['{}']", file.display());
+    let output = steward(&["prove", "nominal", "--set", &properties, "--set", "prove.expect={}"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("`late` is a timed property") && said.contains("more than six decimals"), "{said}");
+}
+
 #[test]
 fn what_cannot_be_proved_is_reported_with_a_remedy() {
     let pick = refusal(&["prove", "pick"]);

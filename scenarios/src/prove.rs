@@ -153,7 +153,20 @@ impl Proof {
         let faults = faults::of(&scenario, &system, &mut complaints);
         let questions = questions(&scenario, &monitoring, only, &mut complaints);
         complaints.check()?;
-        Ok(Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system })
+        let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
+        // A search can take long: no property may be refused after that of another one.
+        let has_robot = proof.ids.robot.is_some();
+        if has_robot {
+            proof.battery(None)?;
+        }
+        for monitor in proof.questions.iter().filter_map(|question| proof.monitor(question)) {
+            complaints.take(explorer::check(monitor).map_err(refused));
+            if has_robot {
+                complaints.take(proof.battery(Some(monitor)));
+            }
+        }
+        complaints.check()?;
+        Ok(proof)
     }
 
     /// The properties to be proved.

@@ -95,3 +95,4 @@ pub use model::{Closed, Damage, Environment, EnvironmentState, Instant, MessageF
 pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError, Update};
 pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limit, Limits, Order, Outcome, Progress, Reduction, explore};
+pub use tables::check;

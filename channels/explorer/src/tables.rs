@@ -340,6 +340,21 @@ pub(crate) struct Start {
     pub(crate) monitor: u32,
 }
 
+/// Refuses a monitor that has no normal form.
+///
+/// # Errors
+/// [`Refused::Property`] with the reason.
+pub fn check(monitor: &dyn Monitor) -> Result<(), Refused> {
+    normalize(monitor.boxed_clone().as_mut())
+}
+
+fn normalize(monitor: &mut dyn Monitor) -> Result<(), Refused> {
+    monitor.normalize().map_err(|why| {
+        let (reason, help) = in_words(why);
+        Refused::Property { property: monitor.name().to_owned(), reason, help }
+    })
+}
+
 fn in_words(why: NoNormalForm) -> (String, Option<String>) {
     match why {
         NoNormalForm::Unsupported { reason, help } => (reason, help),

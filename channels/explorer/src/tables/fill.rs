@@ -8,7 +8,7 @@ use channels::{
     RequestNumber, Role, Symbol, TickGenerator, Topology,
 };
 
-use super::{ENDLESS, Gap, MoveEffect, Moved, Renaming, Situation, Tables, in_words, same_number};
+use super::{ENDLESS, Gap, MoveEffect, Moved, Renaming, Situation, Tables, normalize, same_number};
 use crate::error::Refused;
 use crate::interner::hash_by;
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, entry, set};
@@ -242,10 +242,7 @@ impl Tables {
     /// The number of a state of the monitor.
     pub(super) fn watching(&mut self, mut monitor: Box<dyn Monitor>) -> Result<u32, Refused> {
         let verdict = monitor.verdict();
-        monitor.normalize().map_err(|why| {
-            let (reason, help) = in_words(why);
-            Refused::Property { property: monitor.name().to_owned(), reason, help }
-        })?;
+        normalize(monitor.as_mut())?;
         let hash = hash_by(|hasher| monitor.hash_state(hasher));
         let same = |known: &Watching| known.verdict == verdict && known.monitor.same_state(monitor.as_ref());
         if let Some(known) = self.monitors.find(hash, same) {
