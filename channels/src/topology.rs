@@ -80,6 +80,8 @@ pub struct Topology {
     channels: Vec<Channel>,
     /// The topics that processes publish, whether or not any process has subscribed.
     topics: Vec<(ProcessId, Shape)>,
+    /// The requests that processes understand, whether or not any process sends them.
+    requests: Vec<(ProcessId, Shape)>,
 }
 
 impl Topology {
@@ -139,6 +141,16 @@ impl Topology {
     /// The topics that a process publishes, in the order they were declared.
     pub fn topics(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
         self.topics.iter().filter(move |(publisher, _)| *publisher == process).map(|(_, topic)| topic)
+    }
+
+    /// Declares a request that the process understands from any process that has a channel for it.
+    pub fn understand(&mut self, process: ProcessId, request: Shape) {
+        self.requests.push((process, request));
+    }
+
+    /// The requests that a process understands, in the order they were declared.
+    pub fn understood(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
+        self.requests.iter().filter(move |(server, _)| *server == process).map(|(_, request)| request)
     }
 
     /// The process with this name.

@@ -299,6 +299,7 @@ fn declare(
         let offers: Vec<Offer> = match parts.components.get(name) {
             Some(Component { interface, .. }) => {
                 interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
+                interface.requests().into_iter().for_each(|request| topology.understand(component, request));
                 Offer::of_interface(interface)
             }
             None => operations.iter().filter(|operation| operation.component == name).map(Offer::from).collect(),

@@ -241,8 +241,11 @@ impl<'a> Check<'a> {
             return;
         };
         names.extend(self.wiring.incoming.iter().flat_map(Incoming::event_names).map(str::to_owned));
-        let classes: BTreeSet<EventClass> = names.iter().map(|name| chart.events.class(name)).collect();
-        let known: Vec<&str> = names.iter().map(String::as_str).filter(|name| name.contains('.')).collect();
+        // A component may be made for more clients than those of one system.
+        let understood = heads(&self.wiring.understood);
+        let classes: BTreeSet<EventClass> =
+            names.iter().map(String::as_str).chain(understood).map(|name| chart.events.class(name)).collect();
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
         let transitions = chart.transitions().map(|transition| chart.transition(transition));
         let never_comes = |descriptor: &&Descriptor| !descriptor.matches.meets(&classes);
         for descriptor in transitions.flat_map(|transition| &transition.descriptors).filter(never_comes) {

@@ -34,13 +34,15 @@ pub(super) struct Outgoing {
     pub(super) domain: Domain,
 }
 
-/// A process's channels, in the order of their declaration, and the topics that it publishes.
+/// A process's channels, in the order of their declaration, the topics that it publishes and the requests that it
+/// understands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Wiring {
     pub(super) name: Arc<str>,
     pub(super) incoming: Vec<Incoming>,
     pub(super) outgoing: Vec<Outgoing>,
     pub(super) topics: Domain,
+    pub(super) understood: Domain,
 }
 
 impl Hash for Wiring {
@@ -70,7 +72,8 @@ impl Wiring {
             incoming.push(Incoming { channel, peer, back, is_client, domain, events });
         }
         let topics = Domain::new(topology.topics(process).cloned());
-        Self { name: topology.name(process).into(), incoming, outgoing, topics }
+        let understood = Domain::new(topology.understood(process).cloned());
+        Self { name: topology.name(process).into(), incoming, outgoing, topics, understood }
     }
 
     /// The names of the fields of the client's requests: the values that the ports of a leaf read.

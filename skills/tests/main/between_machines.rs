@@ -266,6 +266,33 @@ fn unpublished_topics_and_messages_that_no_channel_carries_are_refused() {
     assert_eq!(refused(&send("targetexpr='_event.origin' event='okay'")), "no channel from Arm carries <okay>");
 }
 
+#[test]
+fn a_request_that_nobody_sends_may_have_a_transition() {
+    let mut topology = Topology::default();
+    let [client, server] = ["One", "Arm"].map(|name| topology.process(name).unwrap());
+    let (requests, answers) = lines();
+    topology.channel(client, server, Capacity::One, requests).unwrap();
+    topology.channel(server, client, Capacity::One, answers).unwrap();
+    topology.understand(server, shape("request", "fold", None, Role::Request));
+    let said = |event: &str| {
+        let content =
+            format!("<state id='s'><onentry><raise event='begin'/></onentry><transition event='{event}'/></state>");
+        let chart = Chart::load("Arm.scxml", &file("", &content)).unwrap();
+        match SkillProcess::new("Arm", &chart, &topology, []) {
+            Err(skills::SkillError::Wiring { problems, .. }) => {
+                problems.iter().map(|problem| format!("{problem}: {}", problem.help_text().unwrap())).collect()
+            }
+            fits => fits.map(|_| String::new()).unwrap(),
+        }
+    };
+    assert_eq!(said("fold"), "");
+    let events = said("unfold");
+    assert!(events.starts_with("the event `unfold` never occurs"), "{events}");
+    for occurs in ["say", "begin"] {
+        assert!(events.contains(occurs), "{events}");
+    }
+}
+
 /// Invokes a separate machine for each request, which is canceled if it takes too long.
 const FOREMAN: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
 <state id='idle'>
