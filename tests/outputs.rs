@@ -196,7 +196,39 @@ fn a_run_and_a_campaign_do_not_share_a_folder() {
         assert!(steward(&call(&campaign(&runs))).status.success());
     }
     let before = files(folder.path());
-    assert!(refusal(&call(&scenario(&runs))).contains("has the results of a campaign"));
-    assert!(refusal(&call(&campaign(&run))).contains("has the report of a run"));
+    assert!(refusal(&call(&scenario(&runs))).contains("contains the results of a campaign"));
+    assert!(refusal(&call(&campaign(&run))).contains("contains the report of a run"));
     assert!(files(folder.path()) == before);
+}
+
+/// A property is about messages; a reader of its verdict wants to know what is true.
+#[test]
+fn a_satisfied_property_that_heard_no_level_says_how_low_the_true_one_was() {
+    let folder = tempdir().unwrap();
+    let property = "property reserve := always not (BatteryReader, BatteryLevel, level < 25)";
+    std::fs::write(folder.path().join("own.scope"), property).unwrap();
+    let scenario = folder.path().join("own.toml");
+    let of = |more: &str| {
+        let text = format!(
+            "base = \"errand\"\nproperties = [\"own.scope\"]\nexecution.max_time_s = 20\nexpect = {{}}\n{more}"
+        );
+        std::fs::write(&scenario, text).unwrap();
+        let out = folder.path().join("out");
+        let output = steward(&["run", scenario.to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()]);
+        let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&read("report.json")).unwrap();
+        assert_eq!(report["monitors"][0]["verdict"], "satisfied", "{report:#}");
+        let unheard = report["monitors"][0]["unheard"].as_str().map(str::to_owned);
+        (String::from_utf8_lossy(&output.stdout).into_owned(), unheard, read("report.html"))
+    };
+    let (_, unheard, _) = of("battery.initial_pct = 80\n");
+    assert_eq!(unheard, None);
+    // Nobody asks the reader after 10 s.
+    let (summary, unheard, page) =
+        of("battery.initial_pct = 80\n[[faults]]\nkind = \"battery_level\"\nat_s = 12\nlevel_pct = 12\n\
+         [[faults]]\nkind = \"component_frozen\"\ncomponent = \"BatteryReader\"\nat_s = 10\n");
+    let unheard = unheard.expect("it was not heard");
+    assert!(unheard.starts_with("no message carries a level below 25 %, the last one at 9."), "{unheard}");
+    assert!(unheard.contains("; the true level fell to 1"), "{unheard}");
+    assert!(summary.contains(&unheard) && page.contains(&unheard.replace(" %", "\u{a0}%")), "{summary}");
 }

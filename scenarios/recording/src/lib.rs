@@ -99,6 +99,7 @@ mod end;
 mod event_log;
 mod file;
 mod header;
+mod heard;
 mod judge;
 mod logged;
 mod mcap_file;
@@ -122,6 +123,7 @@ pub use header::{
     Argument, Expected, Fault, Header, Machine, MachineState, Monitor, Node, Origin, Place, Premises, RobotBody,
     SettingGroup, SnapshotOccasion, Snapshots, TREE,
 };
+pub use heard::{HeardLevels, LEVEL};
 pub use judge::Judge;
 pub use logged::LoggedRecording;
 pub use monitor::{Graph, Location, MonitorState, Transition};

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Event, EventKind, Topology, Verdict};
+use channels::{ChannelId, Event, EventKind, Topology, Verdict};
 use maps::{Point, Pose};
 use monitors::Outcome;
 
+use crate::heard::{Heard, HeardLevels};
 use crate::{
     Battery, Decision, Details, End, Fault, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
     RobotState, Scene, Step, Truth,
@@ -58,6 +59,7 @@ pub struct RunView {
     /// Likewise: when it was first there, at rest or on its way.
     entered: Vec<Option<Duration>>,
     tally: Tally,
+    heard: Heard,
     end: Option<End>,
 }
 
@@ -104,6 +106,7 @@ impl RunView {
             reached: vec![None; header.places().len()],
             entered: vec![None; header.places().len()],
             tally: Tally::default(),
+            heard: Heard::new(&header.topology),
             end: None,
             robot: RobotState::default(),
             changes: RobotState::default(),
@@ -127,6 +130,9 @@ impl RunView {
     fn take(&mut self, step: Step) -> Result<(), Inconsistent> {
         let Step { time, ticks, overruns, communications, robot: changes, happenings, details } = step;
         check(time >= self.time && time <= LATEST)?;
+        if details.is_none() && communications > self.communications {
+            self.heard.miss();
+        }
         (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
         let was_charging = self.robot.is_charging();
         self.robot = self.robot.with(&changes);
@@ -200,6 +206,7 @@ impl RunView {
         self.has_new_states |= details.has_new_states();
         let Details { events, outcomes, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
+        events.iter().for_each(|event| self.heard.note(event, &self.header.topology));
         self.events = events;
         if let Some(outcomes) = outcomes {
             check(outcomes.len() == self.header.tree.len())?;
@@ -294,6 +301,12 @@ impl RunView {
     #[must_use]
     pub fn robot(&self) -> &RobotState {
         &self.robot
+    }
+
+    /// The battery levels in the messages on a channel so far, if there were any; `None` if not all messages are known.
+    #[must_use]
+    pub fn heard(&self, channel: ChannelId) -> Option<Option<HeardLevels>> {
+        self.heard.on(channel)
     }
 
     /// What the last step changed in the state of the robot, apart from the battery's charge.

@@ -12,6 +12,7 @@ mod presentation;
 pub mod report;
 mod reporting;
 pub mod timeline;
+mod unheard;
 
 pub use error::Error;
 pub use file_name::file_name;

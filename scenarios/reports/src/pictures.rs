@@ -8,7 +8,8 @@ use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
 use recording::{
-    BodyShape, FaultCourse, Graph, Header, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
+    BodyShape, FaultCourse, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
+    RunView,
 };
 
 /// The trail has a point this often, in meters.
@@ -118,9 +119,7 @@ fn level(view: &RunView) -> Option<(Duration, f64)> {
 pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
     let mut thresholds: Vec<drawing::Threshold> = Vec::new();
     for monitor in header.monitors.iter() {
-        let mut levels = Levels { topology: &header.topology, found: Vec::new() };
-        monitor.formula.iter().for_each(|formula| levels.of_formula(formula, Role { holds: true, alone: true }));
-        for (level_pct, critical) in levels.found {
+        for ComparedLevel { level_pct, critical, .. } in compared_levels(monitor, &header.topology) {
             match thresholds.iter_mut().find(|known| known.level_pct == level_pct) {
                 Some(known) => {
                     known.critical |= critical;
@@ -135,10 +134,27 @@ pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
     thresholds
 }
 
-/// The battery levels in formulas, and whether a level below each violates the property by itself.
+/// A battery level with which a property compares those in messages.
+pub(crate) struct ComparedLevel {
+    /// The channel of the messages.
+    pub(crate) channel: ChannelId,
+    /// The level, in percent.
+    pub(crate) level_pct: f64,
+    /// Whether a lower level violates the property by itself.
+    pub(crate) critical: bool,
+}
+
+/// The battery levels in a property.
+pub(crate) fn compared_levels(monitor: &Monitor, topology: &Topology) -> Vec<ComparedLevel> {
+    let mut levels = Levels { topology, found: Vec::new() };
+    monitor.formula.iter().for_each(|formula| levels.of_formula(formula, Role { holds: true, alone: true }));
+    levels.found
+}
+
+/// The battery levels in formulas.
 struct Levels<'a> {
     topology: &'a Topology,
-    found: Vec<(f64, bool)>,
+    found: Vec<ComparedLevel>,
 }
 
 /// What a part of a formula means for the whole.
@@ -198,7 +214,7 @@ impl Levels<'_> {
                 let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
                 if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, *field))
                 {
-                    self.found.push((level_pct, role.alone && least == role.holds));
+                    self.found.push(ComparedLevel { channel, level_pct, critical: role.alone && least == role.holds });
                 }
             }
             MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
@@ -216,7 +232,7 @@ impl Levels<'_> {
     /// Whether a field of a channel's messages, counted from 1, is the battery's level.
     fn is_level(&self, channel: ChannelId, field: usize) -> bool {
         let named = |shape: &Shape| {
-            field.checked_sub(1).and_then(|field| shape.fields().get(field)).is_some_and(|(name, _)| name == "level")
+            field.checked_sub(1).and_then(|field| shape.fields().get(field)).is_some_and(|(name, _)| name == LEVEL)
         };
         self.topology.get(channel).domain.shapes().iter().any(named)
     }

@@ -15,6 +15,7 @@ use crate::report::{
     PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport, TreeErrorReport,
     UndoneFaultReport,
 };
+use crate::unheard::unheard_level;
 
 /// The report of a finished run.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
@@ -149,6 +150,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             unsure: said.unsure,
             open: words(&said.open),
             vacuous: words(&said.vacuous),
+            unheard: unheard_level(&monitor, view),
             errors: said.errors,
         }
     };

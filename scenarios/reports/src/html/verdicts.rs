@@ -86,7 +86,10 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 dd {
                     @match evidence {
                         Some(evidence) => (super::violations::in_short(evidence, view)),
-                        None => (not_violated(&monitor.ending(), view.ticks(), said.verdict)),
+                        None => {
+                            (not_violated(&monitor.ending(), view.ticks(), said.verdict))
+                            @if let Some(unheard) = &said.unheard { " But " (text(unheard)) "." }
+                        }
                     }
                 }
             }

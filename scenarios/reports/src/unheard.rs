@@ -1,0 +1,32 @@
+//! Battery levels that a satisfied property did not hear of.
+//!
+//! A property is about messages. One that requires a level is satisfied if nobody asks for the level while it is too
+//! low. That is what it says, but not what a reader takes it to mean, and a simulation knows better.
+
+use monitors::Outcome;
+use recording::{HeardLevels, MonitorView, RunView, decimals};
+
+use crate::pictures::compared_levels;
+
+/// For a satisfied property that requires levels in messages: that the true level fell below them, in words.
+pub(crate) fn unheard_level(monitor: &MonitorView<'_>, view: &RunView) -> Option<String> {
+    let truth = view.tally().battery()?;
+    let is_satisfied = monitor.outcome() == Outcome::Satisfied;
+    let mut levels = compared_levels(monitor.about, view.topology()).into_iter().filter(|_| is_satisfied);
+    levels.find_map(|compared| {
+        let required_pct = compared.level_pct;
+        let heard = view.heard(compared.channel)?;
+        let is_unheard = heard.is_none_or(|heard| heard.lowest_pct >= required_pct);
+        if !compared.critical || truth.minimum_pct >= required_pct || !is_unheard {
+            return None;
+        }
+        let messages = match heard {
+            None => "no message carries a level".to_owned(),
+            Some(HeardLevels { last, .. }) => {
+                let required = decimals(required_pct, 6);
+                format!("no message carries a level below {required} %, the last one at {:.1} s", last.as_secs_f64())
+            }
+        };
+        Some(format!("{messages}; the true level fell to {:.1} %", truth.minimum_pct))
+    })
+}
