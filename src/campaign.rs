@@ -17,6 +17,7 @@ use reports::{Outputs, file_name};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
+use crate::counted::counted;
 use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
@@ -153,7 +154,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let ran = ran?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
-        note(&format!("interrupted after {done} of {all} runs; the same command resumes it"));
+        note(&format!("interrupted after {done} of {}; the same command resumes it", counted(all, "run")));
         return Ok(ExitCode::from(interrupt::STATUS));
     }
     let (said, status) = match shard {
@@ -231,7 +232,7 @@ const MOST_REASONS: usize = 5;
 
 fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     let Summary { runs, outcomes, .. } = summary;
-    text.paint(HEAD, &format!("{runs} runs"), 0);
+    text.paint(HEAD, &counted(runs, "run"), 0);
     if summary.expects {
         text.write_str(": ")?;
         text.paint(GOOD, &format!("{} as expected", outcomes.as_expected), 0);
@@ -278,7 +279,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
             (None, None) => "undecided".to_owned(),
         };
         let reached = if goal.reached { "reached" } else { "not reached" };
-        line("goal", format!("{reached} for {} after {} runs: {said}", goal.of, goal.count.runs()));
+        line("goal", format!("{reached} for {} after {}: {said}", goal.of, counted(goal.count.runs(), "run")));
     }
     for (place, part) in summary.frontier.iter().flat_map(|frontier| frontier.split("; ")).enumerate() {
         line(if place == 0 { "frontier" } else { "" }, part.to_owned());

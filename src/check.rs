@@ -19,6 +19,7 @@ use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 use skills::{Chart, Strictness};
 
+use crate::counted::counted;
 use crate::monitor::System;
 use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
@@ -131,10 +132,6 @@ pub(crate) fn each<F: AsRef<Path>>(
     Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
 }
 
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
 fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
     let (summary, warnings, problems) = match checked {
         Ok(checked) => {
@@ -194,7 +191,12 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
         0 => String::new(),
         count => format!(" ({count} declared by Nav2's model)"),
     };
-    let summary = format!("{} nodes, {} of them leaves{of_nav2}", tree.nodes().len(), tree.leaves().count());
+    let summary = format!(
+        "{}, {} of them {}{of_nav2}",
+        counted(tree.nodes().len(), "node"),
+        tree.leaves().count(),
+        if tree.leaves().count() == 1 { "a leaf" } else { "leaves" }
+    );
     let concerns = tree.concerns().into_iter().map(|concerns| Box::new(concerns.clone()) as _).collect();
     Ok((tree, Checked::of(summary, concerns)))
 }
@@ -220,18 +222,14 @@ pub(crate) fn machine(file: &Path, scenario: Option<&str>) -> Result<(Arc<Chart>
 fn properties(file: &Path, scenario: &str) -> Result<Checked, Error> {
     let properties = System::of(scenario)?.load(file)?;
     let warned = (!properties.warnings.is_empty()).then(|| Box::new(properties.warnings) as _);
-    Ok(Checked::of(counted_properties(properties.properties.len()), warned.into_iter().collect()))
-}
-
-fn counted_properties(count: usize) -> String {
-    format!("{count} propert{}", if count == 1 { "y" } else { "ies" })
+    Ok(Checked::of(counted(properties.properties.len(), "property"), warned.into_iter().collect()))
 }
 
 fn map(file: &Path) -> Result<Checked, Error> {
     let map = named_files::map(file)?;
     let free = map.cells().iter().filter(|cell| **cell == Cell::Free).count();
     if free == 0 {
-        let message = format!("{} has no free cell", file.display());
+        let message = format!("{} contains no free cell", file.display());
         return Err(Error::refused(message, "light pixels are free floor, unless the map's `negate` says otherwise"));
     }
     let size = |cells: usize| cells as f64 * map.resolution_m();
@@ -260,8 +258,8 @@ fn campaign(file: &Path) -> Result<Checked, Error> {
     let plan = Plan::load(file)?;
     let mut checked = ready(plan.base())?;
     let runs = match plan.file().goal {
-        Some(_) => format!("at most {} runs", plan.runs()),
-        None => format!("{} runs", plan.runs()),
+        Some(_) => format!("at most {}", counted(plan.runs(), "run")),
+        None => counted(plan.runs(), "run"),
     };
     checked.summary = format!("a campaign of {runs} of a scenario with {}", checked.summary);
     Ok(checked)
@@ -292,13 +290,13 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     concerns.extend(live.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
     let mut parts = match &scenario.model {
         Some(_) => vec![format!("a RoAML model of {}", counted(scenario.machine_processes().count(), "machine"))],
-        None => vec![counted(tree.map_or(0, |tree| tree.leaves().count()), "leaf").replace("leafs", "leaves")],
+        None => vec![counted(tree.map_or(0, |tree| tree.leaves().count()), "leaf")],
     };
     // A model's components are its machines; those of the robot are built in.
     let components = if scenario.model.is_some() { 0 } else { scenario.components.len() };
     parts.extend((components > 0).then(|| counted(components, "component")));
     parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
-    parts.push(counted_properties(live.properties().count()));
+    parts.push(counted(live.properties().count(), "property"));
     parts.push(counted(scenario.file.faults.len(), "fault"));
     let programs = programs(scenario).map(|program| format!("a run starts {program}")).collect();
     Ok(Checked { summary: parts.join(", "), concerns, programs })

@@ -136,10 +136,7 @@ impl Application {
         for path in bases.into_iter().chain(found.files.remembered()) {
             if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
                 let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
-                return Err(Error::refused(
-                    message,
-                    "a copy has all files in its own folder: move the file there first",
-                ));
+                return Err(Error::refused(message, "a copy contains all its files: move the file there first"));
             }
             let contents =
                 found.files.read(&path).map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;

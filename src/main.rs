@@ -6,6 +6,7 @@ mod browser;
 mod campaign;
 mod check;
 mod completions;
+mod counted;
 mod entry;
 mod faults;
 mod help;

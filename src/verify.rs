@@ -23,6 +23,7 @@ use recording::{Header, LoggedRecording, Recording, RecordingError};
 use scenarios::scenario::find;
 use serde_json::json;
 
+use crate::counted::counted;
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, say};
 use judge::{Verified, judge, load, recorded};
@@ -92,7 +93,7 @@ fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let verified = if is_bag { bag::verify(args, path) } else { verify_event_log(args, path) }?;
     verified.notes.iter().for_each(|text| note(text));
     if verified.end.messages + verified.end.ticks == 0 {
-        note("the log has no events: every verdict is that of a run in which nothing happened");
+        note("the log contains no events: every verdict is that of a run in which nothing happened");
     }
     if verified.properties.is_empty() {
         note("there is no property to check the log against");
@@ -135,7 +136,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let (end, unsure) = judge(args, path, about, String::new(), &system, &mut properties, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
-        .then(|| format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
+        .then(|| format!("left out {}: the scenario does not have their channels", counted(log.skipped(), "message")));
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
     Ok(Verified { properties, end, unsure, start_ns: None, notes: skipped.into_iter().chain(unjudged).collect() })
 }
@@ -237,7 +238,7 @@ fn in_words(verified: &Verified) -> String {
     let mut text = String::new();
     let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{} messages, {} ticks{since}", end.messages, end.ticks);
+    let _ = writeln!(text, "{}, {}{since}", counted(end.messages, "message"), counted(end.ticks, "tick"));
     let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);
     for (index, property) in properties.iter().enumerate() {
         let _ = writeln!(text, "{:<widest$} {}", property.name, verified.verdict(index));

@@ -128,7 +128,7 @@ fn a_bag_that_cannot_be_checked_is_refused() {
     let wrong =
         recorded.write("wrong.toml", b"[[messages]]\ntopic = \"/cmd_val\"\nfrom = \"a\"\nto = \"b\"\nfields = {}\n");
     let said = refusal(&["verify", &bag, "--property", &scope, "--map-channels", &wrong]);
-    assert!(said.contains("the bag has no topic `/cmd_val`") && said.contains("/cmd_vel"), "{said}");
+    assert!(said.contains("the bag contains no topic `/cmd_val`") && said.contains("/cmd_vel"), "{said}");
     #[cfg(not(feature = "sqlite"))]
     {
         let sqlite = recorded.write("old.db3", b"SQLite format 3\0");

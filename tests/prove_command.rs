@@ -342,7 +342,7 @@ fn unreached_items_are_listed_with_their_locations_even_without_a_property() {
         (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let counted = words(&[]).1;
-    assert!(counted.contains("in no run: 5 answers of nodes, 1 state, 5 transitions (--unreached"), "{counted}");
+    assert!(counted.contains("never reached: 5 answers of nodes, 1 state, 5 transitions (--unreached"), "{counted}");
     let (status, listed) = words(&["--unreached", "--set", "prove.expect.all_reached=proved"]);
     assert!(listed.contains("tree.xml:5: GoIn is never ticked"), "{listed}");
     assert!(listed.contains("! all_reached was expected to be proved, and is violated"), "{listed}");

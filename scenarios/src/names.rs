@@ -8,7 +8,7 @@ pub fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<
     let list = || match known.as_slice() {
         [] => "there is none".to_owned(),
         [only] => format!("the only one is `{only}`"),
-        known => format!("there are `{}`", known.join("`, `")),
+        known => format!("the known ones are `{}`", known.join("`, `")),
     };
     let help = diagnostics::did_you_mean(&name.value, known.iter().copied()).unwrap_or_else(list);
     let problem = name.span.problem(format!("unknown {what} `{}`", name.value));

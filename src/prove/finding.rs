@@ -7,6 +7,7 @@ use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
 use super::violation::Violation;
+use crate::counted::counted;
 
 /// A property that was explored.
 pub(crate) struct Finding {
@@ -70,7 +71,7 @@ fn open(answer: &Answer, limit: Limit) -> String {
         let levels = levels.filter(|_| answer.rounds.iter().any(|other| other.levels != *levels));
         let levels = levels.map_or_else(String::new, |levels| format!(", with {levels} classes of levels"));
         let reduced = if progress.is_reduced { ", storing only states with a choice" } else { "" };
-        format!("{} states to depth {}{levels}{reduced}", progress.visited, progress.depth)
+        format!("{} to depth {}{levels}{reduced}", counted(progress.visited, "state"), progress.depth)
     };
     let rounds: Vec<String> = answer.rounds.iter().map(round).collect();
     let help = match limit {

@@ -12,6 +12,7 @@ use scenarios::prove::{Answer, Mutant, Proof, Question, Subject};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 
+use crate::counted::counted;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 use crate::progress::Bar;
 
@@ -282,6 +283,6 @@ fn undecided(answer: &Answer) -> String {
     match answer.exploration.outcome {
         _ if answer.is_spurious => "no battery can have the levels of the run".to_owned(),
         Outcome::Endless(_) => "messages pile up without end".to_owned(),
-        _ => format!("explored {states} states to depth {depth}"),
+        _ => format!("explored {} to depth {depth}", counted(states, "state")),
     }
 }

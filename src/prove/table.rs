@@ -43,7 +43,7 @@ pub(super) fn unreached(findings: &[Finding], list: bool) -> Text {
         return text;
     }
     let end = if list { ":" } else { " (--unreached lists them)" };
-    let _ = writeln!(text, "\nin no run: {}{end}", counts.join(", "));
+    let _ = writeln!(text, "\nnever reached: {}{end}", counts.join(", "));
     if list {
         let _ = write!(text, "{}", finding::unreached(&finding.answer));
     }

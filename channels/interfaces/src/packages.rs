@@ -236,7 +236,7 @@ pub(crate) fn what_to_add(name: &TypeName, folders: &[PathBuf]) -> String {
     let folder = folders.iter().rev().find(|folder| folder.is_relative()).map_or(Path::new(""), |folder| folder);
     let file = folder.join(package).join("msg").join(format!("{}.msg", name.name));
     format!(
-        "add {}{from}; or name a folder that has the package, such as ROS's own: `packages = [\"/opt/ros/jazzy/share\"]`",
+        "add {}{from}; or name a folder that contains the package, such as ROS's own: `packages = [\"/opt/ros/jazzy/share\"]`",
         file.display()
     )
 }

@@ -128,7 +128,7 @@ impl Definitions<'_> {
                 types.get(name).cloned().ok_or_else(|| Undefined {
                     why: format!("there is no definition of {name}"),
                     help: format!(
-                        "name a folder that has the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
+                        "name a folder that contains the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
                     ),
                 })?
             }

@@ -357,7 +357,7 @@ fn a_chunk_with_a_wrong_checksum_is_lost_and_the_rest_is_read() {
         let at = bytes.windows(8).position(|bytes| bytes == [7; 8]).expect("the message");
         bytes[at] ^= 1;
         let (times, lost) = read(&bytes);
-        let said = "has a damaged chunk before its first message (its checksum is not that of its messages): the rest of it \
+        let said = "contains a damaged chunk before its first message (its checksum is not that of its messages): the rest of it \
                     is lost";
         assert!(times == [1] && lost.ends_with(said), "{times:?}: {lost}");
     }

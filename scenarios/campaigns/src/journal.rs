@@ -233,11 +233,11 @@ impl Journal {
             move |source| Error::unwritten(path, source)
         };
         if !journal.exists() && folder.join(DATASET).exists() {
-            let message = format!("{} has a dataset without its journal", folder.display());
+            let message = format!("{} contains a dataset without its journal", folder.display());
             return Err(Error::refused(message, "existing files are not overwritten: use another folder"));
         }
         if !journal.exists() && folder.join(REPORT).exists() {
-            let message = format!("{} has the report of a run", folder.display());
+            let message = format!("{} contains the report of a run", folder.display());
             return Err(Error::refused(
                 message,
                 "a campaign does not overwrite it: choose another folder with `--out`",
@@ -495,5 +495,5 @@ impl<R: Read> Lines<R> {
 
 fn damaged(folder: &Path) -> Error {
     let message = format!("the journal in {} is damaged or from another version", folder.display());
-    Error::refused(message, "it has a line that no campaign of this version writes: use another folder")
+    Error::refused(message, "it contains a line that no campaign of this version writes: use another folder")
 }

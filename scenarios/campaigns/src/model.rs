@@ -49,7 +49,7 @@ impl Model {
             let help = match known.as_slice() {
                 [] => "give the parameters names: `name = \"drain\"`".to_owned(),
                 [only] => format!("the only one is `{only}`"),
-                known => format!("there are `{}`", known.join("`, `")),
+                known => format!("the known ones are `{}`", known.join("`, `")),
             };
             root.report(problem.with_label("this formula").with_help(help));
         }

@@ -55,7 +55,7 @@ pub fn run_and_report(
 pub fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
     match outputs.folder.as_deref().filter(|folder| has_journal(folder)) {
         Some(folder) => {
-            let message = format!("{} has the results of a campaign", folder.display());
+            let message = format!("{} contains the results of a campaign", folder.display());
             Err(Error::refused(message, "a run does not overwrite them: choose another folder with `--out`"))
         }
         None => Ok(()),

@@ -200,7 +200,7 @@ impl Mapping {
         if shape.is_none() {
             let mut names: Vec<&str> = survey.topics.iter().map(|topic| topic.name.as_str()).collect();
             names.sort_unstable();
-            let problem = mapped.topic.span.problem(format!("the bag has no topic `{}`", mapped.topic.value));
+            let problem = mapped.topic.span.problem(format!("the bag contains no topic `{}`", mapped.topic.value));
             problems.push(problem.with_label("this topic").with_help(nearest_or_all(
                 &mapped.topic.value,
                 "topics",

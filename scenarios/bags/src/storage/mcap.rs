@@ -268,7 +268,8 @@ impl Walk {
             || "before its first message".to_owned(),
             |last| crate::after_first(nanoseconds(last), self.first_ns),
         );
-        let (what, rest) = if goes_on { ("has a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
+        let (what, rest) =
+            if goes_on { ("contains a damaged chunk", "the rest of it") } else { ("breaks off", "the rest") };
         let reason = if error.kind() == io::ErrorKind::UnexpectedEof { String::new() } else { format!(" ({error})") };
         format!("{} {what} {since}{reason}: {rest} is lost", self.path.display())
     }
