@@ -10,9 +10,9 @@ mod react;
 
 use std::time::Duration;
 
-pub(crate) use begin::{begin, needs_reading};
+pub(crate) use begin::{begin, begin_plain, needs_reading};
 pub(crate) use nav2::needs_reading_after;
-pub(crate) use react::react;
+pub(crate) use react::{react, react_plain};
 
 use channels::NormalForm;
 

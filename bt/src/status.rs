@@ -77,32 +77,39 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// The status of a node in a tick of the tree.
+/// What happened to a node in a tick of the tree, a bit for each [`Outcome`]. All zeros are nothing, so that a new tick
+/// can clear the outcomes of all nodes as one block of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Outcomes {
-    pub(crate) last: Option<Outcome>,
-    /// All, one bit each: the tree may tick a node more than once.
+    last: u8,
+    /// The tree may tick a node more than once.
     all: u8,
 }
 
 impl Outcomes {
+    #[inline]
     pub(crate) fn note(&mut self, outcome: Outcome) {
-        self.last = Some(outcome);
-        self.all |= Self::bit(outcome);
+        self.last = Self::bit(outcome);
+        self.all |= self.last;
+    }
+
+    pub(crate) fn last(self) -> Option<Outcome> {
+        Self::of(self.last).next()
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = Outcome> {
+        Self::of(self.all)
+    }
+
+    fn of(bits: u8) -> impl Iterator<Item = Outcome> {
         let answers = [Status::Running, Status::Success, Status::Failure, Status::Skipped].map(Outcome::Answered);
         let all = answers.into_iter().chain([Outcome::Halted]);
-        all.filter(move |outcome| self.all & Self::bit(*outcome) != 0)
+        all.filter(move |outcome| bits & Self::bit(*outcome) != 0)
     }
 
     fn bit(outcome: Outcome) -> u8 {
         match outcome {
-            Outcome::Answered(Status::Running) => 1,
-            Outcome::Answered(Status::Success) => 2,
-            Outcome::Answered(Status::Failure) => 4,
-            Outcome::Answered(Status::Skipped) => 8,
+            Outcome::Answered(status) => 1 << status as u8,
             Outcome::Halted => 16,
         }
     }

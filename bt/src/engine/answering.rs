@@ -3,7 +3,9 @@
 use super::reset::{After, Halting};
 use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
 use crate::program::{Flags, Op, Program};
-use crate::semantics::{Answer, Reaction, Reading, Reset, Resume, Then, Which, needs_reading_after, react};
+use crate::semantics::{
+    Answer, Reaction, Reading, Reset, Resume, Then, Which, needs_reading_after, react, react_plain,
+};
 use crate::status::Mark;
 use crate::{Kind, Outcome, Status};
 
@@ -48,9 +50,15 @@ impl State {
         if !is_last && Some(status) == kind.goes_on_after() {
             return Ok(Next::Enter(sibling));
         }
-        let (reading, now) = (Reading::Nothing, context.now);
-        let answer = Answer { status: Some(status), was_idle: mark.was_idle(), is_last, reading, now };
-        Ok(self.react(context, parent, node, answer))
+        let was_idle = mark.was_idle();
+        if kind.has_settings() {
+            let (reading, now) = (Reading::Nothing, context.now);
+            let answer = Answer { status: Some(status), was_idle, is_last, reading, now };
+            return Ok(self.react_with_settings(context, parent, node, answer));
+        }
+        let memory = &mut self.memories[context.op(parent).place as usize];
+        let reaction = react_plain(kind, memory, status, was_idle, is_last);
+        Ok(self.carry_out(context, parent, node, reaction))
     }
 
     fn run_exit_scripts(&mut self, program: &Program, node: u32, status: Status) -> Status {
@@ -63,9 +71,15 @@ impl State {
         }
     }
 
-    /// Lets a node react to the answer of a child.
-    #[inline]
-    fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, mut answer: Answer) -> Next {
+    /// Lets a node that may have ports to read react to the answer of a child.
+    #[inline(never)]
+    fn react_with_settings<A>(
+        &mut self,
+        context: &mut Context<'_, A>,
+        node: u32,
+        child: u32,
+        mut answer: Answer,
+    ) -> Next {
         let Op { kind, place, flags, .. } = context.op(node);
         if kind == Kind::TryCatch && self.memories[place as usize].catches {
             return context.reset(Halting::below(context.program(), node, After::Caught(node)));
@@ -93,7 +107,7 @@ impl State {
         let Op { parent, end: sibling, .. } = context.op(node);
         let is_last = sibling == context.op(parent).end;
         let answer = Answer { status: None, was_idle: false, is_last, reading: Reading::Nothing, now: context.now };
-        self.react(context, parent, node, answer)
+        self.react_with_settings(context, parent, node, answer)
     }
 
     /// Carries out a node's reaction; `here` is the child that answered.

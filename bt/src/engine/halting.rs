@@ -101,7 +101,7 @@ impl State {
         let outcomes = &mut self.outcomes[node as usize];
         let mark = self.marks[node as usize];
         // A node that counts as running, but has only been skipped, did not run: no halt is noted.
-        let was_skipped = mark == Mark::Lingering && outcomes.last == Some(Outcome::Answered(Status::Skipped));
+        let was_skipped = mark == Mark::Lingering && outcomes.last() == Some(Outcome::Answered(Status::Skipped));
         if mark.is_running() && !was_skipped {
             outcomes.note(Outcome::Halted);
         }

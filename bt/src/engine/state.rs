@@ -96,7 +96,8 @@ impl State {
 
     /// The states of all nodes. Nodes within their tick count as running.
     pub(crate) fn states(&self, ops: &[Op]) -> Vec<NodeState> {
-        let state = |(mark, outcomes): (&Mark, &Outcomes)| NodeState { status: mark.status(), outcome: outcomes.last };
+        let state =
+            |(mark, outcomes): (&Mark, &Outcomes)| NodeState { status: mark.status(), outcome: outcomes.last() };
         let mut states: Vec<NodeState> = self.marks.iter().zip(&self.outcomes).map(state).collect();
         for node in self.under_way(ops) {
             states[node as usize].outcome = Some(Outcome::Answered(Status::Running));

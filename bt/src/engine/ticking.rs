@@ -4,7 +4,7 @@ use super::reset::{After, Halting};
 use super::{Answers, Context, Next, State};
 use crate::hooks::Entrance;
 use crate::program::{Flags, Op};
-use crate::semantics::{Beginning, Reaction, Reading, Then, Which, begin, needs_reading};
+use crate::semantics::{Beginning, Reaction, Reading, Then, Which, begin, begin_plain, needs_reading};
 use crate::status::Mark;
 use crate::{Leaf, NodeId, Status};
 
@@ -51,16 +51,13 @@ impl State {
             return Some(self.begin_with_settings(context, node, was));
         }
         // Such a node always ticks a child.
-        self.marks[node as usize] = was.entered().begun();
+        *mark = was.entered().begun();
         let memory = &mut self.memories[context.op(node).place as usize];
-        let reading = Reading::Nothing;
-        let beginning = Beginning { was: was.status(), reading, now: context.now, child_runs: false };
-        Some(match begin(kind, memory, beginning) {
-            Reaction::Do { then: Then::Tick(Which::Resumed), .. } => {
-                Next::Enter(self.resume[node as usize].max(node + 1))
-            }
-            _ => Next::Enter(node + 1),
-        })
+        let first = match begin_plain(kind, memory, was == Mark::Idle) {
+            Which::Resumed => self.resume[node as usize].max(node + 1),
+            _ => node + 1,
+        };
+        Some(Next::Enter(first))
     }
 
     /// Ticks a node that may have ports to read.

@@ -19,22 +19,31 @@ pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool
 }
 
 /// What a node of this kind does when it is ticked.
-#[inline]
 pub(crate) fn begin(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reaction {
+    match kind {
+        Kind::AlwaysSuccess => Reaction::answer(Status::Success),
+        Kind::AlwaysFailure => Reaction::answer(Status::Failure),
+        kind if kind.has_settings() => begin_other(kind, memory, beginning),
+        kind => Reaction::tick(begin_plain(kind, memory, beginning.was.is_none())),
+    }
+}
+
+/// The child that a node [without settings](Kind::has_settings) ticks when it is ticked. The engine calls this
+/// directly, since most inner nodes of trees are of these kinds.
+#[inline]
+pub(crate) fn begin_plain(kind: Kind, memory: &mut Memory, was_idle: bool) -> Which {
     match kind {
         Kind::ReactiveSequence | Kind::ReactiveFallback => {
             memory.skipped = 0;
-            Reaction::tick(Which::First)
+            Which::First
         }
         Kind::Sequence | Kind::SequenceWithMemory | Kind::AsyncSequence | Kind::Fallback | Kind::AsyncFallback => {
-            if beginning.was.is_none() {
+            if was_idle {
                 memory.skipped = 0;
             }
-            Reaction::tick(Which::Resumed)
+            Which::Resumed
         }
-        Kind::AlwaysSuccess => Reaction::answer(Status::Success),
-        Kind::AlwaysFailure => Reaction::answer(Status::Failure),
-        _ => begin_other(kind, memory, beginning),
+        _ => Which::First,
     }
 }
 

@@ -6,18 +6,33 @@ use super::{Answer, Memory, Reaction, Reading, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
 
 /// What a node of this kind does when a child gives this answer.
-#[inline]
 pub(crate) fn react(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {
     let Some(status) = answer.status else { return react_parallel(kind, memory, answer) };
     match kind {
-        Kind::ReactiveSequence => react_reactive(memory, Status::Success, status, answer.is_last),
-        Kind::ReactiveFallback => react_reactive(memory, Status::Failure, status, answer.is_last),
-        Kind::Sequence | Kind::SequenceWithMemory | Kind::AsyncSequence => {
-            react_in_order(kind, memory, Status::Success, status, answer)
-        }
-        Kind::Fallback | Kind::AsyncFallback => react_in_order(kind, memory, Status::Failure, status, answer),
         Kind::Parallel | Kind::ParallelAll => react_parallel(kind, memory, answer),
-        _ => react_other(kind, memory, status, answer),
+        kind if kind.has_settings() => react_other(kind, memory, status, answer),
+        kind => react_plain(kind, memory, status, answer.was_idle, answer.is_last),
+    }
+}
+
+/// What a node [without settings](Kind::has_settings) does when a child gives this answer. The engine calls this
+/// directly, since most inner nodes of trees are of these kinds; an [`Answer`] would not fit into registers.
+#[inline]
+pub(crate) fn react_plain(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool, is_last: bool) -> Reaction {
+    match (kind, status) {
+        (Kind::ReactiveSequence, _) => react_reactive(memory, Status::Success, status, is_last),
+        (Kind::ReactiveFallback, _) => react_reactive(memory, Status::Failure, status, is_last),
+        (Kind::Sequence | Kind::SequenceWithMemory | Kind::AsyncSequence, _) => {
+            react_in_order(kind, memory, Status::Success, status, was_idle, is_last)
+        }
+        (Kind::Fallback | Kind::AsyncFallback, _) => {
+            react_in_order(kind, memory, Status::Failure, status, was_idle, is_last)
+        }
+        (_, Status::Running | Status::Skipped) => Reaction::answer(status),
+        (Kind::Inverter, _) => Reaction::finish(status.inverted()),
+        (Kind::ForceSuccess, _) => Reaction::finish(Status::Success),
+        (Kind::ForceFailure, _) => Reaction::finish(Status::Failure),
+        (_, status) => Reaction::finish(status),
     }
 }
 
@@ -43,7 +58,14 @@ fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last:
 
 /// Nodes that continue with the running child.
 #[inline]
-fn react_in_order(kind: Kind, memory: &mut Memory, neutral: Status, status: Status, answer: Answer) -> Reaction {
+fn react_in_order(
+    kind: Kind,
+    memory: &mut Memory,
+    neutral: Status,
+    status: Status,
+    was_idle: bool,
+    is_last: bool,
+) -> Reaction {
     let yields = matches!(kind, Kind::SequenceWithMemory | Kind::AsyncSequence | Kind::AsyncFallback);
     let stop = |reset| Reaction::Do { reset, resume: Resume::Here, then: Then::Answer(status) };
     match status {
@@ -53,8 +75,8 @@ fn react_in_order(kind: Kind, memory: &mut Memory, neutral: Status, status: Stat
         _ if kind == Kind::SequenceWithMemory => return stop(Reset::FromHere),
         _ => return Reaction::finish(status),
     }
-    if !answer.is_last {
-        if yields && answer.was_idle && status == neutral {
+    if !is_last {
+        if yields && was_idle && status == neutral {
             return Reaction::Do { reset: Reset::None, resume: Resume::Next, then: Then::Again };
         }
         return Reaction::Next;
@@ -103,7 +125,7 @@ impl Memory {
 }
 
 fn react_other(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) -> Reaction {
-    use Status::{Failure, Running, Skipped, Success};
+    use Status::{Running, Skipped};
     match (kind, status) {
         (Kind::IfThenElse | Kind::WhileDoElse, _) => react_conditional(kind, memory, status),
         (Kind::TryCatch, _) => react_try_catch(memory, status),
@@ -124,9 +146,6 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) 
         (kind, _) if kind.is_of_nav2() => react_nav2(kind, memory, status, answer),
 
         (_, Running | Skipped) => Reaction::answer(status),
-        (Kind::Inverter, _) => Reaction::finish(status.inverted()),
-        (Kind::ForceSuccess, _) => Reaction::finish(Success),
-        (Kind::ForceFailure, _) => Reaction::finish(Failure),
         (Kind::RunOnce, _) => {
             (memory.flag, memory.kept) = (true, Some(status));
             Reaction::finish(status)
