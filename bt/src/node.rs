@@ -41,7 +41,7 @@ pub struct Node {
     pub(crate) parent: Option<NodeId>,
     pub(crate) depth: usize,
     pub(crate) subtree_end: u32,
-    /// Only for leaves; empty for other nodes.
+    /// Only for leaves whose label a leaf before them has; empty for other nodes.
     pub(crate) process: String,
 }
 
@@ -147,7 +147,7 @@ pub(crate) fn name_processes(nodes: &mut [Node]) {
         while *number > 1 && labels.contains(format!("{label}_{number}").as_str()) {
             *number += 1;
         }
-        if *number == 1 { label.to_owned() } else { format!("{label}_{number}") }
+        if *number == 1 { String::new() } else { format!("{label}_{number}") }
     };
     let names: Vec<String> = leaves().map(name).collect();
     for (leaf, name) in nodes.iter_mut().filter(|node| node.kind.is_leaf()).zip(names) {

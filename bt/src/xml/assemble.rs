@@ -10,6 +10,7 @@ use miette::SourceSpan;
 use super::compile::{Compiler, Surroundings};
 use super::library::{Definition, Library, Scanned};
 use super::loader::Loader;
+use super::model::Model;
 use super::ports::is_port_name;
 use super::problems::{Written, copy_refused, hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
@@ -270,11 +271,12 @@ impl Assembly<'_> {
         let limit = self.loader.max_nodes;
         let id = u32::try_from(self.nodes.len()).ok().filter(|_| self.nodes.len() < limit);
         let Some(id) = id else { return Err(too_large(limit, span)) };
-        self.ports += self.library.model(&scanned.type_id).map_or(0, |model| model.ports.len());
+        let model = self.library.model(&scanned.type_id);
+        self.ports += model.map_or(0, |model| model.ports.len());
         if self.ports > limit.saturating_mul(PORTS_PER_NODE) {
             return Err(too_many("ports in all", limit.saturating_mul(PORTS_PER_NODE), span));
         }
-        self.compile(scanned, id, parent, file);
+        self.compile(scanned, model, id, parent, file);
         let attributes = scanned.attributes.iter().map(|kept| (kept.name.clone(), kept.value.clone())).collect();
         let (type_id, number, subtree_end) = (scanned.type_id.clone(), NodeId(id), id + 1);
         let process = String::new();
@@ -283,7 +285,7 @@ impl Assembly<'_> {
     }
 
     /// Compiles a node for the engine.
-    fn compile(&mut self, scanned: &Scanned, id: u32, parent: Option<NodeId>, file: usize) {
+    fn compile(&mut self, scanned: &Scanned, model: Option<&Model>, id: u32, parent: Option<NodeId>, file: usize) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let problems = &mut self.files[file].problems;
         let mut compiler = Compiler { kind, name: type_id, attributes, span, names: &mut self.names, problems };
@@ -295,7 +297,7 @@ impl Assembly<'_> {
             self.program.hooks.insert(id, hooks);
         }
         let place = if kind.is_leaf() {
-            self.program.leaves.push(compiler.leaf_ports(self.library.model(type_id)));
+            self.program.leaves.push(compiler.leaf_ports(model));
             self.program.leaves.len()
         } else {
             let setting = compiler.setting();

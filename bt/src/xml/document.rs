@@ -207,15 +207,16 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
 
 /// Adds the models of Nav2's leaves that a document uses, `<Wait/>`, but nothing declares.
 fn add_nav2_leaves(document: &Document<'_>, loader: &Loader, trees: &BTreeSet<String>, models: &mut Models) {
-    for element in document.descendants().filter(Node::is_element) {
+    let elements = document.root_element().children().filter(|element| element.has_tag_name("BehaviorTree"));
+    for element in elements.flat_map(|tree| tree.descendants().skip(1)).filter(Node::is_element) {
         let id = element.tag_name().name();
-        let is_known = |id: &str| {
-            vocabulary::builtin(id).is_some()
-                || models.contains_key(id)
-                || loader.leaves.contains(id)
-                || trees.contains(id)
-        };
-        if let Some(model) = nav2_model(id).filter(|_| !is_known(id)) {
+        let is_known = vocabulary::builtin(id).is_some()
+            || vocabulary::explicit(id).is_some()
+            || models.contains_key(id)
+            || loader.leaves.contains(id)
+            || trees.contains(id);
+        // Asked last: the first question reads Nav2's whole model, which takes as long as loading a tree ten times.
+        if !is_known && let Some(model) = nav2_model(id) {
             models.insert(id.to_owned(), model.clone());
         }
     }

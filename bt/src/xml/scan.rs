@@ -67,7 +67,7 @@ impl Scan<'_> {
             Some(id) if id.trim().is_empty() => required_id(tree, "the name of the tree", self.problems),
             id => id.map(str::to_owned),
         };
-        self.check_id(id.as_deref(), value_span(tree, "ID"));
+        self.check_id(id.as_deref(), || value_span(tree, "ID"));
         let kept = other_attributes(tree, &["ID"]);
         let mut definition = Definition { id, kept, span: tag_span(tree), file: self.file, nodes: Vec::new() };
         let children = tree.children().filter(Element::is_element);
@@ -84,8 +84,8 @@ impl Scan<'_> {
     }
 
     /// Checks that BehaviorTree.CPP 4 allows this ID.
-    fn check_id(&mut self, id: Option<&str>, span: Option<SourceSpan>) {
-        let (Some(id), Some(span)) = (id, span) else { return };
+    fn check_id(&mut self, id: Option<&str>, span: impl FnOnce() -> Option<SourceSpan>) {
+        let Some(id) = id else { return };
         let (reason, help) = match vocabulary::forbidden(id) {
             Some(forbidden) => {
                 let what = match forbidden {
@@ -101,6 +101,7 @@ impl Scan<'_> {
             }
             None => return,
         };
+        let Some(span) = span() else { return };
         let problem = Problem::new(format!("`{id}` cannot be an ID: {reason}")).at(span, "not allowed");
         self.problems.push(problem.with_help(help));
     }
@@ -213,7 +214,7 @@ impl Scan<'_> {
                 return None;
             }
         };
-        self.check_id(Some(name), Some(name_span(element).into()));
+        self.check_id(Some(name), || Some(name_span(element).into()));
         self.check_needless_id(element, kind);
         self.check_category(name, kind.category(), tag_span(element));
         Some((kind, name.to_owned()))
@@ -222,7 +223,7 @@ impl Scan<'_> {
     /// `<Control ID="Sequence">`, `<Action ID="GoTo"/>` and similar forms.
     fn resolve_explicit(&mut self, element: Element<'_, '_>, used_as: Category, id: String) -> Option<(Kind, String)> {
         if used_as == Category::SubTree {
-            self.check_id(element.attribute("ID"), value_span(element, "ID"));
+            self.check_id(element.attribute("ID"), || value_span(element, "ID"));
             return Some((Kind::SubTree, id));
         }
         if let Some(builtin) = vocabulary::builtin(&id) {
