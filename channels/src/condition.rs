@@ -194,15 +194,14 @@ impl Relation {
     /// Between values of different types, every relation but `!=` is false.
     #[must_use]
     pub fn holds(self, a: &Value, b: &Value) -> bool {
-        let order = a.order(b);
-        let equal = || if a.is_number() && b.is_number() { order == Some(Ordering::Equal) } else { a == b };
+        let equal = || if a.is_number() && b.is_number() { a.order(b) == Some(Ordering::Equal) } else { a == b };
         match self {
             Self::Equal => equal(),
             Self::NotEqual => !equal(),
-            Self::Less => order == Some(Ordering::Less),
-            Self::LessOrEqual => order.is_some_and(Ordering::is_le),
-            Self::Greater => order == Some(Ordering::Greater),
-            Self::GreaterOrEqual => order.is_some_and(Ordering::is_ge),
+            Self::Less => a.order(b) == Some(Ordering::Less),
+            Self::LessOrEqual => a.order(b).is_some_and(Ordering::is_le),
+            Self::Greater => a.order(b) == Some(Ordering::Greater),
+            Self::GreaterOrEqual => a.order(b).is_some_and(Ordering::is_ge),
         }
     }
 }

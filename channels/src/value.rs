@@ -64,6 +64,7 @@ impl Value {
     }
 
     /// The order of two numbers, exact also between an integer and a real; `None` if one of them is no number, or NaN.
+    #[inline]
     #[must_use]
     pub fn order(&self, other: &Self) -> Option<Ordering> {
         match (self, other) {
