@@ -3,48 +3,46 @@
 use std::hash::{DefaultHasher, Hasher};
 
 use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
-use monitors::{
-    Arithmetic, Bound, Choice, Formula, Limits, MessageCondition, Method, Outcome, ScopeMonitor, Term, holds,
-};
+use monitors::{Choice, Formula, Limits, MessageCondition, Method, Outcome, ScopeMonitor, holds};
 
 use crate::cases::cases;
+use crate::support::check::{check, check_letters};
+use crate::support::classes::{CLASSES, Class, Pair, Topologies, stretched};
+use crate::support::tally::Tally;
 use crate::support::{
-    self, Choose, Dice, Tally, check, check_letters, check_numbers, formula_over, formula_with, numbers, random_event,
-    random_formula, random_sequence, topology,
+    self, Choose, Dice, formula_over, formula_with, numbers, random_event, random_formula, random_sequence, topology,
 };
+
+/// Checks this many pairs of a class.
+fn agree(class: Class, first: u64, pairs: u64, states: u64, words: u64) -> Tally {
+    let topologies = Topologies::new();
+    let mut tally = Tally::default();
+    for seed in first..first + pairs {
+        let pair = topologies.pair(class, seed, states);
+        if let Err(what) = check(&pair, words, &mut tally) {
+            panic!("{class}: {what}\n{pair}");
+        }
+    }
+    eprintln!("{class}: {tally}");
+    tally
+}
 
 #[test]
 #[ignore = "long: .ci/run runs it"]
 fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
-    let topology = topology();
-    let mut tally = Tally::default();
     let pairs = cases(10_000);
-    for seed in 0..pairs {
-        let mut dice = Dice(seed);
-        let depth = 1 + seed as u32 % 3;
-        let formula = random_formula(&mut dice, &topology, depth);
-        let length = dice.roll(12) as usize;
-        let sequence = random_sequence(&mut dice, &topology, length);
-        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
-            panic!("pair {seed}: {what}\n{formula:#?}\n{sequence:#?}");
-        }
-    }
+    let tally = agree(Class::Small, 0, pairs, 12, 30);
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
-    assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
+    assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally}");
+    assert!(tally.late.is_empty(), "{tally}");
 }
 
 /// Many fields, extreme constants, integers beyond 2⁵³, missing items and parts that are trivially true.
 #[test]
 fn monitors_of_many_extreme_numbers_agree_with_the_oracle() {
-    let topology = numbers::topology();
-    let mut tally = Tally { words: 5, ..Tally::default() };
     let pairs = cases(2_000);
-    for seed in 50_000_000..50_000_000 + pairs {
-        if let Err(what) = check_numbers(seed, &topology, &mut tally) {
-            panic!("{what}");
-        }
-    }
-    assert!(tally.settled * 10 > pairs && tally.automata * 10 > pairs && tally.graphs * 10 > pairs, "{tally:?}");
+    let tally = agree(Class::Numbers, 0, pairs, 10, 5);
+    assert!(tally.settled * 10 > pairs && tally.automata * 10 > pairs && tally.graphs * 10 > pairs, "{tally}");
 }
 
 /// Halving a limit, or leaving almost nothing of it, makes verdicts late. It changes none.
@@ -86,121 +84,33 @@ fn no_limit_decides_a_verdict() {
     assert!(late > 0 && settled * 4 > cases(1_000), "{late} late, {settled} settled");
 }
 
-/// Random formulas with operators that look back.
-fn looking_back(first: u64, pairs: u64) {
-    let topology = topology();
-    let mut tally = Tally::default();
-    for seed in first..first + pairs {
-        let mut dice = Dice(seed + 20_000_000);
-        let events: Vec<monitors::EventAtom> = (0..3).map(|_| random_event(&mut dice, &topology)).collect();
-        let ahead = dice.roll(4) > 0;
-        let part = formula_with(&mut dice, &events, 1 + seed as u32 % 3, Choose { ahead, back: true });
-        let formula = if dice.roll(3) > 0 { part.always() } else { part };
-        let length = dice.roll(14) as usize;
-        let sequence = random_sequence(&mut dice, &topology, length);
-        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
-            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
-        }
-    }
-    eprintln!("{pairs} pairs agree: {tally:?}");
-    assert!(tally.automata * 2 > pairs && tally.settled * 10 > pairs, "{tally:?}");
-}
-
 #[test]
 fn monitors_that_look_back_agree_with_the_oracle() {
-    looking_back(0, cases(3_000));
+    let pairs = cases(3_000);
+    let tally = agree(Class::Back, 0, pairs, 14, 30);
+    assert!(tally.automata * 2 > pairs && tally.settled * 10 > pairs, "{tally}");
 }
 
-#[test]
-#[ignore = "takes minutes: 10⁵ pairs, on demand"]
-fn monitors_that_look_back_agree_with_the_oracle_a_hundred_thousand_times_on_demand() {
-    looking_back(1_000_000, 100_000);
-}
-
-/// A formula that remembers a number and compares others with it: the same number, a greater one, …
-fn remembering(dice: &mut Dice, topology: &channels::Topology, depth: u32) -> Formula {
-    let channels: Vec<channels::ChannelId> = topology.channels().collect();
-    let number = |dice: &mut Dice| *dice.pick(&[(channels[1], 2), (channels[3], 1)]);
-    let remembers = |dice: &mut Dice| {
-        let (channel, field) = number(dice);
-        let condition = MessageCondition::Remember { field, name: "p".into() };
-        monitors::EventAtom { channel, condition }
-    };
-    let compares = |dice: &mut Dice| {
-        let (channel, field) = number(dice);
-        let more = [Term::Remembered("p".into()), Term::Value(Value::Int(1 + dice.roll(2) as i64))];
-        let [remembered, more] = more.map(Box::new);
-        let operator = *dice.pick(&[Arithmetic::Add, Arithmetic::Subtract, Arithmetic::Multiply, Arithmetic::Divide]);
-        let sum = Term::Arithmetic(remembered.clone(), operator, more);
-        let right = if dice.roll(3) == 0 { sum } else { *remembered };
-        let relation = *dice.pick(&support::RELATIONS);
-        let condition = MessageCondition::Relate { left: Term::Field(field), relation, right };
-        monitors::EventAtom { channel, condition }
-    };
-    let mut events = vec![compares(dice), compares(dice), random_event(dice, topology)];
-    events.extend((dice.roll(4) == 0).then(|| remembers(dice)));
-    let back = dice.roll(2) == 0;
-    let inside = formula_with(dice, &events, depth, Choose { ahead: true, back });
-    let first = remembers(dice);
-    match dice.roll(4) {
-        0 => Formula::Eventually(Box::new(Formula::And(vec![Formula::Event(first), inside]))),
-        _ => Formula::Event(first).implies(inside).always(),
-    }
-}
-
-/// Random formulas that remember values. Formulas that would have to keep messages forever are refused, as are those in
-/// which a name stands for two values.
-fn remembering_values(first: u64, pairs: u64) {
-    let topology = topology();
-    let mut tally = Tally { words: 5, ..Tally::default() };
-    let mut refused = 0;
-    for seed in first..first + pairs {
-        let mut dice = Dice(seed + 30_000_000);
-        let formula = remembering(&mut dice, &topology, 1 + seed as u32 % 2);
-        if ScopeMonitor::new("p", formula.clone(), &topology).is_err() {
-            refused += 1;
-            continue;
-        }
-        let length = dice.roll(14) as usize;
-        let sequence = random_sequence(&mut dice, &topology, length);
-        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
-            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
-        }
-    }
-    eprintln!("{pairs} pairs agree, {refused} of them refused: {tally:?}");
-    assert!(tally.settled * 10 > pairs && refused * 2 < pairs, "{refused} refused, {tally:?}");
-}
-
+/// Formulas that would have to keep messages forever are refused, as are those in which a name stands for two values.
 #[test]
 fn monitors_that_remember_values_agree_with_the_oracle() {
-    remembering_values(0, cases(3_000));
+    for (class, pairs) in [(Class::Values, cases(1_500)), (Class::Sums, cases(1_500))] {
+        let tally = agree(class, 0, pairs, 14, 5);
+        assert!(tally.settled * 10 > pairs && tally.refused * 2 < pairs, "{tally}");
+    }
+}
+
+#[test]
+fn timed_monitors_agree_with_the_oracle() {
+    let pairs = cases(500);
+    let tally = agree(Class::Timed, 0, pairs, 14, 5);
+    assert!(tally.settled * 4 > pairs, "{tally}");
 }
 
 #[test]
 #[ignore = "takes minutes: 10⁵ pairs, on demand"]
-fn monitors_that_remember_values_agree_with_the_oracle_a_hundred_thousand_times_on_demand() {
-    remembering_values(1_000_000, 100_000);
-}
-
-/// Bounds between, at and beyond the times of events.
-#[test]
-fn timed_monitors_agree_with_the_oracle() {
-    let topology = topology();
-    let mut tally = Tally { words: 5, ..Tally::default() };
-    for seed in 0..cases(2_000) {
-        let mut dice = Dice(seed + 40_000_000);
-        let events = [0; 3].map(|_| random_event(&mut dice, &topology));
-        let formula =
-            formula_with(&mut dice, &events, 1 + seed as u32 % 3, Choose { ahead: true, back: seed % 2 == 0 });
-        let unit = *dice.pick(&[500_000_000, 1_000_000_000, 1_001_000_000]);
-        let formula = Formula::Timed(Box::new(stretched(&formula.always(), unit)));
-        let length = dice.roll(14) as usize;
-        let sequence = random_sequence(&mut dice, &topology, length);
-        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
-            panic!("pair {seed}: {what}\n{}\n{formula:#?}\n{sequence:#?}", formula.text(&topology));
-        }
-    }
-    assert!(tally.settled * 4 > cases(2_000), "{tally:?}");
+fn monitors_agree_with_the_oracle_a_hundred_thousand_times_on_demand() {
+    CLASSES.into_iter().for_each(|class| _ = agree(class, 1_000_000, 20_000, 12, 5));
 }
 
 /// A monitor that is brought into normal form after each event gives the same verdict at every event.
@@ -347,7 +257,8 @@ fn answers_with_separate_deadlines_are_distinguished() {
         assert_eq!(monitor.method() == Method::Graph, is_graph, "{formula:#?}");
         for seed in 0..60 {
             let sequence = random_sequence(&mut Dice(seed), &topology, 24);
-            check(&formula, &sequence, &topology, &mut tally).unwrap_or_else(|what| panic!("seed {seed}: {what}"));
+            let pair = Pair::new(seed, formula.clone(), sequence, &topology);
+            check(&pair, 30, &mut tally).unwrap_or_else(|what| panic!("{what}\n{pair}"));
         }
     }
     assert!(tally.settled > 30, "{tally:?}");
@@ -412,34 +323,6 @@ fn a_message_that_two_clauses_check_is_remembered_for_both() {
     assert_eq!(monitor.verdict(), Verdict::False);
 }
 
-/// The formula with all bounds multiplied.
-fn stretched(formula: &Formula, factor: u64) -> Formula {
-    let of = |part: &Formula| Box::new(stretched(part, factor));
-    let all = |parts: &[Formula]| parts.iter().map(|part| stretched(part, factor)).collect();
-    let longer = |bound: Bound| Bound { ticks: bound.ticks * factor, ..bound };
-    match formula {
-        Formula::TimeUntil { event, relation, ticks } => {
-            Formula::TimeUntil { event: event.clone(), relation: *relation, ticks: ticks * factor }
-        }
-        Formula::Not(a) => Formula::Not(of(a)),
-        Formula::Next(a) => Formula::Next(of(a)),
-        Formula::Always(a) => Formula::Always(of(a)),
-        Formula::Eventually(a) => Formula::Eventually(of(a)),
-        Formula::And(parts) => Formula::And(all(parts)),
-        Formula::Or(parts) => Formula::Or(all(parts)),
-        Formula::Implies(a, b) => Formula::Implies(of(a), of(b)),
-        Formula::Until(a, b) => Formula::Until(of(a), of(b)),
-        Formula::Once(bound, a) => Formula::Once(longer(*bound), of(a)),
-        Formula::Historically(bound, a) => Formula::Historically(longer(*bound), of(a)),
-        Formula::Previous(bound, a) => Formula::Previous(longer(*bound), of(a)),
-        Formula::Since(bound, a, b) => Formula::Since(longer(*bound), of(a), of(b)),
-        Formula::Count { event, is_at_most, count, ticks } => {
-            Formula::Count { event: event.clone(), is_at_most: *is_at_most, count: *count, ticks: ticks * factor }
-        }
-        atom => atom.clone(),
-    }
-}
-
 #[test]
 #[ignore = "long: .ci/run runs it"]
 fn longer_bounds_and_sequences_agree_too() {
@@ -449,9 +332,8 @@ fn longer_bounds_and_sequences_agree_too() {
         let mut dice = Dice(seed + 3_000_000);
         let formula = stretched(&random_formula(&mut dice, &topology, 2), 5);
         let sequence = random_sequence(&mut dice, &topology, 70);
-        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
-            panic!("pair {seed}: {what}\n{formula:#?}\n{sequence:#?}");
-        }
+        let pair = Pair::new(seed, formula, sequence, &topology);
+        check(&pair, 30, &mut tally).unwrap_or_else(|what| panic!("{what}\n{pair}"));
     }
 }
 

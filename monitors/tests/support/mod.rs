@@ -1,15 +1,17 @@
-//! Random formulas and sequences, and the checks on them: shared by the tests and the example `agree`.
+//! Random formulas and sequences, and the checks on them: shared by the tests and examples.
 
+pub(crate) mod check;
+pub(crate) mod classes;
+pub(crate) mod definition;
+pub(crate) mod exact;
 pub(crate) mod numbers;
+pub(crate) mod tally;
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{
-    Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
-    Verdict,
-};
-use monitors::{Bound, Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, holds, holds_endlessly};
+use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
+use monitors::{Bound, Continuation, Formula, MessageCondition};
 
 /// Pseudo-random numbers that are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -207,7 +209,7 @@ pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -
 }
 
 /// The possible next letters: τ grows by one at each tick; only the very first tick may leave it unchanged.
-fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKind)> {
+pub(crate) fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKind)> {
     let has_ticked = sequence.iter().any(|event| event.kind == EventKind::Tick);
     let ticks = |kind: &EventKind| match kind {
         EventKind::Tick if has_ticked => 1..=1,
@@ -215,21 +217,6 @@ fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKin
         EventKind::Received { .. } => 0..=0,
     };
     alphabet.iter().flat_map(|kind| ticks(kind).map(|ticks| (ticks, kind.clone()))).collect()
-}
-
-/// Whether all continuations of up to `depth` states have this outcome.
-pub(crate) fn all_continuations(
-    formula: &Formula,
-    sequence: &[Event],
-    alphabet: &[EventKind],
-    depth: u32,
-    outcome: bool,
-) -> bool {
-    holds(formula, sequence).expect("small") == outcome
-        && (depth == 0
-            || next_states(sequence, alphabet)
-                .into_iter()
-                .all(|next| all_continuations(formula, &continued(sequence, &[next]), alphabet, depth - 1, outcome)))
 }
 
 /// An endless word that continues a sequence.
@@ -250,222 +237,4 @@ pub(crate) fn random_continuation(dice: &mut Dice, sequence: &[Event], alphabet:
         Some((ticks, event.kind.clone()))
     });
     Continuation { stem: stem.collect(), cycle }
-}
-
-/// Whether the formula holds on the endless word that continues the sequence in this way.
-pub(crate) fn holds_on(formula: &Formula, sequence: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
-    holds_endlessly(formula, &continued(sequence, stem), cycle).expect("small")
-}
-
-/// The results for one pair of a formula and a sequence.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tally {
-    /// Prefixes checked.
-    pub(crate) prefixes: u64,
-    /// Verdicts reached.
-    pub(crate) settled: u64,
-    /// Pairs monitored by program graphs, automata and progression alone.
-    pub(crate) graphs: u64,
-    pub(crate) automata: u64,
-    pub(crate) progressions: u64,
-    /// Prefixes at which only the automaton had a verdict, not progression.
-    pub(crate) late: u64,
-    /// Outcomes that were still open because of an endless word, but of no finite one.
-    pub(crate) endless: u64,
-    /// Outcomes that an automaton considered open although no endless word leads to them.
-    pub(crate) delayed: u64,
-    /// The number of random endless words on which each verdict is checked.
-    pub(crate) words: u64,
-}
-
-impl Default for Tally {
-    fn default() -> Self {
-        Self {
-            prefixes: 0,
-            settled: 0,
-            graphs: 0,
-            automata: 0,
-            progressions: 0,
-            late: 0,
-            endless: 0,
-            delayed: 0,
-            words: 30,
-        }
-    }
-}
-
-/// Checks all machines for a formula against the oracle at every prefix of a sequence.
-///
-/// # Errors
-/// What is wrong.
-pub(crate) fn check(
-    formula: &Formula,
-    sequence: &[Event],
-    topology: &Arc<Topology>,
-    tally: &mut Tally,
-) -> Result<(), String> {
-    check_with(formula, sequence, topology, &[], tally)
-}
-
-/// As [`check`]; verdicts are also checked on continuations with these messages, which no monitor has chosen.
-///
-/// # Errors
-/// What is wrong.
-pub(crate) fn check_with(
-    formula: &Formula,
-    sequence: &[Event],
-    topology: &Arc<Topology>,
-    messages: &[EventKind],
-    tally: &mut Tally,
-) -> Result<(), String> {
-    let make =
-        |choice| ScopeMonitor::with("random", formula.clone(), topology, choice).map_err(|error| error.to_string());
-    let mut best = make(Choice::Best)?;
-    let mut automaton = make(Choice::Automaton)?;
-    let mut progression = make(Choice::Progression)?;
-    // Exporting a large automaton takes longer than everything else.
-    let small = !matches!(best.method(), monitors::Method::Automaton { states } if states > 30);
-    let mut graph = small.then(|| best.to_graph_monitor()).flatten();
-    let mut alphabet: Vec<EventKind> = automaton.samples().chain(messages.iter().cloned()).collect();
-    alphabet.push(EventKind::Tick);
-    match best.method() {
-        monitors::Method::Graph | monitors::Method::Graphs | monitors::Method::Rules => tally.graphs += 1,
-        monitors::Method::Automaton { .. } => tally.automata += 1,
-        monitors::Method::Progression => tally.progressions += 1,
-    }
-    if best.symbol(&EventKind::Tick).is_some() {
-        check_letters(&best, sequence)?;
-    }
-    let mut before = [Verdict::Inconclusive; 3];
-    for length in 0..=sequence.len() {
-        let prefix = &sequence[..length];
-        if let Some(event) = prefix.last() {
-            for monitor in [&mut best as &mut dyn Monitor, &mut automaton, &mut progression] {
-                monitor.observe(event);
-            }
-            if let Some(graph) = &mut graph {
-                graph.observe(event);
-            }
-        }
-        tally.prefixes += 1;
-        let now = [best.verdict(), automaton.verdict(), progression.verdict()];
-        let place = |what: &str| Err(format!("{what} after {length} states: {now:?}"));
-        if before.iter().zip(&now).any(|(before, now)| *before != Verdict::Inconclusive && before != now) {
-            return place("a verdict changed");
-        }
-        let truth = holds(formula, prefix).map_err(|error| error.to_string())?;
-        for monitor in [&best, &automaton, &progression] {
-            let settled = monitor.verdict() != Verdict::Inconclusive;
-            let says = if settled { monitor.verdict() == Verdict::True } else { monitor.holds_so_far() };
-            if says != truth {
-                return place(&format!("{:?} says {says} of the run so far, the oracle {truth}", monitor.method()));
-            }
-        }
-        if best.method().anticipates() && automaton.method().anticipates() && now[0] != now[1] {
-            return place("graph and automaton differ");
-        }
-        if now[2] != Verdict::Inconclusive && automaton.method().anticipates() && now[2] != now[1] {
-            return place("progression and automaton differ");
-        }
-        tally.late += u64::from(now[2] == Verdict::Inconclusive && now[1] != Verdict::Inconclusive);
-        if let Some(graph) = &graph {
-            // A graph cannot know that a message of the first kind can never come again.
-            let same =
-                graph.verdict() == now[0] || (now[0] == Verdict::True && graph.verdict() == Verdict::Inconclusive);
-            let open = graph.is_open() == best.is_open();
-            let from_0 = prefix.first().is_none_or(|first| first.tick == 0);
-            if from_0 && (!same || !open) {
-                return place(&format!("the program graph says {:?}, open: {}", graph.verdict(), graph.is_open()));
-            }
-        }
-        check_verdict(formula, prefix, &automaton, before[1], &alphabet, tally).or_else(|what| place(&what))?;
-        before = now;
-    }
-    Ok(())
-}
-
-/// Letters read in advance give the same verdict as the events if no tick is missing.
-///
-/// # Errors
-/// The verdicts, if they differ.
-pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<(), String> {
-    let mut by_event = fresh.clone();
-    let mut symbols = Vec::new();
-    let (mut now, mut seen) = (0, false);
-    for event in sequence {
-        by_event.observe(event);
-        let Some(symbol) = fresh.symbol(&event.kind) else { continue };
-        now = if seen { now } else { event.tick };
-        // A tick that does not advance time, or advances it by more than one.
-        match (event.tick - now, &event.kind) {
-            (0, EventKind::Tick) => symbols.push(Symbol::TICK),
-            (0, _) => symbols.push(symbol),
-            (ticks, kind) => {
-                let is_tick = *kind == EventKind::Tick;
-                symbols.extend((u64::from(is_tick)..ticks).map(|_| Symbol::ADVANCE));
-                symbols.push(symbol);
-            }
-        }
-        (now, seen) = (event.tick, true);
-    }
-    let mut by_letter = fresh.clone();
-    let (first, rest) = symbols.split_at(symbols.len() / 2);
-    by_letter.run_symbols(first);
-    by_letter.run_symbols(rest);
-    if by_letter.verdict() == by_event.verdict() {
-        return Ok(());
-    }
-    Err(format!("letters give {:?}, events {:?}", by_letter.verdict(), by_event.verdict()))
-}
-
-/// A new verdict must hold on all continuations; without a verdict there must be an endless word for either outcome.
-fn check_verdict(
-    formula: &Formula,
-    prefix: &[Event],
-    automaton: &ScopeMonitor,
-    before: Verdict,
-    alphabet: &[EventKind],
-    tally: &mut Tally,
-) -> Result<(), String> {
-    let verdict = automaton.verdict();
-    if verdict == Verdict::Inconclusive {
-        for outcome in [true, false].into_iter().filter(|_| automaton.method().anticipates()) {
-            let Some(continuation) = automaton.continuation(outcome) else {
-                tally.delayed += 1;
-                continue;
-            };
-            if holds_on(formula, prefix, &continuation) != outcome {
-                return Err(format!("the continuation {continuation:?} does not lead to {outcome}"));
-            }
-            tally.endless += u64::from(!continuation.cycle.is_empty());
-        }
-    } else if before == Verdict::Inconclusive {
-        tally.settled += 1;
-        let outcome = verdict == Verdict::True;
-        if !all_continuations(formula, prefix, alphabet, 2, outcome) {
-            return Err(format!("a continuation does not give {outcome}"));
-        }
-        let mut dice = Dice(prefix.len() as u64 + tally.prefixes);
-        for _ in 0..tally.words {
-            let word = random_continuation(&mut dice, prefix, alphabet);
-            if holds_on(formula, prefix, &word) != outcome {
-                return Err(format!("{outcome} is too early for {word:?}"));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Checks a random pair with many extreme numbers.
-///
-/// # Errors
-/// What is wrong.
-pub(crate) fn check_numbers(seed: u64, topology: &Arc<Topology>, tally: &mut Tally) -> Result<(), String> {
-    let mut dice = Dice(seed);
-    let formula = numbers::formula(&mut dice, topology, 1 + seed as u32 % 3);
-    let length = dice.roll(10) as usize;
-    let sequence = numbers::sequence(&mut dice, topology, length);
-    let messages: Vec<EventKind> = (0..6).map(|_| numbers::message(&mut dice, topology)).collect();
-    let agrees = check_with(&formula, &sequence, topology, &messages, tally);
-    agrees.map_err(|what| format!("pair {seed}: {what}\n{}\n{sequence:#?}", formula.text(topology)))
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
-use monitors::{EventAtom, Formula, MessageCondition};
+use monitors::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
 use super::{Choose, Dice, event, formula_with};
 
@@ -24,20 +24,24 @@ const INTEGERS: [i64; 14] = [
     i64::MAX,
 ];
 
-const REALS: [f64; 14] = [
+const REALS: [f64; 18] = [
     f64::NEG_INFINITY,
     -f64::MAX,
     -1e308,
     -9_223_372_036_854_775_808.0,
     -2.9,
+    -1.0,
     -5e-324,
+    -0.0,
     0.0,
     0.5,
     2.9,
     9_007_199_254_740_992.0,
     1.7e18,
+    9_223_372_036_854_774_784.0,
     9_223_372_036_854_775_808.0,
     1e308,
+    f64::MAX,
     f64::INFINITY,
 ];
 
@@ -62,7 +66,8 @@ pub(crate) fn topology() -> Arc<Topology> {
     Arc::new(topology)
 }
 
-fn number(dice: &mut Dice) -> Value {
+/// A constant.
+pub(crate) fn number(dice: &mut Dice) -> Value {
     if dice.roll(2) == 0 { Value::Int(*dice.pick(&INTEGERS)) } else { Value::Real(*dice.pick(&REALS)) }
 }
 
@@ -109,21 +114,46 @@ fn condition(dice: &mut Dice, fields: usize, depth: u32) -> MessageCondition {
     }
 }
 
-/// A formula over a few such events, some of whose parts are trivially true.
-pub(crate) fn formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
+/// A condition on two fields, or one that calculates.
+fn relation_of_fields(dice: &mut Dice, fields: usize) -> MessageCondition {
+    let field = |dice: &mut Dice| Term::Field(1 + dice.roll(fields as u64) as usize);
+    let (left, relation, other) = (field(dice), relation(dice), field(dice));
+    let operator = *dice.pick(&[Arithmetic::Add, Arithmetic::Subtract, Arithmetic::Multiply, Arithmetic::Divide]);
+    let sum = Term::Arithmetic(Box::new(other.clone()), operator, Box::new(Term::Value(number(dice))));
+    let right = if dice.roll(2) == 0 { other } else { sum };
+    MessageCondition::Relate { left, relation, right }
+}
+
+/// The fields with numbers, and one of another kind.
+pub(crate) fn fields(topology: &Topology) -> Vec<(ChannelId, usize)> {
     let channels: Vec<ChannelId> = topology.channels().collect();
-    let events: Vec<EventAtom> = (0..3)
-        .map(|_| {
-            let index = dice.roll(3) as usize;
-            let fields = if index == 0 { JOINTS } else { 3 };
-            EventAtom { channel: channels[index], condition: condition(dice, fields, 2) }
-        })
-        .collect();
+    [(0, 1), (0, 2), (1, 1), (1, 2), (1, 3), (2, 1), (2, 2), (2, 3)].map(|(at, field)| (channels[at], field)).to_vec()
+}
+
+/// Three events.
+pub(crate) fn events(dice: &mut Dice, topology: &Topology) -> Vec<EventAtom> {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let event = |_| {
+        let index = dice.roll(3) as usize;
+        let fields = if index == 0 { JOINTS } else { 3 };
+        let condition = if dice.roll(12) == 0 { relation_of_fields(dice, fields) } else { condition(dice, fields, 2) };
+        EventAtom { channel: channels[index], condition }
+    };
+    (0..3).map(event).collect()
+}
+
+/// A formula over a few such events, some of whose parts are trivially true or false.
+pub(crate) fn formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
+    let events = events(dice, topology);
     let back = dice.roll(4) == 0;
     let inside = formula_with(dice, &events, depth, Choose { ahead: true, back });
-    match dice.roll(5) {
+    match dice.roll(6) {
         0 => Formula::Event(events[0].clone()).implies(Formula::Or(vec![inside, Formula::True])).always(),
         1 => Formula::Event(events[0].clone()).negated().always(),
+        2 => {
+            let gone = Formula::And(vec![Formula::Event(events[1].clone()), Formula::False]);
+            Formula::Until(Box::new(Formula::Or(vec![inside, gone])), Box::new(Formula::Event(events[0].clone())))
+        }
         _ => inside,
     }
 }
