@@ -256,14 +256,22 @@ impl<R: BufRead> EventLog<R> {
             Token::Real(number) => Value::Real(number),
             Token::Text(text) => Value::Text(text.into()),
             Token::Open => {
-                if scanner.string()? != b"sym" {
+                let kind = scanner.string()?;
+                if !matches!(kind, b"sym" | b"real") {
                     return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));
                 }
                 scanner.expect(b':')?;
                 let name = scanner.string()?;
-                let symbol = self.symbol(name).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?;
+                let value = match (kind, name) {
+                    (b"sym", name) => {
+                        self.symbol(name).map(Value::Symbol).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?
+                    }
+                    (_, b"inf") => Value::Real(f64::INFINITY),
+                    (_, b"-inf") => Value::Real(f64::NEG_INFINITY),
+                    _ => return Err(scanner.unreadable("a real that JSON has no number for is \"inf\" or \"-inf\"")),
+                };
                 scanner.expect(b'}')?;
-                Value::Symbol(symbol)
+                value
             }
         })
     }

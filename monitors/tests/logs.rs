@@ -45,6 +45,16 @@ fn events_are_read_to_the_nanosecond_and_texts_without_escapes() {
 }
 
 #[test]
+fn infinite_numbers_are_read() {
+    let line = r#"{"step":3,"tick":0,"time_s":0.0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},{"real":"-inf"}]}"#;
+    let event = EventLog::new(line.as_bytes(), &topology(), Channels::All).next_event().unwrap();
+    let EventKind::Received { message, .. } = event.expect("an event").kind else { panic!("a message") };
+    assert_eq!(message.to_string(), "[<ok>, -inf]");
+    let wrong = line.replace("-inf", "much");
+    assert!(EventLog::new(wrong.as_bytes(), &topology(), Channels::All).next_event().is_err());
+}
+
+#[test]
 fn unknown_channels_are_errors_or_skipped() {
     let mut empty = channels::Topology::default();
     let error = EventLog::new(LOG.as_bytes(), &empty, Channels::All).next_event();

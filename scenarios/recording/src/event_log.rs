@@ -22,13 +22,14 @@ pub fn event_line(event: &Event, topology: &Topology) -> String {
     .to_string()
 }
 
-/// A message as the event log writes it: `[{"sym":"ok"},83.2]`.
+/// A message as the event log writes it: `[{"sym":"ok"},83.2]`. JSON has no number for infinity: `{"real":"-inf"}`.
 #[must_use]
 pub fn message_json(message: &Message) -> serde_json::Value {
     let value = |value: &Value| match value {
         Value::Symbol(symbol) => json!({ "sym": symbol.name() }),
         Value::Bool(truth) => json!(truth),
         Value::Int(number) => json!(number),
+        Value::Real(number) if number.is_infinite() => json!({ "real": number.to_string() }),
         Value::Real(number) => json!(number),
         Value::Text(text) => json!(&**text),
     };
