@@ -4,6 +4,7 @@
 //! An optional second argument is the first seed.
 
 #[path = "../tests/support/mod.rs"]
+#[expect(dead_code, reason = "shared with the tests")]
 mod support;
 
 use std::process::ExitCode;

@@ -9,6 +9,7 @@ mod language;
 mod laws;
 mod logs;
 mod paper_monitors;
+mod proofs;
 mod reports;
 mod robot;
 mod semantics;

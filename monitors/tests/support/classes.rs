@@ -84,6 +84,36 @@ impl Topologies {
         Self { small: topology(), large: numbers::topology() }
     }
 
+    /// A formula of this class.
+    pub(crate) fn formula(&self, class: Class, dice: &mut Dice, depth: u32) -> Formula {
+        let topology = self.of(class);
+        match class {
+            Class::Small | Class::Limited => random_formula(dice, topology, depth),
+            Class::Numbers => numbers::formula(dice, topology, depth),
+            Class::Back => looking_back(dice, topology, depth),
+            Class::Values => {
+                let channels: Vec<ChannelId> = topology.channels().collect();
+                let events = [random_event(dice, topology)];
+                let numbers = |dice: &mut Dice| Value::Int(1 + dice.roll(2) as i64);
+                remembering(dice, &[(channels[1], 2), (channels[3], 1)], &events, numbers, depth.min(2))
+            }
+            Class::Sums => {
+                let fields = numbers::fields(topology);
+                let events = numbers::events(dice, topology);
+                remembering(dice, &fields, &events[..1], numbers::number, depth.min(2))
+            }
+            Class::Timed => timed(dice, topology, depth),
+        }
+    }
+
+    /// The topology of the formulas and sequences of this class.
+    pub(crate) fn of(&self, class: Class) -> &Arc<Topology> {
+        match class {
+            Class::Numbers | Class::Sums => &self.large,
+            _ => &self.small,
+        }
+    }
+
     /// The pair of a class with this seed, with at most this many states.
     pub(crate) fn pair(&self, class: Class, seed: u64, states: u64) -> Pair {
         if class == Class::Limited {
@@ -94,32 +124,13 @@ impl Topologies {
         let mut dice = Dice(seed.wrapping_mul(0x1000_0001).wrapping_add(class as u64));
         let dice = &mut dice;
         let depth = 1 + (seed % 3) as u32;
-        let topology = match class {
-            Class::Numbers | Class::Sums => &self.large,
-            _ => &self.small,
-        };
-        let formula = match class {
-            Class::Small | Class::Limited => random_formula(dice, topology, depth),
-            Class::Numbers => numbers::formula(dice, topology, depth),
-            Class::Back => looking_back(dice, topology, depth),
-            Class::Values => {
-                let channels: Vec<ChannelId> = topology.channels().collect();
-                let events = [random_event(dice, topology)];
-                let numbers = |dice: &mut Dice| Value::Int(1 + dice.roll(2) as i64);
-                remembering(dice, &[(channels[1], 2), (channels[3], 1)], &events, numbers, 1 + (seed % 2) as u32)
-            }
-            Class::Sums => {
-                let fields = numbers::fields(topology);
-                let events = numbers::events(dice, topology);
-                remembering(dice, &fields, &events[..1], numbers::number, 1 + (seed % 2) as u32)
-            }
-            Class::Timed => timed(dice, topology, depth),
-        };
+        let topology = self.of(class);
+        let formula = self.formula(class, dice, depth);
         let length = dice.roll(states) as usize;
         let (sequence, messages) = match class {
             Class::Numbers | Class::Sums => {
                 let sequence = numbers::sequence(dice, topology, length);
-                (sequence, (0..6).map(|_| numbers::message(dice, topology)).collect())
+                (sequence, (0..6).map(|_| numbers::received(dice, topology)).collect())
             }
             _ => (random_sequence(dice, topology, length), Vec::new()),
         };

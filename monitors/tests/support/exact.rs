@@ -120,7 +120,7 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
         MessageCondition::Not(a) => !satisfies(a, message, names),
         MessageCondition::And(all) => !all.iter().any(|part| !satisfies(part, message, names)),
         MessageCondition::Or(all) => all.iter().any(|part| satisfies(part, message, names)),
-        MessageCondition::Implies(a, b) => !(satisfies(a, message, names) && !satisfies(b, message, names)),
+        MessageCondition::Implies(a, b) => !satisfies(a, message, names) || satisfies(b, message, names),
     }
 }
 

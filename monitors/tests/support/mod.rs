@@ -5,6 +5,7 @@ pub(crate) mod classes;
 pub(crate) mod definition;
 pub(crate) mod exact;
 pub(crate) mod numbers;
+pub(crate) mod proofs;
 pub(crate) mod tally;
 
 use std::sync::Arc;

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
+use channels::{
+    Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, TickGenerator, Topology, Value,
+};
 use monitors::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
 use super::{Choose, Dice, event, formula_with};
@@ -47,21 +49,24 @@ const REALS: [f64; 18] = [
 
 const JOINTS: usize = 8;
 
-/// Channels with eight reals, with integers of which one may be missing, and with two forms of messages.
+/// Channels with eight reals, with integers of which one may be missing, and with two forms of messages, there and
+/// back. `A` also receives ticks.
 pub(crate) fn topology() -> Arc<Topology> {
     let mut topology = Topology::default();
-    let ends = ["A", "B", "C", "D"].map(|name| topology.process(name).expect("a new process"));
+    let [a, b, c, d, ticks] = ["A", "B", "C", "D", "Ticks"].map(|name| topology.process(name).expect("a new process"));
     let item = FieldKind::Optional(Box::new(FieldKind::Int));
-    let domains = [
-        Domain::new([Shape::new((1..=JOINTS).map(|joint| (format!("j{joint}"), FieldKind::Real)))]),
-        Domain::new([Shape::new([("stamp", FieldKind::Int), ("id", FieldKind::Int), ("item", item)])]),
-        Domain::new([
-            Shape::new([("status", FieldKind::symbols(["ok"])), ("n", FieldKind::Int), ("x", FieldKind::Real)]),
-            Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
-        ]),
-    ];
-    for (pair, domain) in ends.windows(2).zip(domains) {
-        topology.channel(pair[0], pair[1], Capacity::One, domain).expect("a new channel");
+    let forms = Domain::new([
+        Shape::new([("status", FieldKind::symbols(["ok"])), ("n", FieldKind::Int), ("x", FieldKind::Real)]),
+        Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
+    ]);
+    for (from, to, domain) in [
+        (a, b, Domain::new([Shape::new((1..=JOINTS).map(|joint| (format!("j{joint}"), FieldKind::Real)))])),
+        (b, c, Domain::new([Shape::new([("stamp", FieldKind::Int), ("id", FieldKind::Int), ("item", item)])])),
+        (c, d, forms.clone()),
+        (d, a, forms),
+        (ticks, a, Domain::new([TickGenerator::shape()])),
+    ] {
+        topology.channel(from, to, Capacity::One, domain).expect("a new channel");
     }
     Arc::new(topology)
 }
@@ -127,14 +132,16 @@ fn relation_of_fields(dice: &mut Dice, fields: usize) -> MessageCondition {
 /// The fields with numbers, and one of another kind.
 pub(crate) fn fields(topology: &Topology) -> Vec<(ChannelId, usize)> {
     let channels: Vec<ChannelId> = topology.channels().collect();
-    [(0, 1), (0, 2), (1, 1), (1, 2), (1, 3), (2, 1), (2, 2), (2, 3)].map(|(at, field)| (channels[at], field)).to_vec()
+    [(0, 1), (0, 2), (1, 1), (1, 2), (1, 3), (2, 1), (2, 2), (3, 2), (3, 3)]
+        .map(|(at, field)| (channels[at], field))
+        .to_vec()
 }
 
 /// Three events.
 pub(crate) fn events(dice: &mut Dice, topology: &Topology) -> Vec<EventAtom> {
     let channels: Vec<ChannelId> = topology.channels().collect();
     let event = |_| {
-        let index = dice.roll(3) as usize;
+        let index = dice.roll(4) as usize;
         let fields = if index == 0 { JOINTS } else { 3 };
         let condition = if dice.roll(12) == 0 { relation_of_fields(dice, fields) } else { condition(dice, fields, 2) };
         EventAtom { channel: channels[index], condition }
@@ -159,9 +166,14 @@ pub(crate) fn formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formu
 }
 
 /// A message on one of the channels.
-pub(crate) fn message(dice: &mut Dice, topology: &Topology) -> EventKind {
-    let channels: Vec<ChannelId> = topology.channels().collect();
-    let index = dice.roll(3) as usize;
+pub(crate) fn received(dice: &mut Dice, topology: &Topology) -> EventKind {
+    let index = dice.roll(4) as usize;
+    let channel = topology.channels().nth(index).expect("a channel");
+    EventKind::Received { channel, message: message(dice, index) }
+}
+
+/// A message on the channel with this index.
+pub(crate) fn message(dice: &mut Dice, index: usize) -> Message {
     let int = |dice: &mut Dice| {
         let near = [-1, 0, 0, 0, 1][dice.roll(5) as usize];
         Value::Int(dice.pick(&INTEGERS).saturating_add(near))
@@ -170,7 +182,7 @@ pub(crate) fn message(dice: &mut Dice, topology: &Topology) -> EventKind {
         let real = *dice.pick(&REALS);
         Value::Real([real.next_down(), real, real, real.next_up(), 0.25][dice.roll(5) as usize])
     };
-    let message = match index {
+    match index {
         0 => {
             let same = real(dice);
             let all = dice.roll(2) == 0;
@@ -182,8 +194,7 @@ pub(crate) fn message(dice: &mut Dice, topology: &Topology) -> EventKind {
         }
         _ if dice.roll(3) == 0 => Message::new([Value::symbol("error"), "reason".into()]),
         _ => Message::new([Value::symbol("ok"), int(dice), real(dice)]),
-    };
-    EventKind::Received { channel: channels[index], message }
+    }
 }
 
 /// A sequence of this many states; its first need not be a tick.
@@ -193,7 +204,7 @@ pub(crate) fn sequence(dice: &mut Dice, topology: &Topology, length: usize) -> V
         let is_tick = dice.roll(3) == 0;
         tick += u64::from(is_tick && ticked);
         ticked |= is_tick;
-        event(index as u64, tick, if is_tick { EventKind::Tick } else { message(dice, topology) })
+        event(index as u64, tick, if is_tick { EventKind::Tick } else { received(dice, topology) })
     });
     states.collect()
 }

@@ -26,14 +26,32 @@ impl fmt::Display for Why {
     }
 }
 
-fn calculates(condition: &MessageCondition, is: fn(&MessageCondition) -> bool) -> bool {
+fn contains(condition: &MessageCondition, is: fn(&MessageCondition) -> bool) -> bool {
     is(condition)
         || match condition {
-            MessageCondition::Not(a) => calculates(a, is),
-            MessageCondition::And(all) | MessageCondition::Or(all) => all.iter().any(|part| calculates(part, is)),
-            MessageCondition::Implies(a, b) => calculates(a, is) || calculates(b, is),
+            MessageCondition::Not(a) => contains(a, is),
+            MessageCondition::And(all) | MessageCondition::Or(all) => all.iter().any(|part| contains(part, is)),
+            MessageCondition::Implies(a, b) => contains(a, is) || contains(b, is),
             _ => false,
         }
+}
+
+/// Why the verdicts of a formula's monitor would come late.
+pub(crate) fn why(formula: &Formula) -> Why {
+    let has = |is: fn(&MessageCondition) -> bool| {
+        let mut found = false;
+        formula.events(&mut |event| found |= contains(&event.condition, is));
+        found
+    };
+    if matches!(formula, Formula::Timed(_)) {
+        Why::Time
+    } else if has(|condition| matches!(condition, MessageCondition::Remember { .. })) {
+        Why::Values
+    } else if has(|condition| matches!(condition, MessageCondition::Relate { .. })) {
+        Why::Terms
+    } else {
+        Why::Limit
+    }
 }
 
 /// Whether the verdict of one pair comes late.
@@ -48,21 +66,7 @@ pub(crate) struct Late {
 
 impl Late {
     pub(crate) fn new(formula: &Formula) -> Self {
-        let has = |is: fn(&MessageCondition) -> bool| {
-            let mut found = false;
-            formula.events(&mut |event| found |= calculates(&event.condition, is));
-            found
-        };
-        let why = if matches!(formula, Formula::Timed(_)) {
-            Why::Time
-        } else if has(|condition| matches!(condition, MessageCondition::Remember { .. })) {
-            Why::Values
-        } else if has(|condition| matches!(condition, MessageCondition::Relate { .. })) {
-            Why::Terms
-        } else {
-            Why::Limit
-        };
-        Self { why, same_outcome: None, is_settled: false, late: None }
+        Self { why: why(formula), same_outcome: None, is_settled: false, late: None }
     }
 
     /// The verdict of the monitor that is in use, and one of any machine.
