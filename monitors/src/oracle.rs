@@ -228,7 +228,8 @@ fn settling(literal: &Literal, unit: u64) -> u64 {
     let inside = literal.forms().into_iter().flatten().flatten().map(|literal| settling(literal, unit)).max();
     let own = match literal {
         Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.ticks / unit + 3,
-        Literal::Count { ticks, .. } => ticks / unit + 3,
+        // Without ticks, each turn adds to the count until it is reached.
+        Literal::Count { count, ticks, .. } => (ticks / unit).max(*count) + 3,
         _ => 0,
     };
     inside.unwrap_or(0) + own

@@ -273,6 +273,9 @@ fn in_endless_runs_each_cycle_advances_time() {
     says_endlessly(&asked(Relation::LessOrEqual, 2), &[third], &[]);
     says_endlessly(&asked(Relation::LessOrEqual, 1), &[], &[third]);
     says_endlessly(&later(Relation::Greater, 0).always(), &[["t", "t a+"]], &[["t", "a+"], ["t a+", "t"]]);
+    // Without ticks, messages accumulate in one window, however many there are.
+    let many = Formula::Count { event: atom("a"), is_at_most: false, count: 10, ticks: 1 };
+    says_endlessly(&eventually(many), &[["t", "a+"]], &[["t", "a+ t"], ["t a+ a+", ""]]);
     // A run that ends in silence is judged like a finished one.
     says_endlessly(&next(Formula::True).always(), &[["", "t"]], &[["t", ""], ["t", "a+"]]);
 }
