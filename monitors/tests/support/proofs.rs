@@ -111,12 +111,12 @@ pub(crate) fn check_proof(topologies: &Topologies, seed: u64, most: usize, proof
         let path = match result.outcome {
             Outcome::Proved => None,
             Outcome::Violated(path) => Some(path),
-            Outcome::Undecided if memory < MEMORY => {
+            Outcome::Undecided(_) if memory < MEMORY => {
                 proofs.cut_off += 1;
                 continue;
             }
             // The property makes too many states.
-            Outcome::Undecided => {
+            Outcome::Undecided(_) => {
                 proofs.undecided += 1;
                 return Ok(());
             }
