@@ -6,17 +6,18 @@ mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 25] = [
+const ROOMS: [(&str, &[&str]); 26] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
     ("interfaces", &["channels", "diagnostics"]),
-    ("maps", &["diagnostics"]),
+    ("rasters", &[]),
+    ("maps", &["diagnostics", "rasters"]),
     ("robot", &["maps"]),
     ("sim", &["robot", "maps"]),
     ("nav", &["robot", "maps"]),
@@ -28,7 +29,7 @@ const ROOMS: [(&str, &[&str]); 25] = [
     ("monitors", &["channels", "diagnostics"]),
     ("bags", &["channels", "diagnostics", "interfaces"]),
     ("batch", &[]),
-    ("drawing", &["maps"]),
+    ("drawing", &["maps", "rasters"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "monitors", "bt"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("trials", &["bags", "batch", "maps", "robot", "sim", "nav", "drawing"]),
@@ -109,7 +110,7 @@ fn crates_use_only_the_crates_below_them() {
 /// Simulation and robot software compile without readers of YAML, TOML and images, and without error rendering.
 #[test]
 fn simulation_and_navigation_read_no_files() {
-    let readers = ["steward-diagnostics", "png", "miette", "saphyr", "toml"];
+    let readers = ["steward-diagnostics", "steward-rasters", "image", "miette", "saphyr", "toml"];
     for package in ["steward-robot", "steward-sim", "steward-nav", "components"] {
         let tree = cargo(&["tree", "--offline", "--edges=normal,no-proc-macro", "--prefix=none", "--package", package]);
         let tree = String::from_utf8(tree).expect("names are text");
@@ -122,36 +123,74 @@ fn simulation_and_navigation_read_no_files() {
 /// rustfmt breaks long lines of code, but not of comments.
 #[test]
 fn comments_fit_120_columns() {
-    let mut folders = vec![PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
-    let (mut files, mut long) = (0, Vec::new());
+    let files = sources(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let long = files.iter().flat_map(|(path, text)| {
+        let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
+        let too_long = comments.filter(|(_, line)| line.chars().count() > 120);
+        too_long.map(|(number, _)| format!("{}:{}", path.display(), number + 1))
+    });
+    let long: Vec<String> = long.collect();
+    assert!(files.len() > 500 && long.is_empty(), "of {} files: {long:#?}", files.len());
+}
+
+/// The Rust files in a folder and below, with their texts.
+fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+    let (mut folders, mut files) = (vec![folder.to_owned()], Vec::new());
     while let Some(folder) = folders.pop() {
         for path in fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if path.is_dir() && name != "target" && !name.starts_with('.') {
                 folders.push(path);
             } else if name.ends_with(".rs") {
-                files += 1;
                 let text = fs::read_to_string(&path).expect("a source is text");
-                let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
-                let too_long = comments.filter(|(_, line)| line.chars().count() > 120);
-                long.extend(too_long.map(|(number, _)| format!("{}:{}", path.display(), number + 1)));
+                files.push((path, text));
             }
         }
     }
-    assert!(files > 500 && long.is_empty(), "of {files} files: {long:#?}");
+    files
 }
 
 /// Crates for simulation and drawing stay out of the crates that run on a real robot.
 #[test]
 fn only_sim_simulates_and_only_drawing_draws() {
     let metadata = metadata(&["--no-deps"]);
-    let owners =
-        [("rapier2d", "sim"), ("bevy_ecs", "sim"), ("parry2d", "sim"), ("resvg", "drawing"), ("clap", "steward")];
+    let owners = [
+        ("rapier2d", "sim"),
+        ("bevy_ecs", "sim"),
+        ("parry2d", "sim"),
+        ("image", "rasters"),
+        ("resvg", "drawing"),
+        ("clap", "steward"),
+    ];
     for package in &metadata.packages {
         for used in package.normal_dependencies() {
             let owner = owners.iter().find(|(name, _)| *name == used).map(|(_, owner)| *owner);
             assert!(owner.is_none_or(|owner| owner == crate_name(&package.name)), "{} uses {used}", package.name);
         }
+    }
+}
+
+/// The packages that the project's owner has chosen, each with a room whose work rests on it.
+#[test]
+fn every_package_that_the_owner_has_chosen_is_used() {
+    let chosen = [
+        ("rapier2d", "sim"),
+        ("parry2d", "sim"),
+        ("bevy_ecs", "sim"),
+        ("nalgebra", "maps"),
+        ("pathfinding", "nav"),
+        ("rand", "robot"),
+        ("image", "rasters"),
+        ("clap", "steward"),
+    ];
+    let metadata = metadata(&["--no-deps"]);
+    for (name, room) in chosen {
+        let package = metadata.packages.iter().find(|package| crate_name(&package.name) == room).expect("a room");
+        assert!(package.normal_dependencies().any(|used| used == name), "{room} does not depend on {name}");
+        let library = package.targets.iter().find(|target| target.src_path.ends_with("src/lib.rs"));
+        let root = library.or(package.targets.first()).expect("a room has code");
+        let sources = sources(root.src_path.parent().expect("a file is in a folder"));
+        assert!(sources.iter().any(|(_, text)| text.contains(&format!("{name}::"))), "{room} does not use {name}");
     }
 }
 

@@ -5,6 +5,8 @@ mod help;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use image::AnimationDecoder;
+use image::codecs::gif::GifDecoder;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -479,8 +481,8 @@ fn an_animation_is_a_gif_of_more_than_one_picture() {
     let out = tempdir().unwrap();
     let gif = out.path().join("run.gif");
     report("battery_fault", out.path(), &["--no-snapshots", "--gif", gif.to_str().unwrap()]);
-    let frames = gif::Decoder::new(std::fs::File::open(gif).unwrap()).unwrap().into_iter();
-    assert!(frames.take(3).filter(Result::is_ok).count() == 3);
+    let file = std::io::BufReader::new(std::fs::File::open(gif).unwrap());
+    assert_eq!(GifDecoder::new(file).unwrap().into_frames().take(3).filter(Result::is_ok).count(), 3);
 }
 
 #[test]

@@ -36,6 +36,5 @@ pub(crate) fn refusal(arguments: &[&str]) -> String {
 
 /// Width and height of a PNG, in pixels.
 pub(crate) fn picture_size(file: &Path) -> (u32, u32) {
-    let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(file).expect("the picture is there")));
-    decoder.read_info().expect("the picture is a PNG").info().size()
+    image::ImageReader::open(file).expect("the picture is there").into_dimensions().expect("the picture is a PNG")
 }

@@ -6,8 +6,8 @@
 //! `map` frame (in an image: x to the right, y up, angles counter-clockwise).
 //!
 //! **What is there.** An [`OccupancyGrid`] divides a floor into cells that are free, occupied or
-//! [unknown](Cell::Unknown). [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM or PNG, and [`save_map`]
-//! writes it.
+//! [unknown](Cell::Unknown). [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM, PNG or
+//! BMP, and [`save_map`] writes it.
 //!
 //! **Names of places.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), listed in a
 //! [`PlacesFile`] beside the map.
@@ -45,17 +45,13 @@ mod plan;
 #[cfg(feature = "files")]
 mod polygon;
 mod pose;
-#[cfg(feature = "files")]
-mod raster;
 
 #[cfg(feature = "files")]
 pub use error::Error;
 pub use grid::{Cell, CellIndex, OccupancyGrid};
 #[cfg(feature = "files")]
-pub use map_file::{ImageFormat, MapFiles, load_map, map_files, save_map};
+pub use map_file::{ImageFormat, MAX_CELLS, MapFiles, load_map, map_files, save_map};
 pub use places::{Place, Places, is_inside};
 #[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};
 pub use pose::{Point, Pose, heading, pose, wrap_angle};
-#[cfg(feature = "files")]
-pub use raster::MAX_CELLS;

@@ -8,10 +8,13 @@ use std::path::Path;
 use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, read_text};
 use meaning::{Meaning, Mode};
+use rasters::{Raster, RasterError};
 pub use save::{ImageFormat, MapFiles, map_files, save_map};
 
-use crate::raster::{Raster, RasterError};
 use crate::{OccupancyGrid, Pose, pose};
+
+/// The largest map that is loaded: 500 m × 500 m at 0.05 m.
+pub const MAX_CELLS: usize = 100_000_000;
 
 /// Coordinates beyond this, in meters, are refused as mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
@@ -20,7 +23,7 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// `read` reads the YAML and the image, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
 ///
 /// ```yaml
-/// image: house.pgm            # PGM or PNG, relative to this file
+/// image: house.pgm            # PGM, PNG or BMP, relative to this file
 /// resolution: 0.05            # meters per cell
 /// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the image's lower left corner
 /// negate: 0                   # 1: black is free
@@ -84,9 +87,9 @@ fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<Occupa
     let meaning = read_meaning(root);
     let (raster, meaning) = (raster?, meaning?);
     // An image begins with its top row, a grid with its bottom row.
-    let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white)).collect();
-    flip(&mut cells, raster.width);
-    Some(OccupancyGrid::from_cells(raster.width, raster.height, resolution_m?, origin?, cells))
+    let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white())).collect();
+    flip(&mut cells, raster.width());
+    Some(OccupancyGrid::from_cells(raster.width(), raster.height(), resolution_m?, origin?, cells))
 }
 
 fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, Problem> {
@@ -94,12 +97,10 @@ fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, P
     let bytes = read(path).map_err(|error| {
         problem(format!("cannot be read: {error}")).with_help("its path is relative to the folder of this file")
     })?;
-    Raster::decode(&bytes).map_err(|error| {
+    Raster::decode(&bytes, MAX_CELLS).map_err(|error| {
         let problem = problem(format!("cannot be used: {error}"));
         match error {
-            RasterError::Magic | RasterError::OtherNetpbm(_) | RasterError::Png(_) => {
-                problem.with_help("PGM (P2 and P5) and PNG are accepted")
-            }
+            RasterError::Format => problem.with_help("PGM, PBM, PPM, PNG and BMP are accepted"),
             _ => problem,
         }
     })

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use diagnostics::Staging;
 
-use crate::raster::{MAX_CELLS, encode_pgm, encode_png};
-use crate::{Cell, Error, OccupancyGrid, heading};
+use rasters::{encode_gray_png, encode_pgm};
+
+use crate::{Cell, Error, MAX_CELLS, OccupancyGrid, heading};
 
 /// The kind of image that a map is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -42,7 +43,7 @@ pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) ->
     let pixels: Vec<u8> = grid.cells().chunks_exact(width).rev().flatten().copied().map(shade).collect();
     let image = match format {
         ImageFormat::Pgm => encode_pgm(width, height, &pixels),
-        ImageFormat::Png => encode_png(width, height, &pixels),
+        ImageFormat::Png => encode_gray_png(width, height, &pixels),
     };
     Ok(MapFiles { yaml: yaml(grid, image_name), image })
 }

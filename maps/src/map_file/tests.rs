@@ -104,7 +104,7 @@ fn an_unusable_image_is_a_problem_of_the_line_that_names_it() {
     let report = |image: &[u8]| problems(load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", image)])).plain();
     let huge = format!("P5 {} 2 255\n", MAX_CELLS);
     let reports =
-        [b"GIF89a".as_slice(), b"P6 1 1 255\n123", b"P5 3 2 255\n123", b"P2 3 2 9\n1 2 3 4 5 10", huge.as_bytes()]
+        [b"GIF89a".as_slice(), b"P5 0 2 255\n", b"P5 3 2 255\n123", b"P2 3 2 9\n1 2 3 4 5 x", huge.as_bytes()]
             .map(report);
     insta::assert_snapshot!(reports.concat());
 }
@@ -169,6 +169,23 @@ fn saved_maps_are_pairs_of_files() {
 fn a_map_without_cells_is_not_saved() {
     let empty = OccupancyGrid::new(0, 4, 0.05, pose(0.0, 0.0, 0.0));
     assert!(matches!(map_files(&empty, "a.pgm", ImageFormat::Pgm), Err(crate::Error::UnsavableSize { .. })));
+}
+
+/// A color image means what its shades mean, as in ROS.
+#[test]
+fn the_cells_do_not_depend_on_the_kind_of_image() {
+    let gray = load_yaml(YAML).unwrap();
+    let shades = [0_u8, 0, 254, 205, 254, 254];
+    let raw = [b"P6 3 2 255\n".as_slice(), shades.map(|shade| [shade; 3]).as_flattened()].concat();
+    // The rows of a BMP begin with the lowest, in blue, green and red, and are filled up to a multiple of four bytes.
+    let mut bmp = [b"BM".as_slice(), &78_u32.to_le_bytes(), &[0; 4], &54_u32.to_le_bytes()].concat();
+    bmp.extend([40_u32, 3, 2, 24 << 16 | 1, 0, 24, 0, 0, 0, 0].map(u32::to_le_bytes).as_flattened());
+    for row in [&shades[3..], &shades[..3]] {
+        bmp.extend(row.iter().flat_map(|shade| [*shade; 3]).chain([0; 3]));
+    }
+    for image in [raw, bmp] {
+        assert_eq!(load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", &image)]).unwrap(), gray);
+    }
 }
 
 fn any_cell() -> impl Strategy<Value = Cell> {

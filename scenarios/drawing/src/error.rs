@@ -12,22 +12,7 @@ pub enum Error {
     /// The picture is too large to be held in memory, or empty.
     #[error("the picture has no size that can be rendered")]
     Size,
-    /// A snapshot cannot be encoded.
-    #[error("cannot encode the picture")]
-    Encode(#[from] png::EncodingError),
-    /// An animation cannot be encoded.
-    #[error("cannot encode the animation")]
-    Animate(#[source] gif::EncodingError),
     /// The writer of an animation failed.
     #[error("cannot write the animation")]
     Write(#[from] std::io::Error),
-}
-
-impl From<gif::EncodingError> for Error {
-    fn from(error: gif::EncodingError) -> Self {
-        match error {
-            gif::EncodingError::Io(error) => Self::Write(error),
-            error => Self::Animate(error),
-        }
-    }
 }

@@ -2,8 +2,8 @@
 
 use super::theme::{self, Color};
 
-/// The color number that means "unchanged".
-pub(super) const UNCHANGED: u8 = 255;
+/// GIF has 256 colors per frame, and one of them means "unchanged".
+const MAX_COLORS: usize = 255;
 
 /// The number of steps between two colors where one has a soft edge on the other.
 const STEPS: u16 = 5;
@@ -31,35 +31,28 @@ const EDGES: [(&[Color], &[Color]); 4] = [
     (&[theme::IDLE_LIGHT], &[theme::MUTED]),
 ];
 
-/// At most 255 fixed colors, the same for all pictures, and the closest of them to any other color.
+/// At most [`MAX_COLORS`] fixed colors, the same for all pictures, and the closest of them to any other color.
 #[derive(Clone, Debug)]
 pub(super) struct Palette {
     /// The closest color, by 5 bits of red, 6 of green and 5 of blue.
-    closest: Vec<u8>,
+    closest: Vec<[u8; 3]>,
 }
 
 impl Palette {
     pub(super) fn new() -> Self {
         let colors = colors();
-        assert!(colors.len() <= usize::from(UNCHANGED), "{} colors are too many for a palette", colors.len());
+        assert!(colors.len() <= MAX_COLORS, "{} colors are too many for a palette", colors.len());
         let closest = (0..=u16::MAX).map(|packed| closest(&colors, unpack(packed))).collect();
         Self { closest }
     }
 
-    /// The number of the closest color.
-    pub(super) fn index(&self, [red, green, blue]: [u8; 3]) -> u8 {
+    /// The closest color.
+    pub(super) fn closest(&self, [red, green, blue]: [u8; 3]) -> [u8; 3] {
         // Comparing half a million pixels with 255 colors would take longer than drawing them. So the answers are
         // computed once, for 16 of the 24 bits; the other eight are noise at soft edges.
         let packed = u16::from(red >> 3) << 11 | u16::from(green >> 2) << 5 | u16::from(blue >> 3);
         self.closest[usize::from(packed)]
     }
-}
-
-/// Red, green and blue of all colors, one after another.
-pub(super) fn bytes() -> Vec<u8> {
-    let mut bytes = colors().concat();
-    bytes.resize(256 * 3, 0);
-    bytes
 }
 
 fn colors() -> Vec<[u8; 3]> {
@@ -88,14 +81,13 @@ fn unpack(packed: u16) -> [u8; 3] {
     [scaled(packed >> 11, 31), scaled(packed >> 5 & 63, 63), scaled(packed & 31, 31)]
 }
 
-/// The number of the color that looks closest: the eye is most sensitive to green and least to blue.
-fn closest(colors: &[[u8; 3]], wanted: [u8; 3]) -> u8 {
+/// The color that looks closest: the eye is most sensitive to green and least to blue.
+fn closest(colors: &[[u8; 3]], wanted: [u8; 3]) -> [u8; 3] {
     let distance = |color: &[u8; 3]| -> u32 {
         let part = |i: usize, weight: u32| weight * u32::from(color[i].abs_diff(wanted[i])).pow(2);
         part(0, 3) + part(1, 6) + part(2, 1)
     };
-    let best = colors.iter().enumerate().min_by_key(|(_, color)| distance(color));
-    best.map_or(0, |(i, _)| i as u8)
+    colors.iter().copied().min_by_key(distance).expect("there are colors")
 }
 
 #[cfg(test)]
@@ -104,20 +96,13 @@ mod tests {
 
     #[test]
     fn the_colors_of_the_theme_are_kept() {
-        let (palette, colors) = (Palette::new(), colors());
+        let palette = Palette::new();
         for color in theme::ALL {
             let wanted = theme::rgb(color);
-            let got = colors[usize::from(palette.index(wanted))];
+            let got = palette.closest(wanted);
             let off = (0..3).map(|i| wanted[i].abs_diff(got[i])).max();
             assert!(off <= Some(4), "{color} became {got:?}");
         }
-        assert_eq!(colors[usize::from(palette.index([255; 3]))], [255; 3]);
-    }
-
-    #[test]
-    fn one_color_is_reserved_for_what_does_not_change() {
-        let palette = Palette::new();
-        assert!(palette.closest.iter().all(|&index| index != UNCHANGED));
-        assert_eq!(bytes().len(), 768);
+        assert_eq!(palette.closest([255; 3]), [255; 3]);
     }
 }

@@ -6,7 +6,7 @@ use resvg::usvg;
 use super::error::Error;
 use super::font;
 use super::geometry::Area;
-use super::palette::{self, Palette};
+use super::palette::Palette;
 
 /// Turns SVG pictures into pixels, with the embedded fonts only: the same bytes on every machine.
 ///
@@ -47,25 +47,14 @@ impl Renderer {
         Self { options: font::options(), palette: Palette::new() }
     }
 
-    /// The picture as a PNG file in its own size, with the palette of all pictures: a third of the bytes that all
-    /// colors of soft edges would take.
+    /// The picture as a PNG file in its own size, with the palette of all pictures: all colors of soft edges would take
+    /// several times the bytes.
     ///
     /// # Errors
     /// If the text is not an SVG picture, or if it is too large to be rendered.
     pub fn png(&self, svg: &str) -> Result<Vec<u8>, Error> {
         let pixels = self.pixels(svg, 1.0)?;
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, pixels.width, pixels.height);
-        encoder.set_color(png::ColorType::Indexed);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_palette(palette::bytes());
-        // Color numbers cannot be predicted from their neighbors.
-        encoder.set_compression(png::Compression::High);
-        encoder.set_filter(png::Filter::NoFilter);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&pixels.numbers)?;
-        writer.finish()?;
-        Ok(file)
+        Ok(rasters::encode_rgb_png(pixels.width, pixels.height, &pixels.colors))
     }
 
     /// All texts of the picture, each with the box around its letters in pixels, to check that nothing overlaps.
@@ -105,15 +94,15 @@ impl Renderer {
         let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or(Error::Size)?;
         resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
         let (colors, _) = pixmap.data().as_chunks::<4>();
-        let numbers = colors.iter().map(|&[red, green, blue, _]| self.palette.index([red, green, blue])).collect();
-        Ok(Pixels { width: size.width(), height: size.height(), numbers })
+        let colors = colors.iter().map(|&[red, green, blue, _]| self.palette.closest([red, green, blue])).collect();
+        Ok(Pixels { width: size.width() as usize, height: size.height() as usize, colors })
     }
 }
 
-/// An opaque picture: the color number of each pixel, row by row.
+/// An opaque picture: red, green and blue of each pixel, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Pixels {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) numbers: Vec<u8>,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) colors: Vec<[u8; 3]>,
 }

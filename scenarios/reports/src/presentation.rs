@@ -259,7 +259,7 @@ impl RunPictures {
 
 impl Animation {
     fn begin(path: &Path, clock: SceneClock) -> Result<Self, Error> {
-        let writer = GifWriter::new(Unfinished::create(path)?, GIF_FRAME).map_err(|error| failed(path, error))?;
+        let writer = GifWriter::new(Unfinished::create(path)?, GIF_FRAME);
         Ok(Self { path: path.to_owned(), writer, clock })
     }
 
