@@ -38,6 +38,7 @@ mod roaml_models;
 mod robot_settings;
 mod schedules;
 mod schemas;
+mod scripts;
 mod skill_command;
 mod skill_errors;
 mod steward;

@@ -1,0 +1,100 @@
+//! The scripts that the repository ships: each can be started, and the gate runs it, or it is named here with what runs
+//! it instead.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Scripts that other files run: the gate runs those.
+const RUN_BY: [(&str, &str); 11] = [
+    ("components/guide/tour_planner.py", "scenarios/guide.toml"),
+    ("components/programs/examples/speaker.py", "tests/programs/runs.rs"),
+    ("scenarios/campaigns/slurm.sbatch", "tests/slurm.sh"),
+    ("tests/live/attacks.mjs", "tests/live/browser.mjs"),
+    ("tests/live/cockpit.mjs", "tests/live/browser.mjs"),
+    ("tests/live/experiments.mjs", "tests/live/browser.mjs"),
+    ("tests/live/firefox.mjs", "tests/live/browser.mjs"),
+    ("tests/live/line.mjs", "tests/live/attacks.mjs"),
+    ("tests/live/looks.mjs", "tests/live/browser.mjs"),
+    ("tests/live/sessions.mjs", "tests/live/browser.mjs"),
+    ("tests/live/strangers.mjs", "tests/live/browser.mjs"),
+];
+
+/// Scripts that the gate does not run, and why.
+const NOT_RUN: [(&str, &str); 7] = [
+    (".ci/run", "is the gate"),
+    (".ci/fast", "runs commands of the gate for those crates that have changed"),
+    ("bt/tests/answers/generate.py", "makes trees for BehaviorTree.CPP, whose answers are committed"),
+    ("monitors/examples/scxml_traces.mjs", "needs SCION, which few machines have"),
+    ("src/init/recording/make_bag.py", "made the bag of the template, which is committed"),
+    ("tests/bags/speed.py", "measures, for an hour and with gigabytes"),
+    ("tests/live/measure.mjs", "measures, and its figures depend on the machine"),
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The scripts, by their paths in the repository: what has the name of one, and everything in `.ci`.
+fn scripts() -> Vec<String> {
+    let (mut folders, mut scripts) = (vec![PathBuf::new()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(root().join(&folder)).unwrap().map(Result::unwrap) {
+            let name = entry.file_name().into_string().unwrap();
+            let path = folder.join(&name);
+            if entry.file_type().unwrap().is_dir() {
+                let is_foreign = ["target", "node_modules", "out"].contains(&&*name);
+                let is_hidden = name.starts_with('.') && name != ".ci";
+                folders.extend((!is_foreign && !is_hidden).then_some(path));
+            } else if folder == Path::new(".ci")
+                || [".sh", ".sbatch", ".py", ".mjs"].iter().any(|ending| name.ends_with(ending))
+            {
+                scripts.push(path.to_str().unwrap().replace('\\', "/"));
+            }
+        }
+    }
+    scripts.sort();
+    scripts
+}
+
+#[test]
+fn every_script_can_be_started() {
+    let interpreters = ["bash", "python3"].map(|name| format!("#!/usr/bin/env {name}"));
+    for name in scripts() {
+        let text = read(&name);
+        let first = text.lines().next().unwrap_or_default();
+        let shell = !name.ends_with(".py") && !name.ends_with(".mjs");
+        assert!(!first.starts_with("# !"), "{name}: {first}");
+        assert!(!first.starts_with("#!") || interpreters.iter().any(|line| line == first), "{name}: {first}");
+        assert!(!shell || first == interpreters[0], "{name} begins with {first:?}");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let executable = fs::metadata(root().join(&name)).unwrap().permissions().mode() & 0o111 != 0;
+            assert!(!shell || executable, "{name} is not executable");
+            let parsed = Command::new("bash").arg("-n").arg(root().join(&name)).status();
+            assert!(!shell || parsed.is_ok_and(|status| status.success()), "bash does not understand {name}");
+        }
+    }
+}
+
+#[test]
+fn the_gate_runs_every_script_or_a_reason_is_given() {
+    let (scripts, gate) = (scripts(), read(".ci/run"));
+    let named = |name: &str| name.rsplit('/').next().unwrap_or_default().to_owned();
+    for script in &scripts {
+        let by_gate = gate.contains(&**script);
+        let by_other = RUN_BY.iter().find(|(name, _)| name == script);
+        let reasons = NOT_RUN.iter().filter(|(name, _)| name == script).count();
+        let ways = usize::from(by_gate && reasons == 0) + usize::from(by_other.is_some()) + reasons;
+        assert_eq!(ways, 1, "{script} is run by the gate, by another file, or not, with a reason");
+        assert!(by_other.is_none_or(|(name, runner)| read(runner).contains(&named(name))), "{by_other:?}");
+    }
+    let listed = RUN_BY.iter().map(|(name, _)| name).chain(NOT_RUN.iter().map(|(name, _)| name));
+    let gone: Vec<_> = listed.filter(|name| !scripts.iter().any(|script| script == *name)).collect();
+    assert!(gone.is_empty(), "there are no scripts {gone:?}");
+}
