@@ -41,6 +41,11 @@
 //! assert_eq!(system.process::<GraphProcess>(client).map(Process::location).as_deref(), Some("knows"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Inside
+//! A driver can be suspended (`Outages`) and a component can be restarted. `Blackboard` and `StopRule::AnyTrip` belong
+//! to the protocol of the paper's published system (`skills/machines/original/`;
+//! docs/src/explanation/published-system.md says how much of it is modeled). The scenario `late_halt` shows its flaw.
 
 mod battery_reader;
 mod blackboard;

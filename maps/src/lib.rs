@@ -29,6 +29,10 @@
 //!
 //! Files are read and written with the feature `files`, which is on by default. Without it the crate has geometry and
 //! cells only, and depends only on nalgebra.
+//!
+//! # Inside
+//! The project's own maps, the house and the museum, are plans in meters (`plan`), drawn by
+//! `maps/examples/draw_maps.rs`.
 
 #[cfg(feature = "files")]
 mod error;

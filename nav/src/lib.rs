@@ -59,6 +59,10 @@
 //!
 //! What to read next: [`Localization`] and [`LocalizationParameters`] for the filter, [`NavigationStatus`] for the
 //! states of a navigator, [`NavigationParameters`] for its timeouts and distances.
+//!
+//! # Inside
+//! It sees scans, odometry and a map, never the truth. Everything that is computed once per map is its `Atlas`, which
+//! all runs on that map share.
 
 mod atlas;
 mod beams;

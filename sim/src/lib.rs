@@ -49,6 +49,10 @@
 //! machine of a target. Noise is off by default. Each consumer of randomness draws from its own stream (`sim/motion`,
 //! `sim/odometry`, `sim/laser_<name>`, and `fault/…` for faults), so enabling one does not change the numbers of
 //! another. Nothing reads a clock.
+//!
+//! # Inside
+//! `Truth` is for reports and pictures only. `Faults` is a plain value with the current faults; its docs list the point
+//! in a step at which each fault acts. The experiment sets it, never the simulation.
 
 mod arc;
 mod battery;

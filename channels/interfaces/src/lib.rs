@@ -34,6 +34,11 @@
 //!
 //! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The module [`ros`] reads ROS 2
 //! definitions, and is also useful alone.
+//!
+//! # Inside
+//! `file` reads an interface from TOML, `keys` lists the keys of the file. `ros` parses all of ROS 2's definition
+//! language, and is usable on its own. `packages` finds definitions, and `flatten` turns them into tuples, since
+//! messages cannot be nested.
 
 mod file;
 mod flatten;

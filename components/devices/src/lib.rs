@@ -7,6 +7,10 @@
 //!
 //! Like any other component, a device receives requests over channels. Once per step its driver lets it [sense and
 //! act](DeviceProcess::act) in its surroundings.
+//!
+//! # Inside
+//! `process` is their process in a channel system, with one file per kind; `interfaces/` has the interface of each
+//! kind. The trait `Surroundings` is what they sense and move.
 
 mod door;
 mod lines;

@@ -19,6 +19,12 @@
 //! On Linux, everything that a program has started is killed with it, even if it has left the program's process group,
 //! and even if this process is killed. On other Unix systems, this holds only for the program's process group, and
 //! memory is not limited. Elsewhere, only the program itself is killed.
+//!
+//! # Inside
+//! `process` is their process in a channel system; `child` is the running program, which receives a line and answers
+//! with a line; `protocol` defines these lines. Between steward and a program there is a `keeper`: a second steward
+//! process that ends everything that the program has started, and notices when steward is gone. So `main` begins with
+//! `programs::keep`.
 
 mod child;
 #[cfg(unix)]

@@ -10,6 +10,17 @@
 //! together. A run that is rejected, cannot continue or panics has a record like any other: it does not count for any
 //! property, and it is not as expected. Runs are limited in simulated time and communications (`execution.max_time_s`,
 //! `step_budget` and `run_budget` of the scenario), never by the wall clock: results must not depend on the machine.
+//!
+//! # Inside
+//! A `plan` reads what varies from run to run, and defines run k as a function of plan and k; `statistics` estimates
+//! probabilities from many runs: exact intervals, stopping rules and tests with guarantees, and the reordering that
+//! makes campaigns stop at the same run on many cores as on one. The `runner` writes a record of each run to a
+//! `journal`; `results`, `dataset` and the `page` of the report are made from it alone, so killed, resumed, sharded and
+//! merged campaigns end with the same bytes. The page is computed in passes over the journal, in bins, so that its
+//! memory does not grow with the runs. `compare` reads two journals side by side. `matrix` shows which property detects
+//! which fault; `reproduce` runs the paper's experiments and checks them against `reproduce/experiments.rs`, the table
+//! of the paper's claims with their sources, separate from this project's own; `reproduce/deviations.rs` lists where
+//! the system differs from the published one. The shipped campaigns are beside the code.
 
 pub mod compare;
 pub mod dataset;

@@ -16,6 +16,14 @@
 //! printed address; there is one for the pilot and one for viewers. Requests must name the server's own address as
 //! their host, and sockets must come from its own page: a page of another site, or one whose name resolves to this
 //! address, gets nothing. The user's texts are escaped, and the page runs no scripts but its own.
+//!
+//! # Inside
+//! A `runner` on its own thread takes records from a `Session` of `scenarios` (`steered`) or from files that may still
+//! grow (`reel`). Each run that is shown is a `side`: its `history` keeps all records on a `Tape`, a temporary file,
+//! and a player shows any moment of it. The `server` passes frames on to pages, and the pilot's actions back to the
+//! runner. A page gets what the records contain (`frame`), and the report's own cards and charts (`html/live.rs` in
+//! `reports`). Each act is a fault at the current step, so a session is always a scenario. A `Board` shows the progress
+//! of a campaign.
 
 mod board;
 mod clock;

@@ -91,6 +91,11 @@
 //!
 //! This crate also has the hash of a trace ([`TraceHash`]) and the event log ([`EventLogWriter`]), which contains less
 //! and is meant for other programs.
+//!
+//! # Inside
+//! `archive` writes a run in the format that a file's name implies. `mcap_file` is the format for other tools: the same
+//! chunks of records on a topic, and `topics`, made from the `RunView` alone, in ROS 2 types (`topics/ros`); the crate
+//! `mcap` writes the file.
 
 mod archive;
 mod chunk;

@@ -2,6 +2,11 @@
 //!
 //! Everything here reads a [`RunView`](recording::RunView) and nothing else of a run, so live and recorded runs give
 //! the same outputs: [`report_recording`] reads a file.
+//!
+//! # Inside
+//! `presentation` follows a run's view and writes the requested outputs; `timeline` keeps what has changed; `html`
+//! makes the page from it, with charts drawn on the canvas of `drawing`; `reporting` makes `report.json`, whose fields
+//! `report` lists; `junit` writes results for CI. `report_recording` does all of this from a file.
 
 mod error;
 mod file_name;

@@ -26,6 +26,13 @@
 //! The value of a JANI property is the probability of a formula `F`, `G`, `U` or `W` about conditions on the latest
 //! messages, so in one run the formula is true or false. At the end of a run, anything that has not been reached is
 //! false.
+//!
+//! # Inside
+//! `machine/translate` rewrites an `.ascxml` file as SCXML, keeping the location of each piece (`machine/plain`), so
+//! that `skills` compiles it and every message points into the original; `machine/vocabulary` is the table of RoAML's
+//! elements. `system` declares the processes and channels; the machines are `skills::SkillProcess`es, with an adapter
+//! between machine and channels that follows ROS's rules (`system/adapter`). `property` evaluates JANI's formulas on
+//! the latest messages.
 
 mod instance;
 mod machine;
