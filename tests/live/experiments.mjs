@@ -1,5 +1,5 @@
 // The paper's experiments, done manually on the page, end as on the command line. Together with the last one, they are
-// the exercises of docs/src/tutorials/live-lesson.md.
+// the exercises of docs/src/tutorials/lesson.md.
 
 import assert from 'node:assert/strict';
 import { Cockpit, Live, report } from './cockpit.mjs';
