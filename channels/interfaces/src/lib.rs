@@ -32,8 +32,8 @@
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
 //!
-//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The module [`ros`] reads ROS 2
-//! definitions, and is also useful alone.
+//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The crate `steward-ros-messages`
+//! reads the ROS 2 definitions.
 
 mod file;
 mod flatten;
@@ -42,7 +42,6 @@ mod keys;
 mod kind;
 mod name;
 mod packages;
-pub mod ros;
 
 pub use interface::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,

@@ -2,7 +2,6 @@
 //!
 //! `docs/src/reference/topics.md` lists them.
 
-pub(crate) mod cdr;
 mod messages;
 mod outlines;
 pub(crate) mod output;
@@ -15,11 +14,12 @@ use std::time::Duration;
 use channels::{ChannelId, EventKind, Topology, Verdict};
 use maps::{Cell, OccupancyGrid, Point, Pose};
 use robot::{LaserScan, LaserSpec};
+use ros_messages::{Byte, TypeName};
 
 use self::messages::{MessageType, unique};
 use self::outlines::Outline;
 use self::output::{Output, Topic};
-use self::ros::{Byte, Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
+use self::ros::{Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
 use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RunView, Scene};
 
 /// The frame of the map.
@@ -284,7 +284,7 @@ fn channel_topics<W: Write>(
         let names = unique(&format!("{}/{}", token(from), token(to)), &mut taken);
         let of = MessageType::new(&topology.get(channel).domain);
         let type_name: String = names.replace('/', "To").split('_').map(capitalized).collect();
-        let type_name = format!("steward_msgs/{}", unique(&type_name, &mut types));
+        let type_name = TypeName::new(Some("steward_msgs"), &unique(&type_name, &mut types));
         let id = output.channel(&format!("/channels/{names}"), &type_name, &of.definition())?;
         Ok(Some((id, of)))
     };

@@ -1,7 +1,10 @@
 //! Access to decoded messages by field name.
 
-use crate::cdr::Value;
-use crate::layout::{Item, Layout};
+use std::sync::Arc;
+
+use crate::definition::Base;
+use crate::layout::Layout;
+use crate::value::Value;
 
 /// A decoded message with its type.
 #[derive(Clone, Copy, Debug)]
@@ -18,17 +21,17 @@ impl<'v> Structure<'v> {
         Some(Self { layout, fields })
     }
 
-    fn field(&self, name: &str) -> Option<(&'v Item, &'v Value)> {
-        let index = self.layout.fields.iter().position(|slot| slot.name == name)?;
-        Some((&self.layout.fields[index].item, self.fields.get(index)?))
+    fn field(&self, name: &str) -> Option<(&'v Base<Arc<Layout>>, &'v Value)> {
+        let index = self.layout.fields.iter().position(|field| field.name == name)?;
+        Some((&self.layout.fields[index].kind.base, self.fields.get(index)?))
     }
 
     /// The message in a field; `path` may contain several names: `pose.pose`.
     #[must_use]
     pub fn part(&self, path: &str) -> Option<Self> {
         path.split('.').try_fold(*self, |at, name| match at.field(name)? {
-            (Item::Message(layout), value) => Self::of(layout, value),
-            (Item::Plain(_), _) => None,
+            (Base::Message(layout), value) => Self::of(layout, value),
+            (Base::Primitive(_), _) => None,
         })
     }
 
@@ -36,7 +39,7 @@ impl<'v> Structure<'v> {
     #[must_use]
     pub fn parts(&self, name: &str) -> Vec<Self> {
         match self.field(name) {
-            Some((Item::Message(layout), Value::List(items))) => {
+            Some((Base::Message(layout), Value::List(items))) => {
                 items.iter().filter_map(|item| Self::of(layout, item)).collect()
             }
             _ => Vec::new(),

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topology, Value};
 use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest_or_all};
+use ros_messages::{Decoder, Layout, Want};
 
 use super::{Mapped, Mapping, Source};
-use crate::cdr::{Decoder, Want};
-use crate::layout::{Definitions, Layout};
+use crate::definitions::Definitions;
 use crate::path::{End, Path};
 use crate::storage::Survey;
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use diagnostics::{FileProblems, Problem, Source};
 
-use super::{Base, Constant, Count, Field, Literal, Message, Type, TypeName};
+use super::{Base, Constant, Count, Field, Literal, Message, Primitive, Type, TypeName};
 
 /// All structs of a text, which may consist of several definitions with titles: `IDL: package/msg/Name`.
 pub(super) fn types(source: &Source) -> Result<BTreeMap<TypeName, Message>, FileProblems> {
@@ -121,7 +121,7 @@ impl<'s> Reader<'s> {
                         return Err(self.problem(format!("`{name}` has no end")));
                     }
                 }
-                self.names.insert(name, Type { base: Base::Uint32, count: Count::One });
+                self.names.insert(name, primitive(Primitive::Uint32));
             }
             "typedef" => {
                 let kind = self.kind()?;
@@ -129,15 +129,17 @@ impl<'s> Reader<'s> {
                 self.names.insert(name, kind);
             }
             "const" => {
-                let Type { base, .. } = self.kind()?;
+                let kind = self.kind()?;
                 let name = self.name()?.to_owned();
                 self.expect("=")?;
-                let value = self.value(&base)?;
+                // The text may define the type's name further below. Constants are not sent, so its size does not matter.
+                let kind = if let Base::Primitive(kind) = kind.base { kind } else { Primitive::Int64 };
+                let value = self.value(kind)?;
                 // The constants of `Name` are in the module `Name_Constants`.
                 let owner = scope.last().and_then(|module| module.strip_suffix("_Constants"));
                 if let Some(owner) = owner {
                     let owner = TypeName::new(scope.first().copied(), owner);
-                    self.types.entry(owner).or_default().constants.push(Constant { name, base, value });
+                    self.types.entry(owner).or_default().constants.push(Constant { name, kind, value });
                 }
             }
             other => {
@@ -184,7 +186,7 @@ impl<'s> Reader<'s> {
             let kind = self.kind()?;
             loop {
                 let (name, kind) = self.declarator(kind.clone())?;
-                fields.push(Field { name, kind, default: None, is_optional: false, is_key: false });
+                fields.push(Field::new(&name, kind));
                 match self.take() {
                     ";" => break,
                     "," => {}
@@ -220,7 +222,7 @@ impl<'s> Reader<'s> {
 
     fn kind(&mut self) -> Result<Type, Problem> {
         let first = self.take();
-        let base = match first {
+        let kind = match first {
             "sequence" => {
                 self.expect("<")?;
                 let kind = self.kind()?;
@@ -233,44 +235,44 @@ impl<'s> Reader<'s> {
                 self.expect(">")?;
                 return self.several(kind, count);
             }
-            "string" => Base::String(self.bound()?),
-            "wstring" => Base::WString(self.bound()?),
+            "string" => Primitive::String(self.bound()?),
+            "wstring" => Primitive::WString(self.bound()?),
             "unsigned" => match (self.take(), self.peek()) {
-                ("short", _) => Base::Uint16,
-                ("long", "long") => self.and_then_next(Base::Uint64),
-                ("long", _) => Base::Uint32,
+                ("short", _) => Primitive::Uint16,
+                ("long", "long") => self.and_then_next(Primitive::Uint64),
+                ("long", _) => Primitive::Uint32,
                 (other, _) => return Err(self.problem(format!("`unsigned {other}` is not a type"))),
             },
             "long" => match self.peek() {
-                "long" => self.and_then_next(Base::Int64),
+                "long" => self.and_then_next(Primitive::Int64),
                 "double" => return Err(self.problem("`long double` is not supported".to_owned())),
-                _ => Base::Int32,
+                _ => Primitive::Int32,
             },
-            "boolean" => Base::Bool,
-            "octet" => Base::Byte,
-            "char" => Base::Char,
-            "int8" => Base::Int8,
-            "uint8" => Base::Uint8,
-            "short" | "int16" => Base::Int16,
-            "uint16" => Base::Uint16,
-            "int32" => Base::Int32,
-            "uint32" => Base::Uint32,
-            "int64" => Base::Int64,
-            "uint64" => Base::Uint64,
-            "float" => Base::Float32,
-            "double" => Base::Float64,
+            "boolean" => Primitive::Bool,
+            "octet" => Primitive::Byte,
+            "char" => Primitive::Char,
+            "int8" => Primitive::Int8,
+            "uint8" => Primitive::Uint8,
+            "short" | "int16" => Primitive::Int16,
+            "uint16" => Primitive::Uint16,
+            "int32" => Primitive::Int32,
+            "uint32" => Primitive::Uint32,
+            "int64" => Primitive::Int64,
+            "uint64" => Primitive::Uint64,
+            "float" => Primitive::Float32,
+            "double" => Primitive::Float64,
             "wchar" | "map" | "any" => return Err(self.problem(format!("the type `{first}` is not supported"))),
             _ => {
                 self.next -= 1;
                 return self.named();
             }
         };
-        Ok(Type { base, count: Count::One })
+        Ok(primitive(kind))
     }
 
-    fn and_then_next(&mut self, base: Base) -> Base {
+    fn and_then_next(&mut self, kind: Primitive) -> Primitive {
         self.next += 1;
-        base
+        kind
     }
 
     /// `<10>`, if it is there.
@@ -299,12 +301,14 @@ impl<'s> Reader<'s> {
         Ok(Type { base: Base::Message(TypeName::new(package, last)), count: Count::One })
     }
 
-    fn value(&mut self, base: &Base) -> Result<Literal, Problem> {
+    fn value(&mut self, kind: Primitive) -> Result<Literal, Problem> {
         let text = self.take();
-        let value = match base {
-            Base::Bool => Some(Literal::Bool(text.eq_ignore_ascii_case("true"))),
-            Base::Float32 | Base::Float64 => text.trim_end_matches(['f', 'd']).parse().ok().map(Literal::Real),
-            Base::String(_) | Base::WString(_) => {
+        let value = match kind {
+            Primitive::Bool => Some(Literal::Bool(text.eq_ignore_ascii_case("true"))),
+            Primitive::Float32 | Primitive::Float64 => {
+                text.trim_end_matches(['f', 'd']).parse().ok().map(Literal::Real)
+            }
+            Primitive::String(_) | Primitive::WString(_) => {
                 let mut inside = text.trim_matches('"').to_owned();
                 // Texts side by side are one.
                 while self.peek().starts_with('"') {
@@ -317,6 +321,10 @@ impl<'s> Reader<'s> {
                 hexadecimal.unwrap_or_else(|| text.parse()).ok().map(Literal::Int)
             }
         };
-        value.ok_or_else(|| self.problem(format!("`{text}` is not a value of type {base}")))
+        value.ok_or_else(|| self.problem(format!("`{text}` is not a value of type {kind}")))
     }
+}
+
+fn primitive(kind: Primitive) -> Type {
+    Type { base: Base::Primitive(kind), count: Count::One }
 }

@@ -1,17 +1,28 @@
 //! The types of fields, as ROS writes them: `float64[3]`, `string<=10`, `geometry_msgs/Pose[]`.
 
-/// The type of a field.
+use super::names::{is_field_name, is_type_name};
+
+/// The type of a field. A message in it is a name in a definition, and a [`Layout`](crate::Layout) once it is resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Type {
+pub struct Type<M = TypeName> {
     /// The type of one item.
-    pub base: Base,
+    pub base: Base<M>,
     /// The number of items.
     pub count: Count,
 }
 
 /// The type of one item.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Base {
+pub enum Base<M = TypeName> {
+    /// A Boolean, a number or a string.
+    Primitive(Primitive),
+    /// A message.
+    Message(M),
+}
+
+/// A type that is not a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Primitive {
     /// `true` or `false`.
     Bool,
     /// Eight bits.
@@ -42,8 +53,6 @@ pub enum Base {
     String(Option<usize>),
     /// A string of UTF-16, with at most this many units.
     WString(Option<usize>),
-    /// A message.
-    Message(TypeName),
 }
 
 /// How many items a field has.
@@ -75,6 +84,31 @@ impl TypeName {
         Self { package: package.map(str::to_owned), name: name.to_owned() }
     }
 
+    /// Reads the name of a message type: `Pose`, `geometry_msgs/Pose` or `geometry_msgs/msg/Pose`. `None` if ROS does
+    /// not permit it.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let name = match *text.split('/').collect::<Vec<_>>() {
+            [name] => Self::new(None, name),
+            [package, name] | [package, "msg" | "srv" | "action", name] => Self::new(Some(package), name),
+            _ => return None,
+        };
+        let is_sound = name.package.as_deref().is_none_or(is_field_name) && is_type_name(&name.name);
+        is_sound.then_some(name)
+    }
+
+    /// The name as used for topics: `geometry_msgs/msg/Pose`. Only what a service or an action defines has an underscore in
+    /// its name: `std_srvs/srv/SetBool_Request`, `nav2_msgs/action/Spin_FeedbackMessage`.
+    #[must_use]
+    pub fn full(&self) -> String {
+        let kind = match self.name.split_once('_') {
+            None => "msg",
+            Some((_, "Request" | "Response" | "Event")) => "srv",
+            Some(_) => "action",
+        };
+        format!("{}/{kind}/{}", self.package.as_deref().unwrap_or_default(), self.name)
+    }
+
     /// The name with its package, as used in a definition of `package`.
     #[must_use]
     pub fn within(&self, package: &str) -> Self {
@@ -82,9 +116,9 @@ impl TypeName {
     }
 }
 
-impl Base {
-    /// The simple types by name. Strings are listed without a bound.
-    pub(super) const SIMPLE: [(&str, Self); 15] = [
+impl Primitive {
+    /// The types by name. Strings are listed without a bound.
+    pub(super) const NAMES: [(&str, Self); 15] = [
         ("bool", Self::Bool),
         ("byte", Self::Byte),
         ("char", Self::Char),
@@ -104,7 +138,7 @@ impl Base {
 
     /// The least and the greatest value, if it is an integer.
     #[must_use]
-    pub fn range(&self) -> Option<(i128, i128)> {
+    pub fn range(self) -> Option<(i128, i128)> {
         let signed = |bits: u32| Some((-(1 << (bits - 1)), (1 << (bits - 1)) - 1));
         let unsigned = |bits: u32| Some((0, (1 << bits) - 1));
         match self {

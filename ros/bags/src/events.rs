@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
+use ros_messages::Mismatch;
 
-use crate::cdr;
 use crate::mapping::{Clock, Compiled, Entry, Mapping, Number, Rule};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
@@ -24,7 +24,7 @@ pub struct Events {
     topics: Vec<String>,
     body: Vec<u8>,
     /// The last decoded message of each topic, whose memory is reused.
-    decoded: Vec<cdr::Value>,
+    decoded: Vec<ros_messages::Value>,
     /// What has been read but not returned, by time and order in the bag.
     waiting: VecDeque<(i64, ChannelId, Message)>,
     /// The latest time read.
@@ -60,7 +60,7 @@ pub enum Found {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reason {
     /// It is not a message of its type.
-    Mismatch(cdr::Mismatch),
+    Mismatch(Mismatch),
     /// It has no stamp, or one that is far from the others.
     Stamp,
     /// A value has no symbol.
@@ -83,7 +83,7 @@ impl Events {
             compiled,
             topics: bag.survey().topics.iter().map(|topic| topic.name.clone()).collect(),
             body: Vec::new(),
-            decoded: vec![cdr::Value::Passed; bag.survey().topics.len()],
+            decoded: vec![ros_messages::Value::Passed; bag.survey().topics.len()],
             waiting: VecDeque::new(),
             newest_ns: i64::MIN,
             is_over: false,
@@ -230,7 +230,7 @@ fn note(
 }
 
 /// The time and the message of an event; none if the mapping's conditions exclude it.
-fn event(entry: &Entry, head: Head, decoded: &cdr::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
+fn event(entry: &Entry, head: Head, decoded: &ros_messages::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
     for test in &entry.tests {
         let value = value_at(decoded, &test.path, &test.text, Number::Plain)?;
         if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
@@ -255,7 +255,7 @@ fn event(entry: &Entry, head: Head, decoded: &cdr::Value) -> Result<Option<(i64,
 }
 
 /// The value of a field.
-fn field(rule: &Rule, decoded: &cdr::Value) -> Result<Value, (Reason, String)> {
+fn field(rule: &Rule, decoded: &ros_messages::Value) -> Result<Value, (Reason, String)> {
     match rule {
         Rule::Constant(value) => Ok(value.clone()),
         Rule::Path { path, text, number } => value_at(decoded, path, text, *number),
@@ -273,22 +273,22 @@ fn field(rule: &Rule, decoded: &cdr::Value) -> Result<Value, (Reason, String)> {
 }
 
 /// The value at a path; `<none>` if the array does not have the item, and for NaN.
-fn value_at(message: &cdr::Value, path: &Path, text: &str, number: Number) -> Result<Value, (Reason, String)> {
+fn value_at(message: &ros_messages::Value, path: &Path, text: &str, number: Number) -> Result<Value, (Reason, String)> {
     let value = match (path.find(message), path.end) {
-        (Some(cdr::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
-        (Some(cdr::Value::Int(integer)), _) => {
+        (Some(ros_messages::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
+        (Some(ros_messages::Value::Int(integer)), _) => {
             // `<none>` is neither less nor greater than any number, so it cannot stand for a large integer.
             let value = number.of_integer(*integer);
             Some(value.ok_or_else(|| (Reason::Range, format!("`{text}` is {integer}")))?)
         }
-        (Some(cdr::Value::Real(real)), _) => {
+        (Some(ros_messages::Value::Real(real)), _) => {
             Some(real * number.scale()).filter(|number| !number.is_nan()).map(Value::Real)
         }
-        (Some(cdr::Value::Text(text)), _) => Some(Value::from(text.as_str())),
-        (Some(cdr::Value::List(bytes)), End::Bytes) => {
-            let digits = bytes
-                .iter()
-                .map(|byte| if let cdr::Value::Int(byte) = byte { format!("{byte:02x}") } else { String::new() });
+        (Some(ros_messages::Value::Text(text)), _) => Some(Value::from(text.as_str())),
+        (Some(ros_messages::Value::List(bytes)), End::Bytes) => {
+            let digits = bytes.iter().map(|byte| {
+                if let ros_messages::Value::Int(byte) = byte { format!("{byte:02x}") } else { String::new() }
+            });
             Some(Value::from(digits.collect::<String>().as_str()))
         }
         (Some(time), End::Time) => stamp_ns(time).map(|ns| Value::Real(ns as f64 * 1e-9)),
@@ -301,9 +301,9 @@ fn none() -> Value {
     Value::symbol(FieldKind::NONE)
 }
 
-fn stamp_ns(stamp: &cdr::Value) -> Option<i64> {
-    let cdr::Value::Message(fields) = stamp else { return None };
-    let [cdr::Value::Int(seconds), cdr::Value::Int(ns)] = fields.as_slice() else { return None };
+fn stamp_ns(stamp: &ros_messages::Value) -> Option<i64> {
+    let ros_messages::Value::Message(fields) = stamp else { return None };
+    let [ros_messages::Value::Int(seconds), ros_messages::Value::Int(ns)] = fields.as_slice() else { return None };
     i64::try_from(seconds * 1_000_000_000 + ns).ok()
 }
 

@@ -1,32 +1,33 @@
-//! CDR, the encoding of ROS 2's messages: little-endian, each number at a multiple of its own size.
+//! Writes CDR, little-endian: each number at a multiple of its own size.
 //!
 //! Source: OMG's DDS-XTypes 1.3, 7.4.1 (plain CDR, version 1).
 
 /// What precedes every message: the encoding, and two bytes of options.
-pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
+const ENCODING: [u8; 4] = [0, 1, 0, 0];
 
 /// A message while it is encoded.
 #[derive(Debug)]
-pub(crate) struct Cdr {
+pub struct CdrWriter {
     bytes: Vec<u8>,
 }
 
-impl Cdr {
+impl CdrWriter {
     /// Begins a message in the memory of another.
-    pub(crate) fn reusing(mut bytes: Vec<u8>) -> Self {
+    #[must_use]
+    pub fn reusing(mut bytes: Vec<u8>) -> Self {
         bytes.clear();
-        bytes.extend(HEADER);
+        bytes.extend(ENCODING);
         Self { bytes }
     }
 
-    /// Writes a number's bytes, after padding.
-    pub(crate) fn number<const SIZE: usize>(&mut self, bytes: [u8; SIZE]) {
+    /// Writes a number's bytes, the least significant first, after padding.
+    pub fn number<const SIZE: usize>(&mut self, bytes: [u8; SIZE]) {
         self.align::<SIZE>();
         self.bytes.extend(bytes);
     }
 
     /// Writes several numbers of one size: only the first needs padding.
-    pub(crate) fn numbers<const SIZE: usize>(&mut self, numbers: impl ExactSizeIterator<Item = [u8; SIZE]>) {
+    pub fn numbers<const SIZE: usize>(&mut self, numbers: impl ExactSizeIterator<Item = [u8; SIZE]>) {
         if numbers.len() == 0 {
             return;
         }
@@ -38,23 +39,25 @@ impl Cdr {
     }
 
     fn align<const SIZE: usize>(&mut self) {
-        let length = (self.bytes.len() - HEADER.len()).next_multiple_of(SIZE);
-        self.bytes.resize(HEADER.len() + length, 0);
+        let length = (self.bytes.len() - ENCODING.len()).next_multiple_of(SIZE);
+        self.bytes.resize(ENCODING.len() + length, 0);
     }
 
     /// Writes the length of a sequence.
-    pub(crate) fn length(&mut self, length: usize) {
+    pub fn length(&mut self, length: usize) {
         self.number(u32::try_from(length).unwrap_or(u32::MAX).to_le_bytes());
     }
 
     /// Writes text, with its length and a zero at the end.
-    pub(crate) fn text(&mut self, text: &str) {
+    pub fn text(&mut self, text: &str) {
         self.length(text.len() + 1);
         self.bytes.extend(text.as_bytes());
         self.bytes.push(0);
     }
 
-    pub(crate) fn bytes(self) -> Vec<u8> {
+    /// The whole message.
+    #[must_use]
+    pub fn bytes(self) -> Vec<u8> {
         self.bytes
     }
 }

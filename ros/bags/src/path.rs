@@ -1,9 +1,8 @@
 //! Paths to fields: `pose.position.x`, `covariance[0]`, `status_list[-1].status`.
 
-use interfaces::ros::{Base, Constant, Count};
+use std::sync::Arc;
 
-use crate::cdr::{Value, Want};
-use crate::layout::{Item, Layout};
+use ros_messages::{Base, Constant, Count, Layout, Primitive, Type, Value, Want};
 
 /// A path that leads to a field of a message type.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,20 +41,20 @@ impl Path {
                 None => (part, None),
             };
             let Some(layout) = at else { return Err(format!("there is nothing below `{}`", before(text, part))) };
-            let Some(field) = layout.fields.iter().position(|slot| slot.name == name) else {
-                let names: Vec<&str> = layout.fields.iter().map(|slot| slot.name.as_str()).collect();
+            let Some(field) = layout.fields.iter().position(|field| field.name == name) else {
+                let names: Vec<&str> = layout.fields.iter().map(|field| field.name.as_str()).collect();
                 let meant = diagnostics::nearest_or_all(name, "fields", &names);
                 return Err(format!("{} has no field `{name}`: {meant}", layout.name));
             };
-            let slot = &layout.fields[field];
-            let is_array = slot.count != Count::One;
+            let kind = &layout.fields[field].kind;
+            let is_array = kind.count != Count::One;
             if let (false, Some(item)) = (is_array, item) {
                 return Err(format!("`{name}` is not an array, so it has no item {item}"));
             }
             steps.push((field, item));
-            end = end_of(&slot.item, slot.count, item.is_some());
-            at = match &slot.item {
-                Item::Message(layout) if !is_array || item.is_some() => Some(layout),
+            end = end_of(kind, item.is_some());
+            at = match &kind.base {
+                Base::Message(layout) if !is_array || item.is_some() => Some(layout),
                 _ => None,
             };
         }
@@ -91,24 +90,24 @@ fn before(text: &str, part: &str) -> String {
     text.split('.').take_while(|other| *other != part).collect::<Vec<_>>().join(".")
 }
 
-fn end_of(item: &Item, count: Count, has_item: bool) -> Result<End, String> {
-    let is_one = count == Count::One || has_item;
-    match item {
-        Item::Plain(Base::Byte | Base::Char | Base::Uint8)
-            if !is_one && matches!(count, Count::Exactly(count) if count <= MOST_BYTES) =>
+fn end_of(kind: &Type<Arc<Layout>>, has_item: bool) -> Result<End, String> {
+    let is_one = kind.count == Count::One || has_item;
+    match &kind.base {
+        Base::Primitive(Primitive::Byte | Primitive::Char | Primitive::Uint8)
+            if !is_one && matches!(kind.count, Count::Exactly(count) if count <= MOST_BYTES) =>
         {
             Ok(End::Bytes)
         }
         _ if !is_one => {
             Err("this is an array; name one of its items, such as `[0]`, or `[-1]` for the last".to_owned())
         }
-        Item::Plain(Base::Bool) => Ok(End::Bool),
-        Item::Plain(Base::Float32 | Base::Float64) => Ok(End::Real),
-        Item::Plain(Base::String(_) | Base::WString(_)) => Ok(End::Text),
-        Item::Plain(_) => Ok(End::Int),
-        Item::Message(layout) if is_time(layout) => Ok(End::Time),
-        Item::Message(layout) => {
-            let names: Vec<&str> = layout.fields.iter().map(|slot| slot.name.as_str()).collect();
+        Base::Primitive(Primitive::Bool) => Ok(End::Bool),
+        Base::Primitive(Primitive::Float32 | Primitive::Float64) => Ok(End::Real),
+        Base::Primitive(Primitive::String(_) | Primitive::WString(_)) => Ok(End::Text),
+        Base::Primitive(_) => Ok(End::Int),
+        Base::Message(layout) if is_time(layout) => Ok(End::Time),
+        Base::Message(layout) => {
+            let names: Vec<&str> = layout.fields.iter().map(|field| field.name.as_str()).collect();
             Err(format!("this is a message; name one of its fields: {}", names.join(", ")))
         }
     }
@@ -127,9 +126,9 @@ fn want_below(steps: &[(usize, Option<i64>)], layout: &Layout, want: &mut Want) 
         *want = Want::Fields(vec![Want::Nothing; layout.fields.len()]);
     }
     let Want::Fields(wants) = want else { return };
-    match &layout.fields[*field].item {
-        Item::Message(inner) => want_below(rest, inner, &mut wants[*field]),
-        Item::Plain(_) => wants[*field] = Want::All,
+    match &layout.fields[*field].kind.base {
+        Base::Message(inner) => want_below(rest, inner, &mut wants[*field]),
+        Base::Primitive(_) => wants[*field] = Want::All,
     }
 }
 
@@ -151,15 +150,15 @@ pub(crate) fn leaves(layout: &Layout) -> Vec<Leaf<'_>> {
 }
 
 fn add_leaves<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut Vec<Leaf<'l>>) {
-    for slot in &layout.fields {
+    for field in &layout.fields {
         let Some(fewer) = left.checked_sub(1) else { return };
         *left = fewer;
-        let path = if below.is_empty() { slot.name.clone() } else { format!("{below}.{}", slot.name) };
-        match (&slot.item, end_of(&slot.item, slot.count, false)) {
+        let path = if below.is_empty() { field.name.clone() } else { format!("{below}.{}", field.name) };
+        match (&field.kind.base, end_of(&field.kind, false)) {
             (_, Ok(end)) => found.push(Leaf { path, end, constants: &layout.constants }),
-            (Item::Message(inner), Err(_)) if slot.count == Count::One => add_leaves(inner, &path, left, found),
-            (Item::Message(inner), Err(_)) => add_leaves(inner, &format!("{path}[-1]"), left, found),
-            (Item::Plain(_), Err(_)) => {}
+            (Base::Message(inner), Err(_)) if field.kind.count == Count::One => add_leaves(inner, &path, left, found),
+            (Base::Message(inner), Err(_)) => add_leaves(inner, &format!("{path}[-1]"), left, found),
+            (Base::Primitive(_), Err(_)) => {}
         }
     }
 }

@@ -3,23 +3,21 @@
 use diagnostics::{Problem, Span};
 
 use super::stretch::{part, trimmed};
-use super::{Base, Count, Literal, Type};
+use super::{Base, Count, Literal, Primitive, Type};
 
 /// A value of this type.
 pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
-    if kind.count == Count::One {
-        return of_base(value, &kind.base);
-    }
     let text = value.text();
-    if !(text.len() >= 2 && text.starts_with('[') && text.ends_with(']')) {
+    if kind.count != Count::One && !(text.len() >= 2 && text.starts_with('[') && text.ends_with(']')) {
         let problem = value.problem(format!("`{text}` is not an array")).with_label("this value");
         return Err(problem.with_help("the items of an array are written between `[` and `]`, separated by commas"));
     }
-    if let Base::Message(_) = kind.base {
-        return Err(no_message(value));
+    let Base::Primitive(primitive) = kind.base else { return Err(no_message(value)) };
+    if kind.count == Count::One {
+        return of_primitive(value, primitive);
     }
     let inside = part(value, 1, text.len() - 1);
-    let items = items(&inside)?.iter().map(|item| of_base(item, &kind.base)).collect::<Result<Vec<_>, _>>()?;
+    let items = items(&inside)?.iter().map(|item| of_primitive(item, primitive)).collect::<Result<Vec<_>, _>>()?;
     let (fits, must) = match kind.count {
         Count::Exactly(count) => (items.len() == count, format!("{count} items")),
         Count::UpTo(count) => (items.len() <= count, format!("at most {count} items")),
@@ -71,36 +69,35 @@ fn is_quote(letter: char) -> bool {
 }
 
 /// A value of one item.
-pub(super) fn of_base(value: &Span, base: &Base) -> Result<Literal, Problem> {
+pub(super) fn of_primitive(value: &Span, kind: Primitive) -> Result<Literal, Problem> {
     let text = value.text();
     let wrong = |help: String| {
-        let problem = value.problem(format!("`{text}` is not a value of type {base}")).with_label("this value");
+        let problem = value.problem(format!("`{text}` is not a value of type {kind}")).with_label("this value");
         Err(problem.with_help(help))
     };
-    if let Some((least, greatest)) = base.range() {
+    if let Some((least, greatest)) = kind.range() {
         return match integer(text).filter(|number| (least..=greatest).contains(number)) {
             Some(number) => Ok(Literal::Int(number)),
             None => wrong(format!("an integer from {least} to {greatest}")),
         };
     }
-    match base {
-        Base::Bool => match text.to_ascii_lowercase().as_str() {
+    match kind {
+        Primitive::Bool => match text.to_ascii_lowercase().as_str() {
             "true" | "1" => Ok(Literal::Bool(true)),
             "false" | "0" => Ok(Literal::Bool(false)),
             _ => wrong("true or false".to_owned()),
         },
-        Base::Float32 | Base::Float64 => match ungrouped(text, 10).and_then(|digits| digits.parse().ok()) {
+        Primitive::Float32 | Primitive::Float64 => match ungrouped(text, 10).and_then(|digits| digits.parse().ok()) {
             Some(number) => Ok(Literal::Real(number)),
             None => wrong("a number".to_owned()),
         },
-        Base::String(bound) | Base::WString(bound) => {
+        Primitive::String(bound) | Primitive::WString(bound) => {
             let text = unquoted(value)?;
             match bound {
-                Some(bound) if text.chars().count() > *bound => wrong(format!("at most {bound} letters")),
+                Some(bound) if text.chars().count() > bound => wrong(format!("at most {bound} letters")),
                 _ => Ok(Literal::Text(text)),
             }
         }
-        Base::Message(_) => Err(no_message(value)),
         _ => wrong("a value of this type".to_owned()),
     }
 }

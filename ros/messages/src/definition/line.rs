@@ -2,8 +2,9 @@
 
 use diagnostics::{Problem, Span, did_you_mean};
 
+use super::names::{is_constant_name, is_field_name};
 use super::stretch::{part, split, trimmed};
-use super::{Base, Constant, Count, Field, Literal, Type, TypeName, literal};
+use super::{Base, Constant, Count, Field, Primitive, Type, TypeName, literal};
 
 /// The maximum size: CDR stores it in 32 bits.
 const LARGEST: usize = u32::MAX as usize;
@@ -57,15 +58,19 @@ fn field(kind: &Span, name: &Span, default: &Span) -> Result<Field, Problem> {
         ));
     }
     let default = (!default.text().is_empty()).then(|| literal::of_type(default, &typed)).transpose()?;
-    Ok(Field { name: name.text().to_owned(), kind: typed, default, is_optional: false, is_key: false })
+    Ok(Field { default, ..Field::new(name.text(), typed) })
 }
 
 fn constant(kind: &Span, name: &Span, value: &Span) -> Result<Constant, Problem> {
-    let Type { base, count } = read_type(kind)?;
-    if count != Count::One || matches!(base, Base::Message(_) | Base::String(Some(_)) | Base::WString(Some(_))) {
-        let problem = kind.problem(format!("a constant cannot be {}", kind.text())).with_label("this type");
-        return Err(problem.with_help("constants are Booleans, numbers, and strings without a bound"));
+    let kind = match read_type(kind)? {
+        Type { base: Base::Primitive(Primitive::String(Some(_)) | Primitive::WString(Some(_))), .. } => None,
+        Type { base: Base::Primitive(primitive), count: Count::One } => Some(primitive),
+        _ => None,
     }
+    .ok_or_else(|| {
+        let problem = kind.problem(format!("a constant cannot be {}", kind.text())).with_label("this type");
+        problem.with_help("constants are Booleans, numbers, and strings without a bound")
+    })?;
     if !is_constant_name(name.text()) {
         let problem = name.problem(format!("`{}` cannot be the name of a constant", name.text()));
         return Err(problem.with_label("this name").with_help(
@@ -73,8 +78,7 @@ fn constant(kind: &Span, name: &Span, value: &Span) -> Result<Constant, Problem>
              not end with an underscore",
         ));
     }
-    let value: Literal = literal::of_base(value, &base)?;
-    Ok(Constant { name: name.text().to_owned(), base, value })
+    Ok(Constant { name: name.text().to_owned(), kind, value: literal::of_primitive(value, kind)? })
 }
 
 fn read_type(kind: &Span) -> Result<Type, Problem> {
@@ -105,14 +109,14 @@ fn positive(text: &str, place: &Span) -> Result<usize, Problem> {
 
 fn read_base(kind: &Span) -> Result<Base, Problem> {
     let text = kind.text();
-    if let Some((_, base)) = Base::SIMPLE.iter().find(|(name, _)| *name == text) {
-        return Ok(base.clone());
+    if let Some((_, primitive)) = Primitive::NAMES.iter().find(|(name, _)| *name == text) {
+        return Ok(Base::Primitive(*primitive));
     }
     if let Some((name, bound)) = text.split_once("<=") {
         let bound = positive(bound, &part(kind, name.len(), text.len()));
         match name {
-            "string" => return Ok(Base::String(Some(bound?))),
-            "wstring" => return Ok(Base::WString(Some(bound?))),
+            "string" => return Ok(Base::Primitive(Primitive::String(Some(bound?)))),
+            "wstring" => return Ok(Base::Primitive(Primitive::WString(Some(bound?)))),
             _ => {}
         }
     }
@@ -121,47 +125,13 @@ fn read_base(kind: &Span) -> Result<Base, Problem> {
         "duration" => return Ok(Base::Message(TypeName::new(Some("builtin_interfaces"), "Duration"))),
         _ => {}
     }
-    message_name(text).map(Base::Message).ok_or_else(|| no_type(kind))
-}
-
-/// The name of a message type: `Pose`, `geometry_msgs/Pose` or `geometry_msgs/msg/Pose`.
-pub(super) fn message_name(text: &str) -> Option<TypeName> {
-    let name = match *text.split('/').collect::<Vec<_>>() {
-        [name] => TypeName::new(None, name),
-        [package, name] | [package, "msg" | "srv" | "action", name] => TypeName::new(Some(package), name),
-        _ => return None,
-    };
-    let is_sound = name.package.as_deref().is_none_or(is_field_name) && is_type_name(&name.name);
-    is_sound.then_some(name)
+    TypeName::parse(text).map(Base::Message).ok_or_else(|| no_type(kind))
 }
 
 fn no_type(kind: &Span) -> Problem {
     let problem = kind.problem(format!("`{}` is not a type", kind.text())).with_label("here");
-    let names = Base::SIMPLE.iter().map(|(name, _)| *name);
+    let names = Primitive::NAMES.map(|(name, _)| name);
     problem.with_help(did_you_mean(kind.text(), names).unwrap_or_else(|| {
-        let names: Vec<&str> = Base::SIMPLE.iter().map(|(name, _)| *name).collect();
         format!("a type is one of {}, or a message: `Pose`, `geometry_msgs/Pose`", names.join(", "))
     }))
-}
-
-/// A name of a field or a package: `^(?!.*__)(?!.*_$)[a-z][a-z0-9_]*$` in rosidl.
-fn is_field_name(name: &str) -> bool {
-    name.starts_with(|letter: char| letter.is_ascii_lowercase())
-        && name.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_')
-        && !name.contains("__")
-        && !name.ends_with('_')
-}
-
-/// A name of a constant: `^[A-Z]([A-Z0-9_]?[A-Z0-9]+)*$` in rosidl.
-fn is_constant_name(name: &str) -> bool {
-    name.starts_with(|letter: char| letter.is_ascii_uppercase())
-        && name.chars().all(|letter| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_')
-        && !name.contains("__")
-        && !name.ends_with('_')
-}
-
-/// A name of a message. Those that ROS derives from services and actions contain an underscore.
-fn is_type_name(name: &str) -> bool {
-    name.starts_with(|letter: char| letter.is_ascii_uppercase())
-        && name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }

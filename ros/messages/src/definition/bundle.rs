@@ -5,10 +5,9 @@ use std::fmt;
 
 use diagnostics::{FileProblems, Problem, Source, Span};
 
-use super::definition::{Part, lines};
 use super::idl;
-use super::line::message_name;
-use super::{Message, TypeName};
+use super::parse::{Part, lines};
+use super::{Base, Message, TypeName};
 
 /// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, as rosbag2 records them.
 ///
@@ -16,7 +15,7 @@ use super::{Message, TypeName};
 /// itself also has these lines.)
 ///
 /// ```
-/// use interfaces::ros::{Bundle, TypeName};
+/// use ros_messages::{Bundle, TypeName};
 ///
 /// let rule = "=".repeat(80);
 /// let text = format!("Point[4] corners\n{rule}\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\n");
@@ -83,8 +82,36 @@ impl fmt::Display for Bundle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rule = "=".repeat(80);
         self.message.fmt(f)?;
-        self.types.iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
+        self.in_order().into_iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
     }
+}
+
+impl Bundle {
+    /// The types in the order in which they are used, each before those that it uses itself; then those that are not
+    /// used. Text in this order reads like the message, and is the same for every writer that knows the same types.
+    fn in_order(&self) -> Vec<(&TypeName, &Message)> {
+        let (mut order, mut next) = (Vec::<(&TypeName, &Message)>::new(), used(&self.message, None));
+        while let Some(name) = next.pop() {
+            let Some((name, message)) = self.types.get_key_value(&name) else { continue };
+            if order.iter().all(|(known, _)| *known != name) {
+                order.push((name, message));
+                next.extend(used(message, name.package.as_deref()));
+            }
+        }
+        let unused = self.types.iter().filter(|(name, _)| order.iter().all(|(known, _)| known != name));
+        let unused: Vec<_> = unused.collect();
+        order.extend(unused);
+        order
+    }
+}
+
+/// The types that a message of that package uses, the last one first.
+fn used(message: &Message, package: Option<&str>) -> Vec<TypeName> {
+    let used = message.fields.iter().rev().filter_map(|field| match &field.kind.base {
+        Base::Message(name) => Some(package.map_or_else(|| name.clone(), |package| name.within(package))),
+        Base::Primitive(_) => None,
+    });
+    used.collect()
 }
 
 /// Whether a line separates definitions.
@@ -94,7 +121,7 @@ fn is_rule(line: &str) -> bool {
 
 /// The type defined in the lines after this one.
 fn title(line: &Span) -> Result<TypeName, Problem> {
-    let name = line.text().strip_prefix("MSG:").and_then(|name| message_name(name.trim()));
+    let name = line.text().strip_prefix("MSG:").and_then(|name| TypeName::parse(name.trim()));
     name.filter(|name| name.package.is_some()).ok_or_else(|| {
         let problem = line.problem("this is not the name of a message").with_label("behind a line of `=`");
         problem.with_help(if line.text().starts_with("IDL:") {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
+use super::{Action, Base, Constant, Count, Field, Literal, Message, Primitive, Service, Type, TypeName};
 
 /// Separates the parts of services and actions.
 pub(super) const SEPARATOR: &str = "---";
@@ -28,7 +28,7 @@ impl fmt::Display for Action {
 
 impl fmt::Display for Constant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}={}", self.base, self.name, self.value)
+        write!(f, "{} {}={}", self.kind, self.name, self.value)
     }
 }
 
@@ -61,11 +61,19 @@ impl fmt::Display for Count {
 impl fmt::Display for Base {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Primitive(primitive) => primitive.fmt(f),
+            Self::Message(name) => name.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Primitive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             Self::String(Some(bound)) => write!(f, "string<={bound}"),
             Self::WString(Some(bound)) => write!(f, "wstring<={bound}"),
-            Self::Message(name) => name.fmt(f),
             simple => {
-                let known = Self::SIMPLE.iter().find(|(_, base)| base == simple);
+                let known = Self::NAMES.iter().find(|(_, kind)| kind == simple);
                 f.write_str(known.map_or("", |(name, _)| name))
             }
         }

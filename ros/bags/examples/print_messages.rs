@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use bags::{Bag, Decoder, Definitions, Item, Layout, Value, Want};
+use bags::{Bag, Definitions};
+use ros_messages::{Base, Decoder, Layout, Value, Want};
 use serde_json::{Map, json};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -40,18 +42,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn of_message(message: &Value, layout: &Layout) -> serde_json::Value {
     let Value::Message(values) = message else { return json!(null) };
-    let fields = layout.fields.iter().zip(values).map(|(slot, value)| {
+    let fields = layout.fields.iter().zip(values).map(|(field, value)| {
         let json = match value {
-            Value::List(items) => items.iter().map(|item| of_item(item, &slot.item)).collect(),
-            single => of_item(single, &slot.item),
+            Value::List(items) => items.iter().map(|item| of_item(item, &field.kind.base)).collect(),
+            single => of_item(single, &field.kind.base),
         };
-        (slot.name.clone(), json)
+        (field.name.clone(), json)
     });
     fields.collect::<Map<_, _>>().into()
 }
 
-fn of_item(value: &Value, item: &Item) -> serde_json::Value {
-    match (value, item) {
+fn of_item(value: &Value, base: &Base<Arc<Layout>>) -> serde_json::Value {
+    match (value, base) {
         (Value::Bool(truth), _) => json!(truth),
         // JSON has neither infinity nor NaN.
         (Value::Real(number), _) if !number.is_finite() => json!(number.to_string()),
@@ -60,7 +62,7 @@ fn of_item(value: &Value, item: &Item) -> serde_json::Value {
             i64::try_from(*number).map_or_else(|_| json!(*number as u64), |number| json!(number))
         }
         (Value::Text(text), _) => json!(text),
-        (message, Item::Message(layout)) => of_message(message, layout),
+        (message, Base::Message(layout)) => of_message(message, layout),
         _ => json!(null),
     }
 }

@@ -12,26 +12,22 @@
 //!
 //! [`Contents`] lists what a bag contains, and proposes a mapping.
 
-mod cdr;
 mod contents;
+mod definitions;
 mod events;
-mod layout;
 mod mapping;
 mod path;
 mod storage;
-mod structure;
 #[cfg(test)]
 mod tests;
 
 use std::path::{Path, PathBuf};
 
-pub use cdr::{Decoder, Mismatch, Value, Want};
 pub use contents::{Contents, Listed};
+pub use definitions::Definitions;
 pub use events::{Events, Found};
-pub use layout::{Definitions, Item, Layout, Slot, Undefined};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
-pub use structure::Structure;
 
 /// Why a bag cannot be read at all.
 #[derive(Debug, thiserror::Error)]

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use channels::{Capacity, Domain, Event, EventKind, FieldKind, Shape, Topology};
 use mcap::records::MessageHeader;
 use proptest::prelude::*;
+use ros_messages::{Decoder, Want};
 
 use super::*;
 

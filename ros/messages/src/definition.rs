@@ -1,41 +1,19 @@
-//! ROS 2 interface definitions: the contents of `.msg`, `.srv` and `.action` files.
-//!
-//! The whole grammar of rosidl is read, and `Display` prints it again: comments, constants, default values, bounded
-//! strings and arrays, types of the same or of another package, and the annotations `@optional` and `@key`. Names are
-//! checked as in ROS, values against their types. Text that ROS itself would silently misread, such as a string cut off
-//! by a `#`, is an error here.
-//!
-//! ```
-//! use interfaces::ros::{Base, Count, Message, TypeName};
-//!
-//! let text = "uint8 OPEN=1  # a constant\nuint8 state 1\nfloat32[<=4] ranges\ngeometry_msgs/Pose pose\n";
-//! let door = Message::parse("Door.msg", text)?;
-//! assert_eq!(door.constants[0].name, "OPEN");
-//! assert_eq!(door.fields[1].kind.base, Base::Float32);
-//! assert_eq!(door.fields[1].kind.count, Count::UpTo(4));
-//! assert_eq!(door.fields[2].kind.base, Base::Message(TypeName::new(Some("geometry_msgs"), "Pose")));
-//! assert_eq!(Message::parse("printed", &door.to_string())?, door);
-//! # Ok::<(), diagnostics::FileProblems>(())
-//! ```
-//!
-//! An array is a [`Type`] with a [`Count`], as CDR needs it.
-//!
-//! [`Bundle`] reads the definitions in recordings, in this language or in the IDL that ROS generates from it.
-//! [`Service::messages`] and [`Action::messages`] are the messages that ROS sends for services and actions.
+//! Interface definitions of ROS 2 as parsed: the contents of `.msg`, `.srv` and `.action` files.
 
 mod bundle;
-mod definition;
 mod idl;
 mod line;
 mod literal;
 mod mark;
+mod names;
+mod parse;
 mod print;
 mod sent;
 mod stretch;
 mod types;
 
 pub use bundle::Bundle;
-pub use types::{Base, Count, Type, TypeName};
+pub use types::{Base, Count, Primitive, Type, TypeName};
 
 /// A message: the content of a `.msg` file, or a part of another definition.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -69,11 +47,11 @@ pub struct Action {
 
 /// A field of a message.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field {
+pub struct Field<M = TypeName> {
     /// Its name.
     pub name: String,
     /// What it holds.
-    pub kind: Type,
+    pub kind: Type<M>,
     /// Its initial value, if the definition gives one.
     pub default: Option<Literal>,
     /// `@optional`: it may be missing.
@@ -82,13 +60,21 @@ pub struct Field {
     pub is_key: bool,
 }
 
+impl<M> Field<M> {
+    /// A field without a default value and annotations.
+    #[must_use]
+    pub fn new(name: &str, kind: Type<M>) -> Self {
+        Self { name: name.to_owned(), kind, default: None, is_optional: false, is_key: false }
+    }
+}
+
 /// A constant of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant {
     /// Its name.
     pub name: String,
-    /// The type of its value: neither a message nor bounded.
-    pub base: Base,
+    /// The type of its value, without a bound.
+    pub kind: Primitive,
     /// Its value.
     pub value: Literal,
 }

@@ -1,6 +1,6 @@
 //! ROS definitions: their meaning, and the messages about their mistakes.
 
-use interfaces::ros::{Action, Base, Bundle, Count, Literal, Message, Service, Type, TypeName};
+use ros_messages::{Action, Base, Bundle, Count, Literal, Message, Primitive, Service, Type, TypeName};
 
 fn message(text: &str) -> Message {
     Message::parse("Test.msg", text).unwrap_or_else(|problems| panic!("{}", problems.plain()))
@@ -33,8 +33,8 @@ fn every_ros_type_is_read() {
     let kinds = message("string<=10[<=3] a\nwstring<=4 b\nPose c\ngeometry_msgs/Pose[2] d\ngeometry_msgs/msg/Pose e\n");
     let kinds: Vec<Type> = kinds.fields.into_iter().map(|field| field.kind).collect();
     let pose = |package| Base::Message(TypeName::new(package, "Pose"));
-    assert_eq!(kinds[0], Type { base: Base::String(Some(10)), count: Count::UpTo(3) });
-    assert_eq!(kinds[1], Type { base: Base::WString(Some(4)), count: Count::One });
+    assert_eq!(kinds[0], Type { base: Base::Primitive(Primitive::String(Some(10))), count: Count::UpTo(3) });
+    assert_eq!(kinds[1], Type { base: Base::Primitive(Primitive::WString(Some(4))), count: Count::One });
     assert_eq!(kinds[2], Type { base: pose(None), count: Count::One });
     assert_eq!(kinds[3], Type { base: pose(Some("geometry_msgs")), count: Count::Exactly(2) });
     assert_eq!(kinds[4], Type { base: pose(Some("geometry_msgs")), count: Count::One });

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use interfaces::ros::{Constant, Literal};
+use ros_messages::{Constant, Literal};
 
-use crate::layout::Definitions;
+use crate::definitions::Definitions;
 use crate::path::{End, Leaf, leaves};
 use crate::storage::Bag;
 

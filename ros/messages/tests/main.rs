@@ -1,0 +1,4 @@
+//! What users of the crate see.
+
+mod definitions;
+mod random;
