@@ -23,14 +23,36 @@
 //! [`Service::messages`] and [`Action::messages`] are the messages that ROS sends for services and actions.
 //!
 //! **Types.** A [`Layout`] is a message type with all types in it resolved, from the definitions in [`Folders`] or
-//! wherever [`Layout::resolve`] finds them.
+//! wherever [`Layout::resolve`] finds them. [`Layout::type_hash`] is the hash that ROS programs exchange.
+//!
+//! ```
+//! use std::path::{Path, PathBuf};
+//! use ros_messages::{Decoder, Folders, Structure, TypeName, Value, Want};
+//!
+//! let read = |path: &Path| match path.to_str() {
+//!     Some("share/door_msgs/msg/Door.msg") => Ok(b"bool is_open\nfloat64 angle\n".to_vec()),
+//!     _ => Err(std::io::ErrorKind::NotFound.into()),
+//! };
+//! let folders = Folders { paths: &[PathBuf::from("share")], read: &read };
+//! let door = folders.layout(&TypeName::new(Some("door_msgs"), "Door"))?;
+//! assert_eq!(door.type_hash(), "RIHS01_270d491be735b5990e252bbe0e4f71fad1a74604a5292ba4edc0e6f5ae3982b2");
+//!
+//! let message = Value::Message(vec![Value::Bool(true), Value::Real(0.5)]);
+//! let bytes = door.encode(&message)?;
+//! assert_eq!(bytes.len(), 4 + 16);
+//! let decoded = Decoder::new(&door, &Want::All).decode(&bytes)?;
+//! assert_eq!(Structure::of(&door, &decoded).and_then(|door| door.number("angle")), Some(0.5));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! **Messages.** A [`Decoder`] decodes CDR into a [`Value`], and skips what is not wanted; a [`Structure`] accesses its
-//! fields by name. What a program sends is [`messages!`]: structs with both definition and encoding.
+//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both definition and encoding.
 
 mod decoder;
 mod definition;
+mod encoder;
 mod folders;
+mod hash;
 mod layout;
 mod reader;
 mod rust;

@@ -1,6 +1,6 @@
 //! Messages as values.
 
-/// A decoded value.
+/// A value of a message, decoded or to be encoded.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A value that was not wanted.
@@ -52,7 +52,7 @@ impl Value {
     }
 }
 
-/// Why bytes are not a message of that type.
+/// Why bytes or a value are not a message of that type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum Mismatch {
     /// The bytes end too early.
@@ -70,4 +70,7 @@ pub enum Mismatch {
     /// The bytes have another encoding.
     #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
     Encoding,
+    /// The value is of another type than its field, or out of its range.
+    #[error("a value does not fit its field")]
+    Value,
 }

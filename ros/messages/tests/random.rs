@@ -89,7 +89,7 @@ fn constant() -> impl Strategy<Value = Constant> {
     valued.prop_map(|(value, kind)| Constant { name: String::new(), kind, value })
 }
 
-fn message() -> impl Strategy<Value = Message> {
+pub(crate) fn message() -> impl Strategy<Value = Message> {
     let constants = btree_map("[A-Z](_?[A-Z0-9]){0,4}", constant(), 0..4);
     let fields = btree_map("[a-z](_?[a-z0-9]){0,4}", field(), 0..5);
     (constants, fields).prop_map(|(constants, fields)| Message {
