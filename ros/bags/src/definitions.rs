@@ -7,7 +7,7 @@ use std::sync::Arc;
 use diagnostics::ReadFile;
 use ros_messages::{Bundle, Folders, Layout, Message, TypeName, Undefined};
 
-use crate::storage::Topic;
+use crate::storage::{Definition, Topic};
 
 /// Where to find the definitions that a topic lacks.
 pub struct Definitions<'r> {
@@ -25,7 +25,6 @@ impl Definitions<'_> {
     /// # Errors
     /// [`Undefined`] if neither has a definition, or the definition is wrong.
     pub fn layout(&self, topic: &Topic) -> Result<Arc<Layout>, Undefined> {
-        let undefined = |why: String, help: &str| Undefined { why, help: help.to_owned() };
         if topic.encoding != "cdr" {
             let why = format!("the messages of {} are encoded as `{}`, not as CDR", topic.name, topic.encoding);
             return Err(undefined(why, "only ROS 2 recordings can be read"));
@@ -34,36 +33,26 @@ impl Definitions<'_> {
             undefined(format!("`{}` is not the name of a type", topic.kind), "for example `geometry_msgs/msg/Twist`")
         })?;
         let folders = Folders { paths: self.folders, read: self.read };
-        let mut types = BTreeMap::new();
-        if let Some(definition) = &topic.definition {
-            let (title, text) = (format!("the definition of {}", topic.kind), &definition.text);
-            let bundle = match definition.language.as_str() {
-                "ros2msg" => Bundle::parse(&title, text),
-                "ros2idl" => Bundle::parse_idl(&name, text),
-                other => {
-                    let why = format!("{title} is in `{other}`");
-                    return Err(undefined(why, "only definitions in `ros2msg` and `ros2idl` can be read"));
-                }
-            };
-            let bundle = bundle.map_err(|problems| {
-                undefined(problems.plain().trim_end().to_owned(), "the definition in the bag is wrong")
-            })?;
-            types = bundle.types;
-            // If rosbag2 finds no definition, it writes an empty one. But there are also messages without fields.
-            if text.trim().is_empty() {
-                types.extend(folders.messages(&name)?);
-            }
-            if !text.trim().is_empty() || topic.kind.contains("/msg/") {
-                types.entry(name.clone()).or_insert(bundle.message);
-            }
-        }
+        let mut types = match &topic.definition {
+            Some(definition) => recorded(&name, topic, definition, &folders)?,
+            None => BTreeMap::new(),
+        };
         Layout::resolve(&name, &mut |name| {
             let known = types.get(name).cloned().or_else(|| Message::known(name)).or_else(|| self.elsewhere(name));
-            if known.is_none() {
-                // An action's messages are defined together, and are used one after the other.
-                types.extend(folders.messages(name)?);
+            if let Some(message) = known {
+                return Ok(message);
             }
-            Ok(known.or_else(|| types.get(name).cloned()))
+            // An action's messages are defined together, and are used one after the other.
+            types.extend(folders.messages(name)?);
+            types.get(name).cloned().ok_or_else(|| {
+                let package = name.package.as_deref().unwrap_or_default();
+                undefined(
+                    format!("there is no definition of {name}"),
+                    &format!(
+                        "name a folder that has the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
+                    ),
+                )
+            })
         })
     }
 
@@ -78,6 +67,39 @@ impl Definitions<'_> {
             if type_name(&topic.kind).as_ref() == Some(name) { Some(message) } else { types.remove(name) }
         })
     }
+}
+
+fn undefined(why: String, help: &str) -> Undefined {
+    Undefined { why, help: help.to_owned() }
+}
+
+/// The types that the bag defines for a topic.
+fn recorded(
+    name: &TypeName,
+    topic: &Topic,
+    definition: &Definition,
+    folders: &Folders<'_>,
+) -> Result<BTreeMap<TypeName, Message>, Undefined> {
+    let (title, text) = (format!("the definition of {}", topic.kind), &definition.text);
+    let bundle = match definition.language.as_str() {
+        "ros2msg" => Bundle::parse(&title, text),
+        "ros2idl" => Bundle::parse_idl(name, text),
+        other => {
+            let why = format!("{title} is in `{other}`");
+            return Err(undefined(why, "only definitions in `ros2msg` and `ros2idl` can be read"));
+        }
+    };
+    let bundle = bundle
+        .map_err(|problems| undefined(problems.plain().trim_end().to_owned(), "the definition in the bag is wrong"))?;
+    let mut types = bundle.types;
+    // If rosbag2 finds no definition, it writes an empty one. But there are also messages without fields.
+    if text.trim().is_empty() {
+        types.extend(folders.messages(name)?);
+    }
+    if !text.trim().is_empty() || topic.kind.contains("/msg/") {
+        types.entry(name.clone()).or_insert(bundle.message);
+    }
+    Ok(types)
 }
 
 /// A type such as `geometry_msgs/msg/Twist`, or one that ROS generates:

@@ -42,7 +42,7 @@ pub struct Events {
     /// Files of the bag that are missing, in words. They may have had messages of any time.
     missing_files: Vec<String>,
     /// Whether the caller knows that something is missing.
-    is_told: bool,
+    is_gap_reported: bool,
     /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
 }
@@ -96,7 +96,7 @@ impl Events {
             steps: 0,
             left_out: BTreeMap::new(),
             missing_files: bag.survey().lost.clone(),
-            is_told: false,
+            is_gap_reported: false,
             late: (0, 0),
         }
     }
@@ -132,7 +132,8 @@ impl Events {
         self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
     }
 
-    /// Reads the next message of the bag.
+    /// Reads the next message of the bag, and puts what it becomes in order. Messages are recorded nearly in the order of
+    /// their times, so the place is searched from the end.
     fn fill(&mut self) {
         let Some(head) = self.messages.next_into(&mut self.body) else {
             self.is_over = true;
@@ -145,6 +146,7 @@ impl Events {
             match decoding.and_then(|()| event(entry, head, decoded)) {
                 Ok(None) => {}
                 Ok(Some((time_ns, message))) => {
+                    // A wrong stamp must not open a pause of millions of ticks, nor make all others late.
                     let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
                     let is_first = self.start_ns.is_none() && self.waiting.is_empty();
                     let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
@@ -185,11 +187,13 @@ impl Iterator for Events {
 
     fn next(&mut self) -> Option<Found> {
         loop {
-            if !self.is_told && self.is_incomplete() {
-                self.is_told = true;
+            if !self.is_gap_reported && self.is_incomplete() {
+                self.is_gap_reported = true;
                 let missing = self.missing_files.first().cloned();
                 return Some(Found::LeftOut(missing.or_else(|| self.notes().into_iter().next()).unwrap_or_default()));
             }
+            // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the end.
+            // Ticks that are due before it come first; its time is at least that of what has been returned.
             match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
                     let start_ns = *self.start_ns.get_or_insert(time_ns);

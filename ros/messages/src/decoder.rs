@@ -93,6 +93,8 @@ fn plan<'l>(layout: &'l Layout, want: &Want, made: &mut BTreeMap<(&'l TypeName, 
     if layout.fields.is_empty() {
         new.skip(1, 1);
     }
+    // Unwanted numbers are skipped at once, even through nested messages: a message of which little is wanted takes few
+    // steps. An item with strings or sequences has no fixed size, and is walked through.
     for (index, field) in layout.fields.iter().enumerate() {
         let want = want.field(index);
         let wanted = (*want != Want::Nothing).then_some(index);

@@ -1,15 +1,15 @@
 //! Interface definitions of ROS 2 as parsed: the contents of `.msg`, `.srv` and `.action` files.
 
+mod annotations;
 mod bundle;
+mod generated;
 mod idl;
 mod line;
 mod literal;
-mod mark;
 mod names;
 mod parse;
 mod print;
-mod sent;
-mod stretch;
+mod span_parts;
 mod types;
 
 pub use bundle::Bundle;

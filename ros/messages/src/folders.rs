@@ -24,9 +24,12 @@ impl Folders<'_> {
     /// # Errors
     /// [`Undefined`] if one of them is missing or wrong.
     pub fn layout(&self, name: &TypeName) -> Result<Arc<Layout>, Undefined> {
-        Layout::resolve(name, &mut |name| match self.messages(name)?.remove(name) {
-            None => Ok(Message::known(name)),
-            found => Ok(found),
+        Layout::resolve(name, &mut |name| {
+            let found = self.messages(name)?.remove(name).or_else(|| Message::known(name));
+            found.ok_or_else(|| Undefined {
+                why: format!("there is no definition of {name}"),
+                help: "add a folder that has the package, such as `/opt/ros/jazzy/share`".to_owned(),
+            })
         })
     }
 
@@ -38,6 +41,7 @@ impl Folders<'_> {
     pub fn messages(&self, name: &TypeName) -> Result<BTreeMap<TypeName, Message>, Undefined> {
         let package = name.package.as_deref().unwrap_or_default();
         let whole = name.name.split_once('_').map_or(name.name.as_str(), |(whole, _)| whole);
+        // `Spin_Goal` is in Spin.action: the definition of a service or an action has the name before the underscore.
         for (kind, name) in [("msg", name.name.as_str()), ("srv", whole), ("action", whole)] {
             let file = format!("{name}.{kind}");
             let folders = self.paths.iter().flat_map(|folder| {

@@ -33,10 +33,10 @@ impl Layout {
     /// The type `name`, with the definitions that `find` finds. It is asked once for each type, by name and package.
     ///
     /// # Errors
-    /// [`Undefined`] if there is no definition, a definition is wrong, or a type contains itself.
+    /// [`Undefined`] if a definition is not found, or a type contains itself.
     pub fn resolve(
         name: &TypeName,
-        find: &mut dyn FnMut(&TypeName) -> Result<Option<Message>, Undefined>,
+        find: &mut dyn FnMut(&TypeName) -> Result<Message, Undefined>,
     ) -> Result<Arc<Self>, Undefined> {
         resolve(name, find, &mut BTreeMap::new(), 0)
     }
@@ -44,7 +44,7 @@ impl Layout {
 
 fn resolve(
     name: &TypeName,
-    find: &mut dyn FnMut(&TypeName) -> Result<Option<Message>, Undefined>,
+    find: &mut dyn FnMut(&TypeName) -> Result<Message, Undefined>,
     made: &mut BTreeMap<TypeName, Arc<Layout>>,
     depth: usize,
 ) -> Result<Arc<Layout>, Undefined> {
@@ -56,10 +56,7 @@ fn resolve(
         return Err(Undefined { why: format!("{name} contains itself"), help });
     }
     let package = name.package.as_deref().unwrap_or_default();
-    let Message { constants, fields } = find(name)?.ok_or_else(|| Undefined {
-        why: format!("there is no definition of {name}"),
-        help: format!("name a folder that has the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"),
-    })?;
+    let Message { constants, fields } = find(name)?;
     let resolved = fields.into_iter().map(|Field { name, kind, default, is_optional, is_key }| {
         let base = match kind.base {
             Base::Primitive(primitive) => Base::Primitive(primitive),

@@ -46,7 +46,8 @@
 //! ```
 //!
 //! **Messages.** A [`Decoder`] decodes CDR into a [`Value`], and skips what is not wanted; a [`Structure`] accesses its
-//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both definition and encoding.
+//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both definition and encoding. [`CdrReader`] and [`CdrWriter`]
+//! are what all of them use.
 
 mod decoder;
 mod definition;
@@ -66,6 +67,7 @@ pub use definition::{
 };
 pub use folders::Folders;
 pub use layout::{Layout, Undefined};
+pub use reader::CdrReader;
 pub use rust::{Byte, RosMessage, RosType};
 pub use structure::Structure;
 pub use value::{Mismatch, Value};

@@ -16,7 +16,13 @@ fn layout(text: &str, others: &[(&str, &str)]) -> Result<Arc<Layout>, Undefined>
     let parse = |text: &str| Message::parse("Test.msg", text).unwrap_or_else(|problems| panic!("{}", problems.plain()));
     let types: BTreeMap<&str, Message> =
         others.iter().copied().chain([("T", text)]).map(|(name, text)| (name, parse(text))).collect();
-    Layout::resolve(&TypeName::new(Some("p"), "T"), &mut |name| Ok(types.get(&*name.name).cloned()))
+    Layout::resolve(&TypeName::new(Some("p"), "T"), &mut |name| {
+        types.get(&*name.name).cloned().ok_or_else(|| undefined(name))
+    })
+}
+
+fn undefined(name: &TypeName) -> Undefined {
+    Undefined { why: format!("there is no definition of {name}"), help: String::new() }
 }
 
 /// Definitions of ROS 2, without comments.
@@ -137,7 +143,7 @@ fn types() -> impl Strategy<Value = Arc<Layout>> {
     (random::message(), random::message()).prop_map(|(outer, mut inner)| {
         inner.fields.retain(|field| matches!(field.kind.base, Base::Primitive(_)));
         let name = TypeName::new(Some("some_msgs"), "Random");
-        Layout::resolve(&name, &mut |of| Ok(Some(if *of == name { outer.clone() } else { inner.clone() })))
+        Layout::resolve(&name, &mut |of| Ok(if *of == name { outer.clone() } else { inner.clone() }))
             .expect("all types are defined")
     })
 }

@@ -123,8 +123,7 @@ impl Mapping {
     ) -> Result<Compiled, FileProblems> {
         let definitions = Definitions { topics: &survey.topics, folders: &self.folders, read };
         let mut problems = Vec::new();
-        let mut own = Topology::default();
-        let mut shapes: BTreeMap<(String, String), Vec<Shape>> = BTreeMap::new();
+        let mut shapes: Shapes = BTreeMap::new();
         let mut found = Vec::new();
         for mapped in &self.messages {
             match self.entries_of(mapped, survey, &definitions, &mut problems) {
@@ -137,22 +136,10 @@ impl Mapping {
             }
         }
         FileProblems::none_of(std::mem::take(&mut problems))?;
-        // Processes are declared in the order of the file.
-        for (mapped, ..) in topology.is_none().then_some(&found).into_iter().flatten() {
-            let ends = [&mapped.from, &mapped.to].map(|end| match own.find_process(&end.value) {
-                Some(process) => Ok(process),
-                None => own.process(&end.value).map_err(|error| end.span.problem(error.to_string())),
-            });
-            let [from, to] = ends;
-            let (from, to) = (from?, to?);
-            if own.find_channel(&mapped.from.value, &mapped.to.value).is_none() {
-                let channel = (mapped.from.value.clone(), mapped.to.value.clone());
-                let domain = Domain::new(shapes.remove(&channel).unwrap_or_default()).in_role(Role::Topic);
-                let made = own.channel(from, to, Capacity::One, domain);
-                made.map_err(|error| mapped.from.span.problem(error.to_string()))?;
-            }
-        }
-        let topology = topology.map_or_else(|| Arc::new(own), Arc::clone);
+        let topology = match topology {
+            Some(topology) => Arc::clone(topology),
+            None => Arc::new(declared(found.iter().map(|(mapped, ..)| *mapped), shapes)?),
+        };
         let mut entries: Vec<Vec<(ChannelId, Entry)>> = survey.topics.iter().map(|_| Vec::new()).collect();
         for (mapped, made, shape) in found {
             let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
@@ -178,6 +165,7 @@ impl Mapping {
         problems: &mut Vec<Problem>,
     ) -> Option<(Vec<(usize, Entry)>, Shape)> {
         let topics = survey.topics.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
+        // The last type decides the shape; messages of another one that do not fit are left out when they are read.
         let (mut entries, mut shape) = (Vec::new(), None);
         for (index, topic) in topics {
             let layout = match definitions.layout(topic) {
@@ -211,6 +199,7 @@ impl Mapping {
     }
 
     fn entry(&self, mapped: &Mapped, layout: Arc<Layout>, problems: &mut Vec<Problem>) -> Option<(Entry, Shape)> {
+        // Every path that is resolved is also wanted, so the decoder skips the rest of the message.
         let mut want = Want::Nothing;
         let mut resolve =
             |text: &Spanned<String>, problems: &mut Vec<Problem>| match Path::resolve(&text.value, &layout) {
@@ -250,6 +239,28 @@ impl Mapping {
         let entry = Entry { decoder: Decoder::new(&layout, &want), clock: clock?, tests, fields };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }
+}
+
+/// The shapes of the messages between two processes.
+type Shapes = BTreeMap<(String, String), Vec<Shape>>;
+
+/// The processes and channels that a mapping declares, in the order of the file.
+fn declared<'m>(messages: impl Iterator<Item = &'m Mapped>, mut shapes: Shapes) -> Result<Topology, Problem> {
+    let mut topology = Topology::default();
+    for mapped in messages {
+        let [from, to] = [&mapped.from, &mapped.to].map(|end| match topology.find_process(&end.value) {
+            Some(process) => Ok(process),
+            None => topology.process(&end.value).map_err(|error| end.span.problem(error.to_string())),
+        });
+        let (from, to) = (from?, to?);
+        if topology.find_channel(&mapped.from.value, &mapped.to.value).is_none() {
+            let channel = (mapped.from.value.clone(), mapped.to.value.clone());
+            let domain = Domain::new(shapes.remove(&channel).unwrap_or_default()).in_role(Role::Topic);
+            let made = topology.channel(from, to, Capacity::One, domain);
+            made.map_err(|error| mapped.from.span.problem(error.to_string()))?;
+        }
+    }
+    Ok(topology)
 }
 
 fn rule(

@@ -83,6 +83,7 @@ impl Reader {
                     walk.known.channels.get(channel).and_then(|topic| topics.iter().position(|known| known == topic));
                 topic.is_none_or(|topic| wanted[topic])
             };
+            // An index without channels comes from a writer that indexes no messages: the chunk may have any.
             let needless = summary.chunks.iter().filter(|chunk| {
                 let channels = &chunk.message_index_offsets;
                 !channels.is_empty() && !channels.keys().any(is_wanted)
@@ -226,6 +227,7 @@ impl Walk {
                 record => self.known.note(record),
             }
         }
+        // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read then.
         let statistics = statistics.filter(|found| found.channel_count as usize == self.known.channels.len())?;
         let span = (statistics.message_start_time, statistics.message_end_time);
         Some(Summary {
@@ -251,6 +253,7 @@ impl Walk {
                 Ok(Step::Other) => {}
                 Ok(Step::End) => self.is_over = true,
                 Err(error) => {
+                    // A chunk says where it ends, so the file can be read from there on, unless it ends before.
                     let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
                     let goes_on = is_in_chunk && self.after_chunk < self.length;
                     lost.push(self.damage(goes_on, &error));
@@ -283,6 +286,7 @@ impl Walk {
             if !matches!(step, Step::End) {
                 return Ok(step);
             }
+            // Only now does damage matter: the records before it have been returned.
             if let Some(Chunk::Whole(records, damage)) = self.chunk.take() {
                 self.spare = records.into_inner();
                 damage.map_or(Ok(()), Err)?;
@@ -308,7 +312,9 @@ impl Walk {
         }
     }
 
-    /// Enters a chunk.
+    /// Enters a chunk. Without compression and checksum, its records follow like any others, and unwanted messages can be
+    /// skipped without reading them. Otherwise it is decompressed into memory, if it is small enough. Records must not be
+    /// returned before a checksum over all of them is known to be right, so a large chunk is decompressed twice.
     fn enter(&mut self) -> io::Result<()> {
         let mut times = [0; 8 + 8];
         self.file.read_exact(&mut times)?;

@@ -120,6 +120,8 @@ impl Reader {
     }
 
     pub(super) fn next_into(&mut self, body: &mut Vec<u8>, lost: &mut Vec<String>) -> Option<Head> {
+        // One query per row, found by its primary key: a statement that stays open would borrow from the connection
+        // beside it.
         let row = self.opened.file.prepare_cached(&self.query).and_then(|mut query| {
             let read = |row: &rusqlite::Row<'_>| {
                 body.clear();
@@ -142,6 +144,7 @@ impl Reader {
             Err(error) => {
                 lost.push(self.breaks_off(&format!(" ({error})")));
                 self.opened.is_cut_off = false;
+                // From here on, no row is found, rather than the same error again.
                 self.query = "SELECT 0, 0, 0, 0 WHERE ?1 IS NULL".to_owned();
                 None
             }

@@ -1,5 +1,8 @@
 //! Definitions in OMG IDL, limited to the part of it that ROS uses: modules, structs, constants, enumerations and type
 //! aliases.
+//!
+//! rosbag2 records a package's definitions in the language in which it is written, and there are packages written in IDL,
+//! such as Autoware's `autoware_auto_msgs`. Without a reader of IDL, their messages could not be decoded.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -35,13 +38,7 @@ fn tokens(source: &Source) -> Result<Vec<Range<usize>>, Problem> {
             rest.find("*/").ok_or_else(unfinished)? + 2
         } else {
             let length = if first == '"' || first == '\'' {
-                let mut is_escaped = false;
-                let ends = |letter: char| {
-                    let ends = letter == first && !is_escaped;
-                    is_escaped = letter == '\\' && !is_escaped;
-                    ends
-                };
-                rest[1..].find(ends).ok_or_else(unfinished)? + 2
+                quoted(rest, first).ok_or_else(unfinished)?
             } else if first.is_ascii_digit() || first == '-' || first == '.' {
                 rest.find(|letter: char| !is_word(letter) && !"+-.".contains(letter)).unwrap_or(rest.len())
             } else if rest.starts_with("::") {
@@ -57,6 +54,17 @@ fn tokens(source: &Source) -> Result<Vec<Range<usize>>, Problem> {
         at += length;
     }
     Ok(tokens)
+}
+
+/// The length of a text with its quotes, if it ends.
+fn quoted(text: &str, quote: char) -> Option<usize> {
+    let mut is_escaped = false;
+    let ends = |letter: char| {
+        let ends = letter == quote && !is_escaped;
+        is_escaped = letter == '\\' && !is_escaped;
+        ends
+    };
+    Some(text[1..].find(ends)? + 2)
 }
 
 struct Reader<'s> {
@@ -114,34 +122,13 @@ impl<'s> Reader<'s> {
                 let fields = self.fields()?;
                 self.types.entry(name).or_default().fields = fields;
             }
-            "enum" => {
-                let name = self.name()?.to_owned();
-                while self.take() != "}" {
-                    if self.next > self.tokens.len() {
-                        return Err(self.problem(format!("`{name}` has no end")));
-                    }
-                }
-                self.names.insert(name, primitive(Primitive::Uint32));
-            }
+            "enum" => self.enumeration()?,
             "typedef" => {
                 let kind = self.kind()?;
                 let (name, kind) = self.declarator(kind)?;
                 self.names.insert(name, kind);
             }
-            "const" => {
-                let kind = self.kind()?;
-                let name = self.name()?.to_owned();
-                self.expect("=")?;
-                // The text may define the type's name further below. Constants are not sent, so its size does not matter.
-                let kind = if let Base::Primitive(kind) = kind.base { kind } else { Primitive::Int64 };
-                let value = self.value(kind)?;
-                // The constants of `Name` are in the module `Name_Constants`.
-                let owner = scope.last().and_then(|module| module.strip_suffix("_Constants"));
-                if let Some(owner) = owner {
-                    let owner = TypeName::new(scope.first().copied(), owner);
-                    self.types.entry(owner).or_default().constants.push(Constant { name, kind, value });
-                }
-            }
+            "const" => self.constant(scope)?,
             other => {
                 return Err(self.problem(format!("`{other}` is not supported here")).with_help(
                     "a ROS definition consists of modules, structs, constants, enumerations and type aliases",
@@ -149,6 +136,35 @@ impl<'s> Reader<'s> {
             }
         }
         self.expect(";")
+    }
+
+    /// An enumeration after its keyword. Its values are sent as numbers, and their names are not needed.
+    fn enumeration(&mut self) -> Result<(), Problem> {
+        let name = self.name()?.to_owned();
+        while self.take() != "}" {
+            if self.next > self.tokens.len() {
+                return Err(self.problem(format!("`{name}` has no end")));
+            }
+        }
+        self.names.insert(name, primitive(Primitive::Uint32));
+        Ok(())
+    }
+
+    /// A constant after its keyword.
+    fn constant(&mut self, scope: &[&'s str]) -> Result<(), Problem> {
+        let kind = self.kind()?;
+        let name = self.name()?.to_owned();
+        self.expect("=")?;
+        // The text may define the type's name further below. Constants are not sent, so its size does not matter.
+        let kind = if let Base::Primitive(kind) = kind.base { kind } else { Primitive::Int64 };
+        let value = self.value(kind)?;
+        // The constants of `Name` are in the module `Name_Constants`.
+        let owner = scope.last().and_then(|module| module.strip_suffix("_Constants"));
+        if let Some(owner) = owner {
+            let owner = TypeName::new(scope.first().copied(), owner);
+            self.types.entry(owner).or_default().constants.push(Constant { name, kind, value });
+        }
+        Ok(())
     }
 
     /// Skips the annotations of the next declaration: `@verbatim (language="comment", text="…")`.
@@ -223,18 +239,7 @@ impl<'s> Reader<'s> {
     fn kind(&mut self) -> Result<Type, Problem> {
         let first = self.take();
         let kind = match first {
-            "sequence" => {
-                self.expect("<")?;
-                let kind = self.kind()?;
-                let count = if self.peek() == "," {
-                    self.next += 1;
-                    Count::UpTo(self.size()?)
-                } else {
-                    Count::Any
-                };
-                self.expect(">")?;
-                return self.several(kind, count);
-            }
+            "sequence" => return self.sequence(),
             "string" => Primitive::String(self.bound()?),
             "wstring" => Primitive::WString(self.bound()?),
             "unsigned" => match (self.take(), self.peek()) {
@@ -251,23 +256,34 @@ impl<'s> Reader<'s> {
             "boolean" => Primitive::Bool,
             "octet" => Primitive::Byte,
             "char" => Primitive::Char,
-            "int8" => Primitive::Int8,
-            "uint8" => Primitive::Uint8,
-            "short" | "int16" => Primitive::Int16,
-            "uint16" => Primitive::Uint16,
-            "int32" => Primitive::Int32,
-            "uint32" => Primitive::Uint32,
-            "int64" => Primitive::Int64,
-            "uint64" => Primitive::Uint64,
+            "short" => Primitive::Int16,
             "float" => Primitive::Float32,
             "double" => Primitive::Float64,
             "wchar" | "map" | "any" => return Err(self.problem(format!("the type `{first}` is not supported"))),
-            _ => {
-                self.next -= 1;
-                return self.named();
-            }
+            // Integers with their size in the name are called as in `.msg` files.
+            _ => match Primitive::NAMES.iter().find(|(name, _)| *name == first && name.contains("int")) {
+                Some((_, integer)) => *integer,
+                None => {
+                    self.next -= 1;
+                    return self.named();
+                }
+            },
         };
         Ok(primitive(kind))
+    }
+
+    /// A sequence after its keyword: `<double>`, `<double, 4>`.
+    fn sequence(&mut self) -> Result<Type, Problem> {
+        self.expect("<")?;
+        let kind = self.kind()?;
+        let count = if self.peek() == "," {
+            self.next += 1;
+            Count::UpTo(self.size()?)
+        } else {
+            Count::Any
+        };
+        self.expect(">")?;
+        self.several(kind, count)
     }
 
     fn and_then_next(&mut self, kind: Primitive) -> Primitive {

@@ -3,7 +3,7 @@
 use diagnostics::{Problem, Span, did_you_mean};
 
 use super::names::{is_constant_name, is_field_name};
-use super::stretch::{part, split, trimmed};
+use super::span_parts::{part, split, trimmed};
 use super::{Base, Constant, Count, Field, Primitive, Type, TypeName, literal};
 
 /// The maximum size: CDR stores it in 32 bits.

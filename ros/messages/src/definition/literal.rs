@@ -2,7 +2,7 @@
 
 use diagnostics::{Problem, Span};
 
-use super::stretch::{part, trimmed};
+use super::span_parts::{part, trimmed};
 use super::{Base, Count, Literal, Primitive, Type};
 
 /// A value of this type.
@@ -30,7 +30,8 @@ pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
     Ok(Literal::Array(items))
 }
 
-/// The items of an array: separated by commas, except within quotes.
+/// The items of an array: separated by commas, except within quotes. A quote counts only at the beginning of an item:
+/// `[it's, so]` has two.
 fn items(inside: &Span) -> Result<Vec<Span>, Problem> {
     let text = inside.text();
     if text.trim().is_empty() {

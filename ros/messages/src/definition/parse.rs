@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use diagnostics::{FileProblems, Problem, Source, Span};
 
+use super::annotations::Annotations;
 use super::line::{self, Element};
-use super::mark::Marks;
 use super::print::SEPARATOR;
 use super::{Action, Field, Message, Service};
 
@@ -90,12 +90,12 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
     let lines = text.split('\n').map(move |line| {
         let start = next;
         next += line.len() + 1;
-        let said = line.split_once('#').map_or(line, |(said, _)| said);
-        let indent = said.len() - said.trim_start().len();
-        let said = said.trim();
-        (start + indent..start + indent + said.len(), said)
+        let content = line.split_once('#').map_or(line, |(content, _)| content);
+        let indent = content.len() - content.trim_start().len();
+        let content = content.trim();
+        (start + indent..start + indent + content.len(), content)
     });
-    lines.filter(|(_, said)| !said.is_empty())
+    lines.filter(|(_, content)| !content.is_empty())
 }
 
 /// A part of a definition while it is read.
@@ -104,21 +104,22 @@ pub(super) struct Part {
     message: Message,
     /// The location of each name.
     names: BTreeMap<String, Span>,
-    /// The comments on the next field.
-    marks: Marks,
+    /// What precedes the next field.
+    annotations: Annotations,
 }
 
 impl Part {
+    /// Reads a line. A mistake in it does not end the part: all mistakes are reported.
     pub(super) fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
-        let read = self.marks.take(line).and_then(|line| {
-            let is_mark = line.text().is_empty();
-            (!is_mark).then(|| line::parse(&line)).transpose()
+        let read = self.annotations.take(line).and_then(|line| {
+            let is_annotation = line.text().is_empty();
+            (!is_annotation).then(|| line::parse(&line)).transpose()
         });
         let element = match read {
             Ok(Some(element)) => element,
             Ok(None) => return,
             Err(problem) => {
-                self.marks = Marks::default();
+                self.annotations = Annotations::default();
                 return problems.push(problem);
             }
         };
@@ -128,21 +129,22 @@ impl Part {
             return problems.push(problem.at(first.range(), "first here"));
         }
         self.names.insert(name, place);
-        let marks = std::mem::take(&mut self.marks);
+        let annotations = std::mem::take(&mut self.annotations);
         match element {
             Element::Constant(constant, _) => {
-                problems.extend(marks.without_field());
+                problems.extend(annotations.without_field());
                 self.message.constants.push(constant);
             }
             Element::Field(field, _) => {
-                let Marks { is_optional, is_key, .. } = marks;
+                let Annotations { is_optional, is_key, .. } = annotations;
                 self.message.fields.push(Field { is_optional, is_key, ..field });
             }
         }
     }
+
     /// The message, once all lines are read.
     pub(super) fn end(self, problems: &mut Vec<Problem>) -> Message {
-        problems.extend(self.marks.without_field());
+        problems.extend(self.annotations.without_field());
         self.message
     }
 }

@@ -42,6 +42,7 @@ fn ros_type(kind: &FieldKind) -> (Primitive, bool) {
 const MOMENT: &str = "event";
 
 impl MessageType {
+    /// Shapes that share a field, by name and kind, share it in ROS. It can be missing unless every shape has it.
     pub(super) fn new(domain: &Domain) -> Self {
         let mut fields: Vec<TypeField> = Vec::new();
         let mut taken = BTreeSet::from([MOMENT.to_owned()]);

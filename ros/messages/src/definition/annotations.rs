@@ -2,28 +2,28 @@
 
 use diagnostics::{Problem, Span, did_you_mean};
 
-use super::stretch::{split, trimmed};
+use super::span_parts::{split, trimmed};
 
-/// The comments on the next field.
+/// The annotations that precede the next field.
 #[derive(Debug, Default)]
-pub(super) struct Marks {
+pub(super) struct Annotations {
     pub(super) is_optional: bool,
     pub(super) is_key: bool,
     /// The location of the last one.
     pub(super) place: Option<Span>,
 }
 
-impl Marks {
+impl Annotations {
     /// Removes the annotations at the beginning of a line, and leaves what follows.
     pub(super) fn take(&mut self, line: &Span) -> Result<Span, Problem> {
         let mut rest = line.clone();
         while rest.text().starts_with('@') {
-            let (mark, behind) = split(&rest, char::is_whitespace);
-            let flag = match mark.text() {
+            let (annotation, behind) = split(&rest, char::is_whitespace);
+            let flag = match annotation.text() {
                 "@optional" => &mut self.is_optional,
                 "@key" => &mut self.is_key,
                 unknown => {
-                    let problem = mark.problem(format!("unknown annotation `{unknown}`")).with_label("here");
+                    let problem = annotation.problem(format!("unknown annotation `{unknown}`")).with_label("here");
                     let known = ["@optional", "@key"];
                     let help = did_you_mean(unknown, known)
                         .unwrap_or_else(|| "only `@optional` and `@key` are known".to_owned());
@@ -31,9 +31,9 @@ impl Marks {
                 }
             };
             if std::mem::replace(flag, true) {
-                return Err(mark.problem(format!("`{}` is said twice", mark.text())).with_label("again"));
+                return Err(annotation.problem(format!("`{}` is said twice", annotation.text())).with_label("again"));
             }
-            self.place = Some(mark);
+            self.place = Some(annotation);
             rest = trimmed(&behind);
         }
         Ok(rest)
