@@ -14,7 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "ros/messages/tests"))
-from random_messages import definitions, dice, message
+from random_messages import ARRAY, ONE, SEQUENCE, definitions, dice, message
 
 PRINT, STEWARD = sys.argv[1:3]
 MESSAGES = int(sys.argv[3]) if len(sys.argv) > 3 else 1000

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use ros_messages::{Constant, Literal};
+use ros_messages::{Constant, Value};
 
 use crate::definitions::Definitions;
 use crate::path::{End, Leaf, leaves};
@@ -140,7 +140,7 @@ fn symbols(leaf: &Leaf<'_>) -> Option<String> {
     let prefix = format!("{}_", field.to_ascii_uppercase());
     let mut seen = BTreeSet::new();
     let named = leaf.constants.iter().filter_map(|Constant { name, value, .. }| match value {
-        Literal::Int(number) => {
+        Value::Int(number) => {
             let name = name.strip_prefix(&prefix)?;
             seen.insert(*number).then(|| format!("{number} = {name:?}"))
         }

@@ -15,6 +15,8 @@ mod types;
 pub use bundle::Bundle;
 pub use types::{Base, Count, Primitive, Type, TypeName};
 
+use crate::value::Value;
+
 /// A message: the content of a `.msg` file, or a part of another definition.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Message {
@@ -52,8 +54,8 @@ pub struct Field<M = TypeName> {
     pub name: String,
     /// What it holds.
     pub kind: Type<M>,
-    /// Its initial value, if the definition gives one.
-    pub default: Option<Literal>,
+    /// Its initial value, if the definition gives one. It fits the type.
+    pub default: Option<Value>,
     /// `@optional`: it may be missing.
     pub is_optional: bool,
     /// `@key`: it identifies the thing that a message is about.
@@ -75,22 +77,6 @@ pub struct Constant {
     pub name: String,
     /// The type of its value, without a bound.
     pub kind: Primitive,
-    /// Its value.
-    pub value: Literal,
-}
-
-/// A value in a definition. It fits its type: an integer is within the range, and a string or array has a permitted
-/// length.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Literal {
-    /// A truth value.
-    Bool(bool),
-    /// An integer of up to 64 bits, signed or unsigned.
-    Int(i128),
-    /// A floating-point number; may be infinite or NaN.
-    Real(f64),
-    /// A text.
-    Text(String),
-    /// The items of an array.
-    Array(Vec<Self>),
+    /// Its value, which fits the type.
+    pub value: Value,
 }

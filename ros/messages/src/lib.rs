@@ -62,9 +62,7 @@ mod value;
 mod writer;
 
 pub use decoder::{Decoder, Want};
-pub use definition::{
-    Action, Base, Bundle, Constant, Count, Field, Literal, Message, Primitive, Service, Type, TypeName,
-};
+pub use definition::{Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName};
 pub use folders::Folders;
 pub use layout::{Layout, Undefined};
 pub use reader::CdrReader;

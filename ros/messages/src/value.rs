@@ -1,15 +1,15 @@
-//! Messages as values.
+//! Values.
 
-/// A value of a message, decoded or to be encoded.
+/// A value: of a message, decoded or to be encoded, or in its definition.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A value that was not wanted.
     Passed,
     /// A Boolean.
     Bool(bool),
-    /// An integer of up to 64 bits.
+    /// An integer of up to 64 bits, signed or unsigned.
     Int(i128),
-    /// A floating-point number of 64 or 32 bits.
+    /// A floating-point number of 64 or 32 bits; may be infinite or NaN.
     Real(f64),
     /// A string. Invalid UTF-8 or UTF-16 in it is replaced.
     Text(String),

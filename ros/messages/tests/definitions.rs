@@ -1,6 +1,6 @@
 //! ROS definitions: their meaning, and the messages about their mistakes.
 
-use ros_messages::{Action, Base, Bundle, Count, Literal, Message, Primitive, Service, Type, TypeName};
+use ros_messages::{Action, Base, Bundle, Count, Message, Primitive, Service, Type, TypeName, Value};
 
 fn message(text: &str) -> Message {
     Message::parse("Test.msg", text).unwrap_or_else(|problems| panic!("{}", problems.plain()))
@@ -10,12 +10,12 @@ fn problems(text: &str) -> String {
     Message::parse("Test.msg", text).expect_err("a definition with mistakes").plain()
 }
 
-fn defaults(text: &str) -> Vec<Literal> {
+fn defaults(text: &str) -> Vec<Value> {
     message(text).fields.into_iter().map(|field| field.default.expect("a default value")).collect()
 }
 
-fn text(text: &str) -> Literal {
-    Literal::Text(text.to_owned())
+fn text(text: &str) -> Value {
+    Value::Text(text.to_owned())
 }
 
 #[test]
@@ -63,28 +63,28 @@ fn annotations_come_before_their_field() {
 fn values_are_read_as_in_ros() {
     let integers =
         "int32 a -200\nuint64 b 18446744073709551615\nint64 c -9223372036854775808\nbyte d 0xff\nint8 e 0b1_0\n";
-    let expected = [-200, i128::from(u64::MAX), i128::from(i64::MIN), 255, 2].map(Literal::Int);
+    let expected = [-200, i128::from(u64::MAX), i128::from(i64::MIN), 255, 2].map(Value::Int);
     assert_eq!(defaults(integers), expected);
-    assert_eq!(defaults("bool a True\nbool b 0\n"), [true, false].map(Literal::Bool));
-    assert_eq!(defaults("float32 a 1\nfloat64 b -1.5e3\nfloat64 c .5\n"), [1.0, -1500.0, 0.5].map(Literal::Real));
-    assert_eq!(defaults("float32 a 1_000.2_5\nfloat64 b 1_0e1_0\n"), [1000.25, 1e11].map(Literal::Real));
-    assert_eq!(defaults("float64 a inf\n"), [Literal::Real(f64::INFINITY)]);
+    assert_eq!(defaults("bool a True\nbool b 0\n"), [true, false].map(Value::Bool));
+    assert_eq!(defaults("float32 a 1\nfloat64 b -1.5e3\nfloat64 c .5\n"), [1.0, -1500.0, 0.5].map(Value::Real));
+    assert_eq!(defaults("float32 a 1_000.2_5\nfloat64 b 1_0e1_0\n"), [1000.25, 1e11].map(Value::Real));
+    assert_eq!(defaults("float64 a inf\n"), [Value::Real(f64::INFINITY)]);
     let texts =
         "string a two words\nstring b \"it's\"\nstring c 'a\\'b'\nstring d \"\"\nstring e \"a = b\"\nwstring f ü\n";
     assert_eq!(defaults(texts), ["two words", "it's", "a'b", "", "a = b", "ü"].map(text));
     let arrays = "int8[] a []\nint8[2] b [1, -2]\nstring[<=3] c ['a, b', \"c\", d e]\nbool[] d [true,0]\n";
-    let items = |items: &[Literal]| Literal::Array(items.to_vec());
+    let items = |items: &[Value]| Value::List(items.to_vec());
     let expected = [
         items(&[]),
-        items(&[1, -2].map(Literal::Int)),
+        items(&[1, -2].map(Value::Int)),
         items(&["a, b", "c", "d e"].map(text)),
-        items(&[true, false].map(Literal::Bool)),
+        items(&[true, false].map(Value::Bool)),
     ];
     assert_eq!(defaults(arrays), expected);
     let constants =
         message("string NAME=with spaces\nchar LETTER = 65\nstring QUOTED=' x '\nstring EMPTY=\n").constants;
-    let values: Vec<Literal> = constants.into_iter().map(|constant| constant.value).collect();
-    assert_eq!(values, [text("with spaces"), Literal::Int(65), text(" x "), text("")]);
+    let values: Vec<Value> = constants.into_iter().map(|constant| constant.value).collect();
+    assert_eq!(values, [text("with spaces"), Value::Int(65), text(" x "), text("")]);
 }
 
 #[test]

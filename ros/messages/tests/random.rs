@@ -4,9 +4,7 @@ use proptest::collection::{btree_map, vec};
 use proptest::option;
 use proptest::prelude::*;
 use proptest::strategy::Union;
-use ros_messages::{
-    Action, Base, Bundle, Constant, Count, Field, Literal, Message, Primitive, Service, Type, TypeName,
-};
+use ros_messages::{Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName, Value};
 
 /// Letters that occur in definitions, and some others that must be tolerated.
 const LETTERS: &str = "[ -~\\n\\t\\r#=@\"'\\\\\\[\\]<>ü€\u{0}]{0,200}";
@@ -42,27 +40,27 @@ fn count() -> impl Strategy<Value = Count> {
 }
 
 /// A value of one item of this type. Strings contain only what ROS can write.
-fn value(kind: Primitive) -> BoxedStrategy<Literal> {
+fn value(kind: Primitive) -> BoxedStrategy<Value> {
     if let Some((least, greatest)) = kind.range() {
-        return (least..=greatest).prop_map(Literal::Int).boxed();
+        return (least..=greatest).prop_map(Value::Int).boxed();
     }
     let letters = "[ !-\"$-~ü€\\\\'\"]";
     let text = |most: usize| {
         let text = proptest::string::string_regex(&format!("{letters}{{0,{most}}}")).expect("an expression");
-        text.prop_map(|text| Literal::Text(text.trim_end_matches('\\').to_owned())).boxed()
+        text.prop_map(|text| Value::Text(text.trim_end_matches('\\').to_owned())).boxed()
     };
     match kind {
-        Primitive::Bool => any::<bool>().prop_map(Literal::Bool).boxed(),
+        Primitive::Bool => any::<bool>().prop_map(Value::Bool).boxed(),
         Primitive::Float32 | Primitive::Float64 => {
             let finite = any::<f64>().prop_filter("NaN differs from itself", |number| !number.is_nan());
-            finite.prop_map(Literal::Real).boxed()
+            finite.prop_map(Value::Real).boxed()
         }
         Primitive::String(bound) | Primitive::WString(bound) => text(bound.unwrap_or(12)),
         _ => unreachable!("the others are integers"),
     }
 }
 
-fn default(kind: &Type) -> BoxedStrategy<Option<Literal>> {
+fn default(kind: &Type) -> BoxedStrategy<Option<Value>> {
     let Base::Primitive(primitive) = kind.base else { return Just(None).boxed() };
     let sizes = match kind.count {
         Count::One => return option::of(value(primitive)).boxed(),
@@ -70,7 +68,7 @@ fn default(kind: &Type) -> BoxedStrategy<Option<Literal>> {
         Count::UpTo(count) => 0..=count,
         Count::Any => 0..=4,
     };
-    option::of(vec(value(primitive), sizes).prop_map(Literal::Array)).boxed()
+    option::of(vec(value(primitive), sizes).prop_map(Value::List)).boxed()
 }
 
 fn field() -> impl Strategy<Value = Field> {

@@ -7,9 +7,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use diagnostics::{FileProblems, Problem, Source};
+use diagnostics::{FileProblems, Problem, Source, Span};
 
-use super::{Base, Constant, Count, Field, Literal, Message, Primitive, Type, TypeName};
+use super::span_parts::part;
+use super::{Base, Constant, Count, Field, Message, Primitive, Type, TypeName, literal};
+use crate::value::Value;
 
 /// All structs of a text, which may consist of several definitions with titles: `IDL: package/msg/Name`.
 pub(super) fn types(source: &Source) -> Result<BTreeMap<TypeName, Message>, FileProblems> {
@@ -87,9 +89,13 @@ impl<'s> Reader<'s> {
         token
     }
 
+    /// The location of the last token.
+    fn span(&self) -> Span {
+        self.source.span(self.tokens.get(self.next.saturating_sub(1)).cloned().unwrap_or_default())
+    }
+
     fn problem(&self, message: String) -> Problem {
-        let at = self.tokens.get(self.next.saturating_sub(1)).cloned().unwrap_or_default();
-        self.source.span(at).problem(message).with_label("here")
+        self.span().problem(message).with_label("here")
     }
 
     fn expect(&mut self, wanted: &str) -> Result<(), Problem> {
@@ -317,27 +323,20 @@ impl<'s> Reader<'s> {
         Ok(Type { base: Base::Message(TypeName::new(package, last)), count: Count::One })
     }
 
-    fn value(&mut self, kind: Primitive) -> Result<Literal, Problem> {
+    fn value(&mut self, kind: Primitive) -> Result<Value, Problem> {
         let text = self.take();
-        let value = match kind {
-            Primitive::Bool => Some(Literal::Bool(text.eq_ignore_ascii_case("true"))),
-            Primitive::Float32 | Primitive::Float64 => {
-                text.trim_end_matches(['f', 'd']).parse().ok().map(Literal::Real)
+        if let Primitive::String(_) | Primitive::WString(_) = kind {
+            let mut inside = text.trim_matches('"').to_owned();
+            // Texts side by side are one.
+            while self.peek().starts_with('"') {
+                inside += self.take().trim_matches('"');
             }
-            Primitive::String(_) | Primitive::WString(_) => {
-                let mut inside = text.trim_matches('"').to_owned();
-                // Texts side by side are one.
-                while self.peek().starts_with('"') {
-                    inside += self.take().trim_matches('"');
-                }
-                Some(Literal::Text(inside))
-            }
-            _ => {
-                let hexadecimal = text.strip_prefix("0x").map(|digits| i128::from_str_radix(digits, 16));
-                hexadecimal.unwrap_or_else(|| text.parse()).ok().map(Literal::Int)
-            }
-        };
-        value.ok_or_else(|| self.problem(format!("`{text}` is not a value of type {kind}")))
+            return Ok(Value::Text(inside));
+        }
+        // Unlike in `.msg` files, the type of a number may follow it.
+        let is_real = matches!(kind, Primitive::Float32 | Primitive::Float64);
+        let digits = if is_real { text.trim_end_matches(['f', 'd']) } else { text };
+        literal::of_primitive(&part(&self.span(), 0, digits.len()), kind)
     }
 }
 

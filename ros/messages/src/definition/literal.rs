@@ -3,10 +3,11 @@
 use diagnostics::{Problem, Span};
 
 use super::span_parts::{part, trimmed};
-use super::{Base, Count, Literal, Primitive, Type};
+use super::{Base, Count, Primitive, Type};
+use crate::value::Value;
 
 /// A value of this type.
-pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
+pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Value, Problem> {
     let text = value.text();
     if kind.count != Count::One && !(text.len() >= 2 && text.starts_with('[') && text.ends_with(']')) {
         let problem = value.problem(format!("`{text}` is not an array")).with_label("this value");
@@ -27,7 +28,7 @@ pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
         let problem = value.problem(format!("{kind} has {must}, and this has {}", items.len()));
         return Err(problem.with_label("this array"));
     }
-    Ok(Literal::Array(items))
+    Ok(Value::List(items))
 }
 
 /// The items of an array: separated by commas, except within quotes. A quote counts only at the beginning of an item:
@@ -70,7 +71,7 @@ fn is_quote(letter: char) -> bool {
 }
 
 /// A value of one item.
-pub(super) fn of_primitive(value: &Span, kind: Primitive) -> Result<Literal, Problem> {
+pub(super) fn of_primitive(value: &Span, kind: Primitive) -> Result<Value, Problem> {
     let text = value.text();
     let wrong = |help: String| {
         let problem = value.problem(format!("`{text}` is not a value of type {kind}")).with_label("this value");
@@ -78,25 +79,25 @@ pub(super) fn of_primitive(value: &Span, kind: Primitive) -> Result<Literal, Pro
     };
     if let Some((least, greatest)) = kind.range() {
         return match integer(text).filter(|number| (least..=greatest).contains(number)) {
-            Some(number) => Ok(Literal::Int(number)),
+            Some(number) => Ok(Value::Int(number)),
             None => wrong(format!("an integer from {least} to {greatest}")),
         };
     }
     match kind {
         Primitive::Bool => match text.to_ascii_lowercase().as_str() {
-            "true" | "1" => Ok(Literal::Bool(true)),
-            "false" | "0" => Ok(Literal::Bool(false)),
+            "true" | "1" => Ok(Value::Bool(true)),
+            "false" | "0" => Ok(Value::Bool(false)),
             _ => wrong("true or false".to_owned()),
         },
         Primitive::Float32 | Primitive::Float64 => match ungrouped(text, 10).and_then(|digits| digits.parse().ok()) {
-            Some(number) => Ok(Literal::Real(number)),
+            Some(number) => Ok(Value::Real(number)),
             None => wrong("a number".to_owned()),
         },
         Primitive::String(bound) | Primitive::WString(bound) => {
             let text = unquoted(value)?;
             match bound {
                 Some(bound) if text.chars().count() > bound => wrong(format!("at most {bound} letters")),
-                _ => Ok(Literal::Text(text)),
+                _ => Ok(Value::Text(text)),
             }
         }
         _ => wrong("a value of this type".to_owned()),

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::{Action, Base, Constant, Count, Field, Literal, Message, Primitive, Service, Type, TypeName};
+use super::{Action, Base, Constant, Count, Field, Message, Primitive, Service, Type, TypeName};
+use crate::value::Value;
 
 /// Separates the parts of services and actions.
 pub(super) const SEPARATOR: &str = "---";
@@ -88,15 +89,16 @@ impl fmt::Display for TypeName {
 }
 
 /// As a definition writes it. In ROS, a string cannot contain a `#`, a tab or a line end; in an array, none can end
-/// with a backslash; and rosidl refuses a default value that contains `=`.
-impl fmt::Display for Literal {
+/// with a backslash; and rosidl refuses a default value that contains `=`. Messages have no values in definitions.
+impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Passed => Ok(()),
             Self::Bool(truth) => truth.fmt(f),
             Self::Int(number) => number.fmt(f),
             Self::Real(number) => write!(f, "{number:?}"),
             Self::Text(text) => write!(f, "\"{}\"", text.replace('"', "\\\"")),
-            Self::Array(items) => {
+            Self::List(items) | Self::Message(items) => {
                 let items: Vec<String> = items.iter().map(Self::to_string).collect();
                 write!(f, "[{}]", items.join(", "))
             }
