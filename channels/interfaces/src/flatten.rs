@@ -121,8 +121,8 @@ impl Walk<'_, '_, '_, '_> {
         self.field(definition, field, &join(path, &step.name), step.item, rest, is_optional)
     }
 
-    /// Visits one item of a field, or all. A channel's messages always have the same fields, so what an array may lack is
-    /// optional, and an array of any length can only be used item by item.
+    /// Visits one item of a field, or all. A channel's messages always have the same fields, so what an array may lack
+    /// is optional, and an array of any length can only be used item by item.
     fn field(
         &mut self,
         definition: &Definition,

@@ -32,8 +32,8 @@
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
 //!
-//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The crate `steward-ros-messages`
-//! reads the ROS 2 definitions.
+//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The crate
+//! `steward-ros-messages` reads the ROS 2 definitions.
 
 mod file;
 mod flatten;

@@ -132,8 +132,8 @@ impl Events {
         self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
     }
 
-    /// Reads the next message of the bag, and puts what it becomes in order. Messages are recorded nearly in the order of
-    /// their times, so the place is searched from the end.
+    /// Reads the next message of the bag, and puts what it becomes in order. Messages are recorded nearly in the order
+    /// of their times, so the place is searched from the end.
     fn fill(&mut self) {
         let Some(head) = self.messages.next_into(&mut self.body) else {
             self.is_over = true;
@@ -192,8 +192,8 @@ impl Iterator for Events {
                 let missing = self.missing_files.first().cloned();
                 return Some(Found::LeftOut(missing.or_else(|| self.notes().into_iter().next()).unwrap_or_default()));
             }
-            // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the end.
-            // Ticks that are due before it come first; its time is at least that of what has been returned.
+            // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
+            // end. Ticks that are due before it come first; its time is at least that of what has been returned.
             match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
                 Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
                     let start_ns = *self.start_ns.get_or_insert(time_ns);

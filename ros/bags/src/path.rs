@@ -31,8 +31,8 @@ const MOST_BYTES: usize = 64;
 impl Path {
     /// The path in a type, if it leads to a value.
     pub(crate) fn resolve(text: &str, layout: &Layout) -> Result<Self, String> {
-        // Where the path has led so far: a message, or none below which fields could be named. A value in the middle of a
-        // path is no mistake until another part follows, so only the last part's end counts.
+        // Where the path has led so far: a message, or none below which fields could be named. A value in the middle of
+        // a path is no mistake until another part follows, so only the last part's end counts.
         let (mut steps, mut at) = (Vec::new(), Some(layout));
         let mut end = Err(format!("`{text}` is not a path"));
         for part in text.split('.') {

@@ -1,5 +1,5 @@
-//! Reads the definition of a message, and encodes and decodes one: `cargo run --example encode_door -- FOLDER`, where the
-//! folder contains the package `door_msgs`.
+//! Reads the definition of a message, and encodes and decodes one: `cargo run --example encode_door -- FOLDER`, where
+//! the folder contains the package `door_msgs`.
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! For tests with other programs: `transcode FOLDER…` reads lines `TYPE BYTES`, decodes the bytes, which are in
-//! hexadecimal, and encodes the value again. For each line, it prints the type's hash and the bytes. The folders contain
-//! the definitions.
+//! hexadecimal, and encodes the value again. For each line, it prints the type's hash and the bytes. The folders
+//! contain the definitions.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;

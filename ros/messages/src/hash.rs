@@ -12,8 +12,8 @@ use crate::definition::{Base, Count, Field, Primitive, Type};
 use crate::layout::Layout;
 
 impl Layout {
-    /// The type hash of the message, version 1: `RIHS01_` and the SHA-256 of its description, in 64 digits. It covers the
-    /// names and types of all fields, in nested messages too; not constants, default values and comments.
+    /// The type hash of the message, version 1: `RIHS01_` and the SHA-256 of its description, in 64 digits. It covers
+    /// the names and types of all fields, in nested messages too; not constants, default values and comments.
     ///
     /// Services and actions as a whole also have hashes; this is that of one message, such as a request.
     #[must_use]

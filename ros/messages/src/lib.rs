@@ -46,8 +46,8 @@
 //! ```
 //!
 //! **Messages.** A [`Decoder`] decodes CDR into a [`Value`], and skips what is not wanted; a [`Structure`] accesses its
-//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both definition and encoding. [`CdrReader`] and [`CdrWriter`]
-//! are what all of them use.
+//! fields by name. [`Layout::encode`] is the way back. What a program sends is [`messages!`]: structs with both
+//! definition and encoding. [`CdrReader`] and [`CdrWriter`] are what all of them use.
 
 mod decoder;
 mod definition;

@@ -227,7 +227,8 @@ impl Walk {
                 record => self.known.note(record),
             }
         }
-        // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read then.
+        // Some writers leave channels out of the summary. Their messages would not be found; the whole file is read
+        // then.
         let statistics = statistics.filter(|found| found.channel_count as usize == self.known.channels.len())?;
         let span = (statistics.message_start_time, statistics.message_end_time);
         Some(Summary {
@@ -312,9 +313,9 @@ impl Walk {
         }
     }
 
-    /// Enters a chunk. Without compression and checksum, its records follow like any others, and unwanted messages can be
-    /// skipped without reading them. Otherwise it is decompressed into memory, if it is small enough. Records must not be
-    /// returned before a checksum over all of them is known to be right, so a large chunk is decompressed twice.
+    /// Enters a chunk. Without compression and checksum, its records follow like any others, and unwanted messages can
+    /// be skipped without reading them. Otherwise it is decompressed into memory, if it is small enough. Records must
+    /// not be returned before a checksum over all of them is known to be right, so a large chunk is decompressed twice.
     fn enter(&mut self) -> io::Result<()> {
         let mut times = [0; 8 + 8];
         self.file.read_exact(&mut times)?;

@@ -1,8 +1,8 @@
 //! Definitions in OMG IDL, limited to the part of it that ROS uses: modules, structs, constants, enumerations and type
 //! aliases.
 //!
-//! rosbag2 records a package's definitions in the language in which it is written, and there are packages written in IDL,
-//! such as Autoware's `autoware_auto_msgs`. Without a reader of IDL, their messages could not be decoded.
+//! rosbag2 records a package's definitions in the language in which it is written, and there are packages written in
+//! IDL, such as Autoware's `autoware_auto_msgs`. Without a reader of IDL, their messages could not be decoded.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -97,8 +97,8 @@ impl TypeName {
         is_sound.then_some(name)
     }
 
-    /// The name as used for topics: `geometry_msgs/msg/Pose`. Only what a service or an action defines has an underscore in
-    /// its name: `std_srvs/srv/SetBool_Request`, `nav2_msgs/action/Spin_FeedbackMessage`.
+    /// The name as used for topics: `geometry_msgs/msg/Pose`. Only what a service or an action defines has an
+    /// underscore in its name: `std_srvs/srv/SetBool_Request`, `nav2_msgs/action/Spin_FeedbackMessage`.
     #[must_use]
     pub fn full(&self) -> String {
         let kind = match self.name.split_once('_') {
