@@ -27,10 +27,13 @@ impl Definitions<'_> {
     pub fn layout(&self, topic: &Topic) -> Result<Arc<Layout>, Undefined> {
         if topic.encoding != "cdr" {
             let why = format!("the messages of {} are encoded as `{}`, not as CDR", topic.name, topic.encoding);
-            return Err(undefined(why, "only ROS 2 recordings can be read"));
+            return Err(Undefined::new(why, "only ROS 2 recordings can be read"));
         }
         let name = type_name(&topic.kind).ok_or_else(|| {
-            undefined(format!("`{}` is not the name of a type", topic.kind), "for example `geometry_msgs/msg/Twist`")
+            Undefined::new(
+                format!("`{}` is not the name of a type", topic.kind),
+                "for example `geometry_msgs/msg/Twist`",
+            )
         })?;
         let folders = Folders { paths: self.folders, read: self.read };
         let mut types = match &topic.definition {
@@ -46,7 +49,7 @@ impl Definitions<'_> {
             types.extend(folders.messages(name)?);
             types.get(name).cloned().ok_or_else(|| {
                 let package = name.package.as_deref().unwrap_or_default();
-                undefined(
+                Undefined::new(
                     format!("there is no definition of {name}"),
                     &format!(
                         "name a folder that has the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
@@ -63,14 +66,11 @@ impl Definitions<'_> {
             if definition.text.trim().is_empty() {
                 return None;
             }
-            let Bundle { message, mut types } = Bundle::parse("", &definition.text).ok()?;
-            if type_name(&topic.kind).as_ref() == Some(name) { Some(message) } else { types.remove(name) }
+            let Bundle { message, types } = Bundle::parse("", &definition.text).ok()?;
+            let own = type_name(&topic.kind).map(|own| (own, message));
+            own.into_iter().chain(types).find_map(|(found, message)| (found == *name).then_some(message))
         })
     }
-}
-
-fn undefined(why: String, help: &str) -> Undefined {
-    Undefined { why, help: help.to_owned() }
 }
 
 /// The types that the bag defines for a topic.
@@ -86,12 +86,13 @@ fn recorded(
         "ros2idl" => Bundle::parse_idl(name, text),
         other => {
             let why = format!("{title} is in `{other}`");
-            return Err(undefined(why, "only definitions in `ros2msg` and `ros2idl` can be read"));
+            return Err(Undefined::new(why, "only definitions in `ros2msg` and `ros2idl` can be read"));
         }
     };
-    let bundle = bundle
-        .map_err(|problems| undefined(problems.plain().trim_end().to_owned(), "the definition in the bag is wrong"))?;
-    let mut types = bundle.types;
+    let bundle = bundle.map_err(|problems| {
+        Undefined::new(problems.plain().trim_end().to_owned(), "the definition in the bag is wrong")
+    })?;
+    let mut types: BTreeMap<TypeName, Message> = bundle.types.into_iter().collect();
     // If rosbag2 finds no definition, it writes an empty one. But there are also messages without fields.
     if text.trim().is_empty() {
         types.extend(folders.messages(name)?);

@@ -26,10 +26,8 @@ impl Folders<'_> {
     pub fn layout(&self, name: &TypeName) -> Result<Arc<Layout>, Undefined> {
         Layout::resolve(name, &mut |name| {
             let found = self.messages(name)?.remove(name).or_else(|| Message::known(name));
-            found.ok_or_else(|| Undefined {
-                why: format!("there is no definition of {name}"),
-                help: "add a folder that has the package, such as `/opt/ros/jazzy/share`".to_owned(),
-            })
+            let help = "add a folder that has the package, such as `/opt/ros/jazzy/share`";
+            found.ok_or_else(|| Undefined::new(format!("there is no definition of {name}"), help))
         })
     }
 
@@ -56,9 +54,8 @@ impl Folders<'_> {
                     "srv" => Service::parse(&title, &text).map(|service| service.messages(name).to_vec()),
                     _ => Action::parse(&title, &text).map(|action| action.messages(name)),
                 };
-                let messages = messages.map_err(|problems| Undefined {
-                    why: problems.plain().trim_end().to_owned(),
-                    help: "the definition in the folder is wrong".to_owned(),
+                let messages = messages.map_err(|problems| {
+                    Undefined::new(problems.plain().trim_end().to_owned(), "the definition in the folder is wrong")
                 })?;
                 let named = |(name, message): (String, Message)| (TypeName::new(Some(package), &name), message);
                 return Ok(messages.into_iter().map(named).collect());
@@ -71,7 +68,7 @@ impl Folders<'_> {
         match read_text(path, self.read) {
             Ok(text) => Ok(Some(text)),
             Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(Undefined { why: error.to_string(), help: "the folder must be readable".to_owned() }),
+            Err(error) => Err(Undefined::new(error.to_string(), "the folder must be readable")),
         }
     }
 }

@@ -26,6 +26,14 @@ pub struct Undefined {
     pub help: String,
 }
 
+impl Undefined {
+    /// A problem, and how to fix it.
+    #[must_use]
+    pub fn new(why: String, help: &str) -> Self {
+        Self { why, help: help.to_owned() }
+    }
+}
+
 /// Messages nested deeper are rejected: they must contain themselves.
 const DEEPEST: usize = 50;
 
@@ -52,8 +60,7 @@ fn resolve(
         return Ok(Arc::clone(layout));
     }
     if depth > DEEPEST {
-        let help = "a ROS message cannot contain itself".to_owned();
-        return Err(Undefined { why: format!("{name} contains itself"), help });
+        return Err(Undefined::new(format!("{name} contains itself"), "a ROS message cannot contain itself"));
     }
     let package = name.package.as_deref().unwrap_or_default();
     let Message { constants, fields } = find(name)?;

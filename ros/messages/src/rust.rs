@@ -1,7 +1,6 @@
 //! Rust types that are ROS types: definition and encoding are made from the same list of fields.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use crate::definition::{Base, Bundle, Count, Message, Primitive, Type, TypeName};
 use crate::writer::CdrWriter;
@@ -11,8 +10,8 @@ pub trait RosType {
     /// Its type in ROS.
     fn kind() -> Type;
 
-    /// Adds the definitions of the messages in it, and its own if it is one.
-    fn define(_types: &mut BTreeMap<TypeName, Message>) {}
+    /// Adds its own definition, if it is a message, and those of the messages in it, each once.
+    fn define(_types: &mut Vec<(TypeName, Message)>) {}
 
     /// Writes a value.
     fn write(&self, cdr: &mut CdrWriter);
@@ -34,9 +33,10 @@ pub trait RosMessage: RosType {
     /// Its definition, with all types in it.
     #[must_use]
     fn definition() -> Bundle {
-        let mut types = BTreeMap::new();
+        let mut types = Vec::new();
         Self::define(&mut types);
-        Bundle { message: types.remove(&Self::name()).unwrap_or_default(), types }
+        let mut types = types.into_iter();
+        Bundle { message: types.next().map(|(_, own)| own).unwrap_or_default(), types: types.collect() }
     }
 }
 
@@ -116,7 +116,7 @@ impl<T: RosType> RosType for Vec<T> {
         Type { count: Count::Any, ..T::kind() }
     }
 
-    fn define(types: &mut BTreeMap<TypeName, Message>) {
+    fn define(types: &mut Vec<(TypeName, Message)>) {
         T::define(types);
     }
 
@@ -162,16 +162,16 @@ macro_rules! messages {
                 $crate::Type { base, count: $crate::Count::One }
             }
 
-            fn define(types: &mut ::std::collections::BTreeMap<$crate::TypeName, $crate::Message>) {
+            fn define(types: &mut ::std::vec::Vec<($crate::TypeName, $crate::Message)>) {
                 let name = <Self as $crate::RosMessage>::name();
-                if types.contains_key(&name) {
+                if types.iter().any(|(known, _)| *known == name) {
                     return;
                 }
                 let fields = vec![$($crate::Field::new(
                     stringify!($field).trim_start_matches("r#"),
                     <$kind as $crate::RosType>::kind(),
                 )),*];
-                types.insert(name, $crate::Message { fields, ..$crate::Message::default() });
+                types.push((name, $crate::Message { fields, ..$crate::Message::default() }));
                 $(<$kind as $crate::RosType>::define(types);)*
             }
 

@@ -222,7 +222,7 @@ fn idl_is_equivalent_to_the_definition_that_it_was_generated_from() {
          string<=8[<=4] names\narm_msgs/Finger[] fingers\nint64 a\nint64[2] b\nuint32 side\nbyte raw\nwstring text\n",
     );
     assert_eq!(read.message, same);
-    assert_eq!(read.types, [(name("Finger"), message("bool is_bent"))].into());
+    assert_eq!(read.types, [(name("Finger"), message("bool is_bent"))]);
 }
 
 #[test]

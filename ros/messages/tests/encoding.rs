@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use ros_messages::{
-    Base, Bundle, Count, Decoder, Folders, Layout, Message, Mismatch, Primitive, Type, TypeName, Undefined, Value, Want,
+    Base, Count, Decoder, Folders, Layout, Message, Mismatch, Primitive, Type, TypeName, Undefined, Value, Want,
 };
 
 use crate::random;
@@ -17,12 +17,8 @@ fn layout(text: &str, others: &[(&str, &str)]) -> Result<Arc<Layout>, Undefined>
     let types: BTreeMap<&str, Message> =
         others.iter().copied().chain([("T", text)]).map(|(name, text)| (name, parse(text))).collect();
     Layout::resolve(&TypeName::new(Some("p"), "T"), &mut |name| {
-        types.get(&*name.name).cloned().ok_or_else(|| undefined(name))
+        types.get(&*name.name).cloned().ok_or_else(|| Undefined::new(format!("there is no definition of {name}"), ""))
     })
-}
-
-fn undefined(name: &TypeName) -> Undefined {
-    Undefined { why: format!("there is no definition of {name}"), help: String::new() }
 }
 
 /// Definitions of ROS 2, without comments.
@@ -159,13 +155,4 @@ proptest! {
         // Without its last byte, it is not a message of that type.
         prop_assert_eq!(Decoder::new(&layout, &Want::Nothing).decode(&bytes[..bytes.len() - 1]), Err(Mismatch::Short));
     }
-}
-
-#[test]
-fn text_of_types_is_in_the_order_in_which_they_are_used() {
-    let text =
-        "q/B b\nC c\n===\nMSG: p/A\nint8 a\n===\nMSG: p/B\nint8 b\n===\nMSG: q/B\nC c\np/B b\n===\nMSG: q/C\nint8 c\n";
-    let printed = Bundle::parse("p/msg/Test", text).expect("a bundle").to_string();
-    let titles: Vec<&str> = printed.lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
-    assert_eq!(titles, ["q/B", "q/C", "p/B", "p/A"]);
 }

@@ -1,13 +1,12 @@
 //! Definitions with everything that they use, as recordings contain them.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use diagnostics::{FileProblems, Problem, Source, Span};
 
 use super::idl;
 use super::parse::{Part, lines};
-use super::{Base, Message, TypeName};
+use super::{Message, TypeName};
 
 /// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, as rosbag2 records them.
 ///
@@ -20,7 +19,8 @@ use super::{Base, Message, TypeName};
 /// let rule = "=".repeat(80);
 /// let text = format!("Point[4] corners\n{rule}\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\n");
 /// let bundle = Bundle::parse("geometry_msgs/msg/Quad", &text)?;
-/// let corner = bundle.types.get(&TypeName::new(Some("geometry_msgs"), "Point")).expect("it is in the text");
+/// let (name, corner) = &bundle.types[0];
+/// assert_eq!(*name, TypeName::new(Some("geometry_msgs"), "Point"));
 /// assert_eq!(corner.fields[1].name, "y");
 /// # Ok::<(), diagnostics::FileProblems>(())
 /// ```
@@ -28,9 +28,9 @@ use super::{Base, Message, TypeName};
 pub struct Bundle {
     /// The message.
     pub message: Message,
-    /// The other messages, by name and package. A definition may name another one of its package [without the
-    /// package](TypeName::within).
-    pub types: BTreeMap<TypeName, Message>,
+    /// The other messages, by name and package, in the order of the text. A definition may name another one of its
+    /// package [without the package](TypeName::within).
+    pub types: Vec<(TypeName, Message)>,
 }
 
 impl Bundle {
@@ -74,7 +74,7 @@ impl Bundle {
                 source.span(0..0).problem(format!("{name} is not defined")).with_label("nowhere in this text");
             problem.with_help("a message is a `struct` in the modules of its package")
         })?;
-        Ok(Self { message, types })
+        Ok(Self { message, types: types.into_iter().collect() })
     }
 }
 
@@ -82,36 +82,8 @@ impl fmt::Display for Bundle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rule = "=".repeat(80);
         self.message.fmt(f)?;
-        self.in_order().into_iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
+        self.types.iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
     }
-}
-
-impl Bundle {
-    /// The types in the order in which they are used, each before those that it uses itself; then those that are not
-    /// used. Text in this order reads like the message, and is the same for every writer that knows the same types.
-    fn in_order(&self) -> Vec<(&TypeName, &Message)> {
-        let (mut order, mut next) = (Vec::<(&TypeName, &Message)>::new(), used(&self.message, None));
-        while let Some(name) = next.pop() {
-            let Some((name, message)) = self.types.get_key_value(&name) else { continue };
-            if order.iter().all(|(known, _)| *known != name) {
-                order.push((name, message));
-                next.extend(used(message, name.package.as_deref()));
-            }
-        }
-        let unused = self.types.iter().filter(|(name, _)| order.iter().all(|(known, _)| known != name));
-        let unused: Vec<_> = unused.collect();
-        order.extend(unused);
-        order
-    }
-}
-
-/// The types that a message of that package uses, the last one first.
-fn used(message: &Message, package: Option<&str>) -> Vec<TypeName> {
-    let used = message.fields.iter().rev().filter_map(|field| match &field.kind.base {
-        Base::Message(name) => Some(package.map_or_else(|| name.clone(), |package| name.within(package))),
-        Base::Primitive(_) => None,
-    });
-    used.collect()
 }
 
 /// Whether a line separates definitions.

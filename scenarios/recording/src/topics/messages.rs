@@ -1,6 +1,6 @@
 //! The messages of a channel as messages of a ROS type that is made for it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use channels::{Domain, Event, FieldKind, Message, Symbol, Value};
 use ros_messages::{Base, Bundle, CdrWriter, Count, Field, Primitive, RosType, Type};
@@ -75,7 +75,7 @@ impl MessageType {
             Field::new(&field.name, Type { base: Base::Primitive(field.of.1), count })
         });
         let fields = std::iter::once(Field::new(MOMENT, Moment::kind())).chain(fields).collect();
-        let mut types = BTreeMap::new();
+        let mut types = Vec::new();
         Moment::define(&mut types);
         Bundle { message: ros_messages::Message { fields, ..Default::default() }, types }
     }
