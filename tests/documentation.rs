@@ -236,7 +236,7 @@ fn book() -> PathBuf {
 /// README and book, whose commands are run, and other pages with links; `true` for pages of the book.
 fn pages() -> Vec<(PathBuf, bool)> {
     let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "scenarios/campaigns/README.md"];
-    let crates = ["bt", "channels", "diagnostics", "maps", "monitors", "nav", "rasters", "robot", "sim", "skills"];
+    let crates = ["bt", "channels", "diagnostics", "maps", "maps/rasters", "monitors", "nav", "robot", "sim", "skills"];
     let others = others.iter().map(PathBuf::from).chain(crates.iter().map(|name| Path::new(name).join("README.md")));
     let book = markdown(&book()).into_iter().map(|path| (path, true));
     book.chain(others.map(|path| (root().join(path), false))).collect()

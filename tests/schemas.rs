@@ -558,7 +558,7 @@ fn the_program_prints_the_schemas_that_the_repository_has() {
         ("scenario", "scenarios/scenario.schema.json"),
         ("campaign", "scenarios/campaigns/campaign.schema.json"),
         ("interface", "channels/interfaces/interface.schema.json"),
-        ("mapping", "scenarios/bags/mapping.schema.json"),
+        ("mapping", "ros/bags/mapping.schema.json"),
     ] {
         let printed = String::from_utf8(steward(&["schema", name]).stdout).unwrap();
         crate::reference::compare(file, &printed);

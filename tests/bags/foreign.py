@@ -6,60 +6,20 @@ compressions, both byte orders, split, with definitions as `.msg` and as IDL, an
 decoded equal in every field. Then files that are cut off, empty, without an index or with wrong definitions: nothing
 may panic, and everything before the damage has to be there.
 """
-import json, math, random, shutil, struct, subprocess, sys, tempfile
+import json, math, shutil, struct, subprocess, sys, tempfile
 from pathlib import Path
 
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "ros/messages/tests"))
+from random_messages import ARRAY, ONE, SEQUENCE, definitions, dice, message
+
 PRINT, STEWARD = sys.argv[1:3]
 MESSAGES = int(sys.argv[3]) if len(sys.argv) > 3 else 1000
 CUTS = 200
-dice = random.Random(int(sys.argv[4]) if len(sys.argv) > 4 else 17)
-BASES = {
-    "bool": np.bool_, "octet": np.uint8, "byte": np.uint8, "char": np.uint8, "int8": np.int8, "uint8": np.uint8,
-    "int16": np.int16, "uint16": np.uint16, "int32": np.int32, "uint32": np.uint32, "int64": np.int64,
-    "uint64": np.uint64, "float32": np.float32, "float64": np.float64,
-}
-LETTERS = "abcXYZ 0129_/-äß€語😀\"\\\n"
-ONE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4
-
-
-def number(base):
-    kind = BASES[base]
-    if base == "bool":
-        return dice.random() < 0.5
-    if base.startswith("float"):
-        special = [0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, 1e-40, 0.1]
-        value = dice.choice(special) if dice.random() < 0.3 else dice.uniform(-1, 1) * 10 ** dice.randint(-30, 30)
-        return float(kind(value))
-    # rosbags treats a `byte` as signed.
-    limits = np.iinfo(np.int8 if base == "byte" else kind)
-    edge = [int(limits.min), int(limits.max), 0, 1]
-    value = dice.choice(edge) if dice.random() < 0.3 else dice.randint(int(limits.min), int(limits.max))
-    return abs(value) % 128 if base == "byte" else value
-
-
-def value(store, desc):
-    kind, what = int(desc[0]), desc[1]
-    if kind == ONE:
-        base, bound = what
-        if base != "string":
-            return number(base)
-        return "".join(dice.choice(LETTERS) for _ in range(dice.randint(0, min(bound or 12, 12))))
-    if kind == NAME:
-        return message(store, what)
-    inner, size = what
-    length = size if kind == ARRAY else dice.randint(0, min(size or 4, 4))
-    items = [value(store, inner) for _ in range(length)]
-    base = inner[1][0] if int(inner[0]) == ONE else None
-    return np.array(items, dtype=BASES[base]) if base in BASES else items
-
-
-def message(store, name):
-    fields = {field: value(store, desc) for field, desc in store.fielddefs[name][1]}
-    return store.types[name](**fields)
+dice.seed(int(sys.argv[4]) if len(sys.argv) > 4 else 17)
 
 
 def plain(store, thing):
@@ -155,16 +115,6 @@ def compare(what, ours, theirs):
     wrong = [(a, b) for a, b in zip(ours, theirs) if not same(a, b)]
     assert len(ours) == len(theirs) and not wrong, f"{what}: {len(ours)} of {len(theirs)}, {wrong[:1]}"
     print(f"{what}: {len(theirs)} messages are equal")
-
-
-def definitions(store, folder):
-    """The definitions of all types as files."""
-    for name in store.fielddefs:
-        if "/msg/" in name:
-            text, _ = store.generate_msgdef(name, ros_version=2)
-            path = folder / f"{name}.msg"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text.split("=" * 80)[0])
 
 
 def cut(what, bag, theirs, folder):

@@ -11,7 +11,7 @@ import sys
 import jsonschema
 
 root = pathlib.Path(__file__).parents[2]
-files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "scenarios/bags/mapping"]
+files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "ros/bags/mapping"]
 validators = {}
 for file in files:
     schema = json.loads((root / f"{file}.schema.json").read_text())

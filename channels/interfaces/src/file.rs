@@ -5,12 +5,13 @@ use std::path::Path;
 use channels::Symbol;
 use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+use ros_messages::Message;
 
 use crate::flatten::{Flattening, Leaf};
 use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, TOPIC, Topic};
+use crate::kind;
 use crate::name::{is_field, is_symbol};
 use crate::packages::{Definition, Kind, Packages};
-use crate::{kind, ros};
 
 impl Interface {
     /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The ROS
@@ -172,7 +173,7 @@ fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
 fn selected(
     flattening: &Flattening<'_, '_, '_>,
     definition: &Definition,
-    part: &ros::Message,
+    part: &Message,
     selection: Selection,
 ) -> Option<Vec<(Field, Span)>> {
     let field = |name: String, kind, span: &Span| (Field { name, kind }, span.clone());

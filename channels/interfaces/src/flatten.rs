@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use channels::FieldKind;
 use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned, nearest_or_all};
+use ros_messages::{Base, Count, Field, Message, Primitive, TypeName};
 
 use crate::interface::MAX_FIELDS;
 use crate::packages::{Definition, Missing, Packages, what_to_add};
-use crate::ros::{self, Base, Count, TypeName};
 
 /// Beyond this many items of arrays and messages, nothing is examined: their contents would be too large.
 const MAX_VISITS: usize = 10_000;
@@ -59,12 +59,12 @@ type Going = Option<()>;
 
 impl Flattening<'_, '_, '_> {
     /// All fields of a part of the definition.
-    pub(crate) fn all(&self, definition: &Definition, part: &ros::Message) -> Option<Vec<Leaf>> {
+    pub(crate) fn all(&self, definition: &Definition, part: &Message) -> Option<Vec<Leaf>> {
         self.walk(definition, part, self.named, &[])
     }
 
     /// The field at a path, or the fields below it.
-    pub(crate) fn at(&self, definition: &Definition, part: &ros::Message, path: &Spanned<String>) -> Option<Vec<Leaf>> {
+    pub(crate) fn at(&self, definition: &Definition, part: &Message, path: &Spanned<String>) -> Option<Vec<Leaf>> {
         let Some(steps) = steps(&path.value) else {
             let problem = path.span.problem(format!("`{}` is not a path in a definition", path.value));
             let problem = problem.with_label("here");
@@ -77,7 +77,7 @@ impl Flattening<'_, '_, '_> {
     fn walk(
         &self,
         definition: &Definition,
-        part: &ros::Message,
+        part: &Message,
         about: &Spanned<String>,
         steps: &[Step],
     ) -> Option<Vec<Leaf>> {
@@ -101,7 +101,7 @@ impl Walk<'_, '_, '_, '_> {
     fn message(
         &mut self,
         definition: &Definition,
-        message: &ros::Message,
+        message: &Message,
         path: &str,
         steps: &[Step],
         is_optional: bool,
@@ -121,11 +121,12 @@ impl Walk<'_, '_, '_, '_> {
         self.field(definition, field, &join(path, &step.name), step.item, rest, is_optional)
     }
 
-    /// Visits one item of a field, or all.
+    /// Visits one item of a field, or all. A channel's messages always have the same fields, so what an array may lack
+    /// is optional, and an array of any length can only be used item by item.
     fn field(
         &mut self,
         definition: &Definition,
-        field: &ros::Field,
+        field: &Field,
         path: &str,
         item: Option<usize>,
         rest: &[Step],
@@ -162,10 +163,10 @@ impl Walk<'_, '_, '_, '_> {
         }
         let kind = match base {
             Base::Message(name) => return self.nested(definition, name, path, rest, is_optional),
-            Base::Bool => FieldKind::Bool,
-            Base::Float32 | Base::Float64 => FieldKind::Real,
-            Base::String(_) | Base::WString(_) => FieldKind::Text,
-            _ => FieldKind::Int,
+            Base::Primitive(Primitive::Bool) => FieldKind::Bool,
+            Base::Primitive(Primitive::Float32 | Primitive::Float64) => FieldKind::Real,
+            Base::Primitive(Primitive::String(_) | Primitive::WString(_)) => FieldKind::Text,
+            Base::Primitive(_) => FieldKind::Int,
         };
         if let Some(step) = rest.first() {
             self.problems.push(self.problem(format!("`{path}` is {base} and has no field `{}`", step.name)));

@@ -32,13 +32,12 @@
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
 //!
-//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The module [`ros`] reads ROS 2
-//! definitions, and is also useful alone.
+//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The crate
+//! `steward-ros-messages` reads the ROS 2 definitions.
 //!
 //! # Inside
-//! `file` reads an interface from TOML, `keys` lists the keys of the file. `ros` parses all of ROS 2's definition
-//! language, and is usable on its own. `packages` finds definitions, and `flatten` turns them into tuples, since
-//! messages cannot be nested.
+//! `file` reads an interface from TOML, `keys` lists the keys of the file. `packages` finds ROS 2 definitions, and
+//! `flatten` turns them into tuples, since messages cannot be nested.
 
 mod file;
 mod flatten;
@@ -47,7 +46,6 @@ mod keys;
 mod kind;
 mod name;
 mod packages;
-pub mod ros;
 
 pub use interface::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,

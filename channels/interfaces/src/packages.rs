@@ -8,8 +8,7 @@ use std::sync::Arc;
 
 use diagnostics::document::Table;
 use diagnostics::{ReadFile, Spanned, read_text};
-
-use crate::ros::{self, TypeName};
+use ros_messages::{Action, Message, Service, TypeName};
 
 /// The packages with the most common types, each with its repository.
 const HOMES: [(&str, &[&str]); 4] = [
@@ -65,15 +64,15 @@ impl Kind {
     }
 
     /// The parts of a definition, in the order that interfaces use.
-    fn parse(self, name: &str, text: &str) -> Result<Vec<ros::Message>, diagnostics::FileProblems> {
+    fn parse(self, name: &str, text: &str) -> Result<Vec<Message>, diagnostics::FileProblems> {
         Ok(match self {
-            Self::Message => vec![ros::Message::parse(name, text)?],
+            Self::Message => vec![Message::parse(name, text)?],
             Self::Service => {
-                let ros::Service { request, response } = ros::Service::parse(name, text)?;
+                let Service { request, response } = Service::parse(name, text)?;
                 vec![request, response]
             }
             Self::Action => {
-                let ros::Action { goal, result, feedback } = ros::Action::parse(name, text)?;
+                let Action { goal, result, feedback } = Action::parse(name, text)?;
                 vec![goal, feedback, result]
             }
         })
@@ -83,7 +82,7 @@ impl Kind {
 /// The parts of a definition, and its file, relative to which the types that it names are looked up.
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
-    pub(crate) parts: Vec<ros::Message>,
+    pub(crate) parts: Vec<Message>,
     pub(crate) path: PathBuf,
 }
 
@@ -219,7 +218,7 @@ fn package_of(path: &Path) -> Option<&Path> {
 
 /// The types that every definition can use.
 fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
-    let message = ros::Message::known(name)?;
+    let message = Message::known(name)?;
     let package = name.package.as_deref().unwrap_or_default();
     let path = Path::new(package).join("msg").join(format!("{}.msg", name.name));
     Some(Arc::new(Definition { parts: vec![message], path }))

@@ -1,5 +1,4 @@
-//! Interfaces and definitions in files.
+//! Interfaces in files.
 
-mod definitions;
 mod files;
 mod random;

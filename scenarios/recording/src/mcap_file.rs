@@ -7,6 +7,7 @@ use std::time::Duration;
 use mcap::McapError;
 use mcap::records::Record as McapRecord;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ros_messages::CdrReader;
 
 use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
 use crate::topics::Topics;
@@ -145,18 +146,16 @@ impl McapChunks {
 
 /// The chunk in a message, which must have this version.
 fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
-    let number = |from: usize| {
-        let bytes = message.get(from..from + 4).ok_or(ChunkError::Damaged)?;
-        bytes.try_into().map(u32::from_le_bytes).map_err(|_| ChunkError::Damaged)
-    };
-    // What precedes the version tells the encoding.
-    let format = number(4)?;
+    // The fields of `ros::Records`, one by one: in another version, what follows the format may be different.
+    let damaged = |_| ChunkError::Damaged;
+    let mut cdr = CdrReader::new(message).map_err(damaged)?;
+    let format = cdr.number().map(u32::from_le_bytes).map_err(damaged)?;
     if format != FORMAT {
         return Err(ChunkError::Version(format));
     }
-    let (checksum, length) = (number(8)?, number(12)?);
-    let chunk = message[16..].get(..length as usize).filter(|chunk| crc32fast::hash(chunk) == checksum);
-    chunk.map(<[u8]>::to_vec).ok_or(ChunkError::Damaged)
+    let checksum = cdr.number().map(u32::from_le_bytes).map_err(damaged)?;
+    let chunk = cdr.length(usize::MAX).and_then(|length| cdr.take(length)).map_err(damaged)?;
+    if crc32fast::hash(chunk) == checksum { Ok(chunk.to_vec()) } else { Err(ChunkError::Damaged) }
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 //!
 //! `docs/src/reference/topics.md` lists them.
 
-pub(crate) mod cdr;
 mod messages;
 mod outlines;
 pub(crate) mod output;
@@ -15,11 +14,12 @@ use std::time::Duration;
 use channels::{ChannelId, EventKind, Topology, Verdict};
 use maps::{Cell, OccupancyGrid, Point, Pose};
 use robot::{LaserScan, LaserSpec};
+use ros_messages::{Byte, TypeName};
 
 use self::messages::{MessageType, unique};
 use self::outlines::Outline;
 use self::output::{Output, Topic};
-use self::ros::{Byte, Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
+use self::ros::{Header, KeyValue, Moment, PointCloud, PoseStamped, TransformStamped, Transforms};
 use crate::{Happening, Header as RunHeader, MonitorState, MonitorView, Navigation, Place, RunView, Scene};
 
 /// The frame of the map.
@@ -39,12 +39,12 @@ pub(crate) struct Topics {
     monitors: Topic<ros::Statuses>,
     navigation: Topic<ros::Text>,
     log: Topic<ros::Log>,
-    told: Told,
+    last: LastWritten,
 }
 
 /// What was last written, so that only changes are written.
 #[derive(Default)]
-struct Told {
+struct LastWritten {
     outcomes: Option<Vec<Option<bt::Outcome>>>,
     locations: Option<Vec<Option<String>>>,
     monitors: Option<Vec<MonitorState>>,
@@ -102,7 +102,7 @@ impl Topics {
             monitors: output.latched("/monitors")?,
             navigation: output.latched("/navigation")?,
             log: output.latched("/rosout")?,
-            told: Told::default(),
+            last: LastWritten::default(),
         })
     }
 
@@ -145,10 +145,10 @@ impl Topics {
 
     /// Writes the states that have changed.
     fn write_states<W: Write>(&mut self, view: &RunView, output: &mut Output<W>) -> io::Result<()> {
-        let (told, time) = (&mut self.told, view.time());
+        let (last, time) = (&mut self.last, view.time());
         let statuses = |status| ros::Statuses { header: Header::new(time, ""), status };
-        if told.outcomes.as_deref() != Some(view.outcomes()) {
-            told.outcomes = Some(view.outcomes().to_vec());
+        if last.outcomes.as_deref() != Some(view.outcomes()) {
+            last.outcomes = Some(view.outcomes().to_vec());
             let nodes = view.header().tree.iter().zip(view.outcomes()).enumerate();
             let nodes = nodes.map(|(number, (node, outcome))| ros::Status {
                 level: Byte(if outcome.is_some() { diagnostic::OK } else { diagnostic::STALE }),
@@ -158,8 +158,8 @@ impl Topics {
             });
             output.write(&self.tree, time, &statuses(nodes.collect()))?;
         }
-        if told.locations.as_deref() != Some(view.locations()) {
-            told.locations = Some(view.locations().to_vec());
+        if last.locations.as_deref() != Some(view.locations()) {
+            last.locations = Some(view.locations().to_vec());
             let topology = view.topology();
             let located = topology.processes().zip(view.locations());
             let located = located.filter_map(|(process, location)| Some((topology.name(process), location.as_ref()?)));
@@ -171,12 +171,12 @@ impl Topics {
             output.write(&self.processes, time, &statuses(located.collect()))?;
         }
         let states = || view.monitors().map(|monitor| monitor.state);
-        if !told.monitors.as_ref().is_some_and(|told| told.iter().eq(states())) {
-            told.monitors = Some(states().cloned().collect());
+        if !last.monitors.as_ref().is_some_and(|last| last.iter().eq(states())) {
+            last.monitors = Some(states().cloned().collect());
             output.write(&self.monitors, time, &statuses(view.monitors().map(monitor).collect()))?;
         }
-        if told.navigation.as_ref() != view.navigation() {
-            told.navigation = view.navigation().cloned();
+        if last.navigation.as_ref() != view.navigation() {
+            last.navigation = view.navigation().cloned();
             let data = view.navigation().map(Navigation::words).unwrap_or_default();
             output.write(&self.navigation, time, &ros::Text { data })?;
         }
@@ -284,7 +284,7 @@ fn channel_topics<W: Write>(
         let names = unique(&format!("{}/{}", token(from), token(to)), &mut taken);
         let of = MessageType::new(&topology.get(channel).domain);
         let type_name: String = names.replace('/', "To").split('_').map(capitalized).collect();
-        let type_name = format!("steward_msgs/{}", unique(&type_name, &mut types));
+        let type_name = TypeName::new(Some("steward_msgs"), &unique(&type_name, &mut types));
         let id = output.channel(&format!("/channels/{names}"), &type_name, &of.definition())?;
         Ok(Some((id, of)))
     };

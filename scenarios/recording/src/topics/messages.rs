@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use channels::{Domain, Event, FieldKind, Message, Symbol, Value};
+use ros_messages::{Base, Bundle, CdrWriter, Count, Field, Primitive, RosType, Type};
 
-use super::cdr::Cdr;
-use super::ros::{Field, Moment, add_definition};
+use super::ros::Moment;
 
 /// The type of a channel's messages: the time of receipt, and the fields of all shapes.
 ///
@@ -27,33 +27,14 @@ struct TypeField {
     is_optional: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Primitive {
-    Bool,
-    Int,
-    Real,
-    Text,
-}
-
-impl Primitive {
-    /// The ROS type for values of a kind, and whether there may be no value.
-    fn of(kind: &FieldKind) -> (Self, bool) {
-        match kind {
-            FieldKind::Bool => (Self::Bool, false),
-            FieldKind::Int => (Self::Int, false),
-            FieldKind::Real => (Self::Real, false),
-            FieldKind::Symbol(_) | FieldKind::Text => (Self::Text, false),
-            FieldKind::Optional(kind) => (Self::of(kind).0, true),
-        }
-    }
-
-    fn name(self) -> String {
-        match self {
-            Self::Bool => bool::name(),
-            Self::Int => i64::name(),
-            Self::Real => f64::name(),
-            Self::Text => String::name(),
-        }
+/// The ROS type for values of a kind, and whether there may be no value.
+fn ros_type(kind: &FieldKind) -> (Primitive, bool) {
+    match kind {
+        FieldKind::Bool => (Primitive::Bool, false),
+        FieldKind::Int => (Primitive::Int64, false),
+        FieldKind::Real => (Primitive::Float64, false),
+        FieldKind::Symbol(_) | FieldKind::Text => (Primitive::String(None), false),
+        FieldKind::Optional(kind) => (ros_type(kind).0, true),
     }
 }
 
@@ -61,12 +42,13 @@ impl Primitive {
 const MOMENT: &str = "event";
 
 impl MessageType {
+    /// Shapes that share a field, by name and kind, share it in ROS. It can be missing unless every shape has it.
     pub(super) fn new(domain: &Domain) -> Self {
         let mut fields: Vec<TypeField> = Vec::new();
         let mut taken = BTreeSet::from([MOMENT.to_owned()]);
         for shape in domain.shapes() {
             for (name, kind) in shape.fields() {
-                let of = (name.clone(), Primitive::of(kind).0);
+                let of = (name.clone(), ros_type(kind).0);
                 if !fields.iter().any(|field| field.of == of) {
                     fields.push(TypeField { name: ros_name(name, &mut taken), of, is_optional: false });
                 }
@@ -74,13 +56,12 @@ impl MessageType {
         }
         for field in &mut fields {
             let always =
-                |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind)) == (&field.of.0, (field.of.1, false));
+                |(name, kind): &(String, FieldKind)| (name, ros_type(kind)) == (&field.of.0, (field.of.1, false));
             field.is_optional = !domain.shapes().iter().all(|shape| shape.fields().iter().any(always));
         }
         let places = domain.shapes().iter().map(|shape| {
             let place = |field: &TypeField| {
-                let is_it =
-                    |(name, kind): &(String, FieldKind)| (name, Primitive::of(kind).0) == (&field.of.0, field.of.1);
+                let is_it = |(name, kind): &(String, FieldKind)| (name, ros_type(kind).0) == (&field.of.0, field.of.1);
                 shape.fields().iter().position(is_it)
             };
             fields.iter().map(place).collect()
@@ -88,21 +69,19 @@ impl MessageType {
         Self { places: places.collect(), domain: domain.clone(), fields }
     }
 
-    /// The definition in the `ros2msg` encoding.
-    pub(super) fn definition(&self) -> String {
+    pub(super) fn definition(&self) -> Bundle {
         let fields = self.fields.iter().map(|field| {
-            let bound = if field.is_optional { "[<=1]" } else { "" };
-            format!("{}{bound} {}\n", field.of.1.name(), field.name)
+            let count = if field.is_optional { Count::UpTo(1) } else { Count::One };
+            Field::new(&field.name, Type { base: Base::Primitive(field.of.1), count })
         });
-        let mut text = format!("{} {MOMENT}\n", Moment::name()) + &fields.collect::<String>();
-        let mut contained = Vec::new();
-        Moment::define(&mut contained);
-        contained.iter().for_each(|(name, fields)| add_definition(&mut text, name, fields));
-        text
+        let fields = std::iter::once(Field::new(MOMENT, Moment::kind())).chain(fields).collect();
+        let mut types = Vec::new();
+        Moment::define(&mut types);
+        Bundle { message: ros_messages::Message { fields, ..Default::default() }, types }
     }
 
     /// Writes a received message.
-    pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut Cdr) {
+    pub(super) fn write(&self, event: &Event, message: &Message, cdr: &mut CdrWriter) {
         Moment { step: event.step, tick: event.tick }.write(cdr);
         // A message has one of the shapes: if none of the others, the last.
         let mut shapes = self.domain.shapes().iter().zip(&self.places);
@@ -123,7 +102,7 @@ impl MessageType {
     }
 }
 
-fn write_value(value: &Value, cdr: &mut Cdr) {
+fn write_value(value: &Value, cdr: &mut CdrWriter) {
     match value {
         Value::Symbol(symbol) => cdr.text(Symbol::name(symbol)),
         Value::Bool(truth) => truth.write(cdr),
@@ -170,11 +149,11 @@ mod tests {
         let channel = MessageType::new(&domain);
         let fields = "steward_msgs/Event event\nstring status\nfloat64[<=1] level\nint64[<=1] event2\n\
                       string[<=1] the_reason\n";
-        assert!(channel.definition().starts_with(fields), "{}", channel.definition());
+        assert!(channel.definition().to_string().starts_with(fields), "{}", channel.definition());
         let encoded = |values: Vec<Value>| {
             let message = Message::new(values);
             let event = Event { step: 5, tick: 2, time: Duration::ZERO, kind: EventKind::Tick };
-            let mut cdr = Cdr::reusing(Vec::new());
+            let mut cdr = CdrWriter::reusing(Vec::new());
             channel.write(&event, &message, &mut cdr);
             cdr.bytes()
         };

@@ -8,9 +8,7 @@ use std::time::Duration;
 use mcap::McapError;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-
-use super::cdr::Cdr;
-use super::ros::{Field, definition};
+use ros_messages::{Bundle, CdrWriter, RosMessage, TypeName};
 
 /// A chunk usually fits, so it is written at once.
 const BUFFER_BYTES: usize = 1 << 16;
@@ -47,39 +45,44 @@ impl<W: Write> Output<W> {
     }
 
     /// Adds a topic.
-    pub(crate) fn topic<T: Field>(&mut self, topic: &str) -> io::Result<Topic<T>> {
+    pub(crate) fn topic<T: RosMessage>(&mut self, topic: &str) -> io::Result<Topic<T>> {
         self.typed(topic, Durability::Volatile)
     }
 
     /// Adds a topic whose last message holds until the next: late subscribers get it, too.
-    pub(crate) fn latched<T: Field>(&mut self, topic: &str) -> io::Result<Topic<T>> {
+    pub(crate) fn latched<T: RosMessage>(&mut self, topic: &str) -> io::Result<Topic<T>> {
         self.typed(topic, Durability::TransientLocal)
     }
 
-    fn typed<T: Field>(&mut self, topic: &str, durability: Durability) -> io::Result<Topic<T>> {
-        let channel = self.add(topic, &T::name(), &definition::<T>(), durability)?;
+    fn typed<T: RosMessage>(&mut self, topic: &str, durability: Durability) -> io::Result<Topic<T>> {
+        let channel = self.add(topic, &T::name(), &T::definition(), durability)?;
         Ok(Topic { channel, of: PhantomData })
     }
 
     /// Adds a topic whose type is only known at run time.
-    pub(crate) fn channel(&mut self, topic: &str, name: &str, definition: &str) -> io::Result<u16> {
+    pub(crate) fn channel(&mut self, topic: &str, name: &TypeName, definition: &Bundle) -> io::Result<u16> {
         self.add(topic, name, definition, Durability::Volatile)
     }
 
-    fn add(&mut self, topic: &str, name: &str, definition: &str, durability: Durability) -> io::Result<u16> {
-        let name = name.replacen('/', "/msg/", 1);
-        let schema = self.mcap.add_schema(&name, "ros2msg", definition.as_bytes()).map_err(unwritten)?;
+    fn add(&mut self, topic: &str, name: &TypeName, definition: &Bundle, durability: Durability) -> io::Result<u16> {
+        let schema =
+            self.mcap.add_schema(&name.full(), "ros2msg", definition.to_string().as_bytes()).map_err(unwritten)?;
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), durability.profiles())]);
         self.mcap.add_channel(schema, topic, "cdr", &metadata).map_err(unwritten)
     }
 
-    pub(crate) fn write<T: Field>(&mut self, topic: &Topic<T>, time: Duration, message: &T) -> io::Result<()> {
+    pub(crate) fn write<T: RosMessage>(&mut self, topic: &Topic<T>, time: Duration, message: &T) -> io::Result<()> {
         self.write_with(topic.channel, time, |cdr| message.write(cdr))
     }
 
     /// Writes a message whose type is only known at run time.
-    pub(crate) fn write_with(&mut self, channel: u16, time: Duration, write: impl FnOnce(&mut Cdr)) -> io::Result<()> {
-        let mut cdr = Cdr::reusing(std::mem::take(&mut self.message));
+    pub(crate) fn write_with(
+        &mut self,
+        channel: u16,
+        time: Duration,
+        write: impl FnOnce(&mut CdrWriter),
+    ) -> io::Result<()> {
+        let mut cdr = CdrWriter::reusing(std::mem::take(&mut self.message));
         write(&mut cdr);
         self.message = cdr.bytes();
         let log_time = u64::try_from(time.as_nanos()).map_err(io::Error::other)?;

@@ -1,4 +1,4 @@
-//! The ROS 2 message types of the topics. Each is a struct, from which both its definition and its encoding are made.
+//! The ROS 2 message types of the topics, and what they are made from.
 //!
 //! The fields are those of ROS 2 Humble and later: the packages `builtin_interfaces` and `rcl_interfaces`
 //! (`ros2/rcl_interfaces`, Apache-2.0), `std_msgs`, `geometry_msgs`, `sensor_msgs`, `nav_msgs`, `diagnostic_msgs` and
@@ -6,181 +6,33 @@
 //! comments are left out: they do not affect the encoding.
 
 use std::borrow::Cow;
-use std::fmt::Write as _;
 use std::time::Duration;
 
 use maps::Pose as MapPose;
-
-use super::cdr::Cdr;
-
-/// What may be in a message.
-pub(crate) trait Field {
-    /// The type's name in definitions: `float64`, `std_msgs/Header`.
-    fn name() -> String;
-
-    /// Adds the definitions of this type and of those that it contains, each once: name and fields.
-    fn define(_definitions: &mut Vec<(String, String)>) {}
-
-    fn write(&self, cdr: &mut Cdr);
-
-    /// Writes several values, one after the other.
-    fn write_all(items: &[Self], cdr: &mut Cdr)
-    where
-        Self: Sized,
-    {
-        items.iter().for_each(|item| item.write(cdr));
-    }
-}
-
-/// The definition of a message in the `ros2msg` encoding: its fields, then those of the types in it.
-pub(crate) fn definition<T: Field>() -> String {
-    let mut definitions = Vec::new();
-    T::define(&mut definitions);
-    let mut types = definitions.into_iter();
-    let mut text = types.next().map(|(_, fields)| fields).unwrap_or_default();
-    types.for_each(|(name, fields)| add_definition(&mut text, &name, &fields));
-    text
-}
-
-/// Adds the definition of another type.
-pub(crate) fn add_definition(text: &mut String, name: &str, fields: &str) {
-    // Writing to a string cannot fail.
-    let _ = write!(text, "{}\nMSG: {name}\n{fields}", "=".repeat(80));
-}
-
-macro_rules! numbers {
-    ($($number:ty = $name:literal),*) => {$(
-        impl Field for $number {
-            fn name() -> String {
-                $name.to_owned()
-            }
-
-            fn write(&self, cdr: &mut Cdr) {
-                cdr.number(self.to_le_bytes());
-            }
-
-            fn write_all(items: &[Self], cdr: &mut Cdr) {
-                cdr.numbers(items.iter().map(|item| item.to_le_bytes()));
-            }
-        }
-    )*};
-}
-
-numbers!(u8 = "uint8", i8 = "int8", u16 = "uint16", i32 = "int32", u32 = "uint32", i64 = "int64", u64 = "uint64");
-numbers!(f32 = "float32", f64 = "float64");
-
-impl Field for bool {
-    fn name() -> String {
-        "bool".to_owned()
-    }
-
-    fn write(&self, cdr: &mut Cdr) {
-        cdr.number([u8::from(*self)]);
-    }
-}
-
-impl Field for String {
-    fn name() -> String {
-        "string".to_owned()
-    }
-
-    fn write(&self, cdr: &mut Cdr) {
-        cdr.text(self);
-    }
-}
+use ros_messages::{Byte, messages};
 
 /// The name of a frame; that of most is known at compile time.
 pub(crate) type Frame = Cow<'static, str>;
 
-impl Field for Frame {
-    fn name() -> String {
-        String::name()
-    }
-
-    fn write(&self, cdr: &mut Cdr) {
-        cdr.text(self);
-    }
-}
-
-impl<T: Field> Field for Vec<T> {
-    fn name() -> String {
-        T::name() + "[]"
-    }
-
-    fn define(definitions: &mut Vec<(String, String)>) {
-        T::define(definitions);
-    }
-
-    fn write(&self, cdr: &mut Cdr) {
-        cdr.length(self.len());
-        T::write_all(self, cdr);
-    }
-}
-
-/// ROS's `byte`: eight bits without a meaning.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Byte(pub(crate) u8);
-
-impl Field for Byte {
-    fn name() -> String {
-        "byte".to_owned()
-    }
-
-    fn write(&self, cdr: &mut Cdr) {
-        self.0.write(cdr);
-    }
-}
-
-macro_rules! messages {
-    ($($message:ident = $name:literal { $($field:ident: $kind:ty),* $(,)? })*) => {$(
-        #[derive(Clone, Debug, Default, PartialEq)]
-        pub(crate) struct $message {
-            $(pub(crate) $field: $kind,)*
-        }
-
-        impl Field for $message {
-            fn name() -> String {
-                $name.to_owned()
-            }
-
-            fn define(definitions: &mut Vec<(String, String)>) {
-                if definitions.iter().any(|(name, _)| name == $name) {
-                    return;
-                }
-                let mut fields = String::new();
-                $(
-                    fields += &format!("{} {}\n", <$kind>::name(), stringify!($field).trim_start_matches("r#"));
-                )*
-                definitions.push(($name.to_owned(), fields));
-                $(<$kind>::define(definitions);)*
-            }
-
-            fn write(&self, cdr: &mut Cdr) {
-                $(self.$field.write(cdr);)*
-            }
-        }
-    )*};
-}
-
 messages! {
-    Time = "builtin_interfaces/Time" { sec: i32, nanosec: u32 }
-    Span = "builtin_interfaces/Duration" { sec: i32, nanosec: u32 }
-    Header = "std_msgs/Header" { stamp: Time, frame_id: Frame }
-    Text = "std_msgs/String" { data: String }
-    Color = "std_msgs/ColorRGBA" { r: f32, g: f32, b: f32, a: f32 }
-    Point = "geometry_msgs/Point" { x: f64, y: f64, z: f64 }
-    Vector = "geometry_msgs/Vector3" { x: f64, y: f64, z: f64 }
-    Quaternion = "geometry_msgs/Quaternion" { x: f64, y: f64, z: f64, w: f64 }
-    Pose = "geometry_msgs/Pose" { position: Point, orientation: Quaternion }
-    PoseStamped = "geometry_msgs/PoseStamped" { header: Header, pose: Pose }
-    Transform = "geometry_msgs/Transform" { translation: Vector, rotation: Quaternion }
-    TransformStamped = "geometry_msgs/TransformStamped" {
+    pub(crate) Time = "builtin_interfaces/Time" { sec: i32, nanosec: u32 }
+    pub(crate) Span = "builtin_interfaces/Duration" { sec: i32, nanosec: u32 }
+    pub(crate) Header = "std_msgs/Header" { stamp: Time, frame_id: Frame }
+    pub(crate) Text = "std_msgs/String" { data: String }
+    pub(crate) Color = "std_msgs/ColorRGBA" { r: f32, g: f32, b: f32, a: f32 }
+    pub(crate) Point = "geometry_msgs/Point" { x: f64, y: f64, z: f64 }
+    pub(crate) Vector = "geometry_msgs/Vector3" { x: f64, y: f64, z: f64 }
+    pub(crate) Quaternion = "geometry_msgs/Quaternion" { x: f64, y: f64, z: f64, w: f64 }
+    pub(crate) Pose = "geometry_msgs/Pose" { position: Point, orientation: Quaternion }
+    pub(crate) PoseStamped = "geometry_msgs/PoseStamped" { header: Header, pose: Pose }
+    pub(crate) Transform = "geometry_msgs/Transform" { translation: Vector, rotation: Quaternion }
+    pub(crate) TransformStamped = "geometry_msgs/TransformStamped" {
         header: Header,
         child_frame_id: Frame,
         transform: Transform,
     }
-    Transforms = "tf2_msgs/TFMessage" { transforms: Vec<TransformStamped> }
-    LaserScan = "sensor_msgs/LaserScan" {
+    pub(crate) Transforms = "tf2_msgs/TFMessage" { transforms: Vec<TransformStamped> }
+    pub(crate) LaserScan = "sensor_msgs/LaserScan" {
         header: Header,
         angle_min: f32,
         angle_max: f32,
@@ -192,8 +44,8 @@ messages! {
         ranges: Vec<f32>,
         intensities: Vec<f32>,
     }
-    PointField = "sensor_msgs/PointField" { name: String, offset: u32, datatype: u8, count: u32 }
-    PointCloud = "sensor_msgs/PointCloud2" {
+    pub(crate) PointField = "sensor_msgs/PointField" { name: String, offset: u32, datatype: u8, count: u32 }
+    pub(crate) PointCloud = "sensor_msgs/PointCloud2" {
         header: Header,
         height: u32,
         width: u32,
@@ -204,7 +56,7 @@ messages! {
         data: Vec<u8>,
         is_dense: bool,
     }
-    Image = "sensor_msgs/Image" {
+    pub(crate) Image = "sensor_msgs/Image" {
         header: Header,
         height: u32,
         width: u32,
@@ -213,8 +65,8 @@ messages! {
         step: u32,
         data: Vec<u8>,
     }
-    CompressedImage = "sensor_msgs/CompressedImage" { header: Header, format: String, data: Vec<u8> }
-    BatteryState = "sensor_msgs/BatteryState" {
+    pub(crate) CompressedImage = "sensor_msgs/CompressedImage" { header: Header, format: String, data: Vec<u8> }
+    pub(crate) BatteryState = "sensor_msgs/BatteryState" {
         header: Header,
         voltage: f32,
         temperature: f32,
@@ -232,18 +84,18 @@ messages! {
         location: String,
         serial_number: String,
     }
-    MapMetaData = "nav_msgs/MapMetaData" {
+    pub(crate) MapMetaData = "nav_msgs/MapMetaData" {
         map_load_time: Time,
         resolution: f32,
         width: u32,
         height: u32,
         origin: Pose,
     }
-    OccupancyGrid = "nav_msgs/OccupancyGrid" { header: Header, info: MapMetaData, data: Vec<i8> }
-    Path = "nav_msgs/Path" { header: Header, poses: Vec<PoseStamped> }
-    TexturePoint = "visualization_msgs/UVCoordinate" { u: f32, v: f32 }
-    MeshFile = "visualization_msgs/MeshFile" { filename: String, data: Vec<u8> }
-    Marker = "visualization_msgs/Marker" {
+    pub(crate) OccupancyGrid = "nav_msgs/OccupancyGrid" { header: Header, info: MapMetaData, data: Vec<i8> }
+    pub(crate) Path = "nav_msgs/Path" { header: Header, poses: Vec<PoseStamped> }
+    pub(crate) TexturePoint = "visualization_msgs/UVCoordinate" { u: f32, v: f32 }
+    pub(crate) MeshFile = "visualization_msgs/MeshFile" { filename: String, data: Vec<u8> }
+    pub(crate) Marker = "visualization_msgs/Marker" {
         header: Header,
         ns: String,
         id: i32,
@@ -264,17 +116,17 @@ messages! {
         mesh_file: MeshFile,
         mesh_use_embedded_materials: bool,
     }
-    Markers = "visualization_msgs/MarkerArray" { markers: Vec<Marker> }
-    KeyValue = "diagnostic_msgs/KeyValue" { key: String, value: String }
-    Status = "diagnostic_msgs/DiagnosticStatus" {
+    pub(crate) Markers = "visualization_msgs/MarkerArray" { markers: Vec<Marker> }
+    pub(crate) KeyValue = "diagnostic_msgs/KeyValue" { key: String, value: String }
+    pub(crate) Status = "diagnostic_msgs/DiagnosticStatus" {
         level: Byte,
         name: String,
         message: String,
         hardware_id: String,
         values: Vec<KeyValue>,
     }
-    Statuses = "diagnostic_msgs/DiagnosticArray" { header: Header, status: Vec<Status> }
-    Log = "rcl_interfaces/Log" {
+    pub(crate) Statuses = "diagnostic_msgs/DiagnosticArray" { header: Header, status: Vec<Status> }
+    pub(crate) Log = "rcl_interfaces/Log" {
         stamp: Time,
         level: u8,
         name: String,
@@ -283,8 +135,8 @@ messages! {
         function: String,
         line: u32,
     }
-    Moment = "steward_msgs/Event" { step: u64, tick: u64 }
-    Records = "steward_msgs/Records" { format: u32, checksum: u32, records: Vec<u8> }
+    pub(crate) Moment = "steward_msgs/Event" { step: u64, tick: u64 }
+    pub(crate) Records = "steward_msgs/Records" { format: u32, checksum: u32, records: Vec<u8> }
 }
 
 impl From<Duration> for Time {
@@ -364,6 +216,8 @@ impl PointCloud {
 
 #[cfg(test)]
 mod tests {
+    use ros_messages::{CdrWriter, RosMessage, RosType};
+
     use super::*;
 
     #[test]
@@ -376,14 +230,14 @@ mod tests {
              geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n{rule}\nMSG: geometry_msgs/Quaternion\nfloat64 x\n\
              float64 y\nfloat64 z\nfloat64 w\n"
         );
-        assert_eq!(definition::<PoseStamped>(), expected);
-        assert!(definition::<Marker>().contains("int32 type\n"));
+        assert_eq!(PoseStamped::definition().to_string(), expected);
+        assert!(Marker::definition().to_string().contains("int32 type\n"));
     }
 
     #[test]
     fn numbers_are_aligned_to_their_size_after_the_encoding() {
         let log = Log { level: 7, name: "a".to_owned(), line: 9, ..Log::default() };
-        let mut cdr = Cdr::reusing(Vec::new());
+        let mut cdr = CdrWriter::reusing(Vec::new());
         log.write(&mut cdr);
         let text = [1, 0, 0, 0, 0, 0, 0, 0];
         let expected = [
@@ -397,7 +251,7 @@ mod tests {
             &[9, 0, 0, 0],
         ];
         assert_eq!(cdr.bytes(), expected.concat());
-        let mut cdr = Cdr::reusing(Vec::new());
+        let mut cdr = CdrWriter::reusing(Vec::new());
         1_u8.write(&mut cdr);
         2.0_f64.write(&mut cdr);
         assert_eq!(cdr.bytes(), [&[0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0][..], &2.0_f64.to_le_bytes()].concat());

@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Bag, Decoder, Definitions, Layout, Structure, Want};
+use bags::{Bag, Definitions};
 use maps::{Cell, OccupancyGrid, Pose, pose};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
+use ros_messages::{Decoder, Layout, Structure, Want};
 
 /// The topics to read. If none is named, it is the only one of its type.
 #[derive(Clone, Debug, Default)]

@@ -1,0 +1,151 @@
+//! The contents of a bag, and a mapping to start from.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use ros_messages::{Constant, Value};
+
+use crate::definitions::Definitions;
+use crate::path::{End, Leaf, leaves};
+use crate::storage::Bag;
+
+/// What a bag contains.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// The topics, by name.
+    pub topics: Vec<Listed>,
+    /// When the first message was recorded, in nanoseconds since 1970, if there is any.
+    pub start_ns: Option<i64>,
+    /// From the first message to the last, in seconds.
+    pub duration_s: f64,
+    /// Damaged or missing parts, in words.
+    pub lost: Vec<String>,
+}
+
+/// A topic of a bag.
+#[derive(Clone, Debug)]
+pub struct Listed {
+    /// Its name.
+    pub name: String,
+    /// The type of its messages.
+    pub kind: String,
+    /// The number of messages.
+    pub messages: u64,
+    /// The average number of messages per second, if it is meaningful.
+    pub rate_hz: Option<f64>,
+    /// The paths of fields that can be values, with the kinds of their values; or why there are none.
+    pub fields: Result<Vec<(String, &'static str)>, String>,
+    entry: String,
+}
+
+/// No more fields than this are proposed: nobody would read them.
+const MOST_FIELDS: usize = 16;
+
+impl Contents {
+    /// The contents of a bag, with the definitions in it and in some folders.
+    #[must_use]
+    pub fn of(bag: &Bag, definitions: &Definitions<'_>) -> Self {
+        let survey = bag.survey();
+        let duration_s = survey.span_ns.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 * 1e-9);
+        let mut names = BTreeSet::new();
+        let mut topics: Vec<Listed> = survey
+            .topics
+            .iter()
+            .zip(&survey.counts)
+            .map(|(topic, messages)| {
+                let layout = definitions.layout(topic);
+                let found = layout.as_deref().map(leaves).unwrap_or_default();
+                let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
+                let entry = if names.insert(topic.name.clone()) {
+                    entry(&topic.name, &topic.kind, &found)
+                } else {
+                    String::new()
+                };
+                Listed {
+                    name: topic.name.clone(),
+                    kind: topic.kind.clone(),
+                    messages: *messages,
+                    rate_hz: (*messages > 1 && duration_s > 0.0).then(|| (*messages - 1) as f64 / duration_s),
+                    fields: layout.map(|_| fields).map_err(|undefined| undefined.to_string()),
+                    entry,
+                }
+            })
+            .collect();
+        topics.sort_by(|a, b| a.name.cmp(&b.name));
+        Self { topics, start_ns: survey.span_ns.map(|(first, _)| first), duration_s, lost: survey.lost.clone() }
+    }
+
+    /// A mapping of all topics that can be mapped, as a starting point; none if no topic can.
+    #[must_use]
+    pub fn proposal(&self) -> Option<String> {
+        let entries: String =
+            self.topics.iter().filter(|topic| topic.messages > 0).map(|topic| topic.entry.as_str()).collect();
+        (!entries.is_empty()).then(|| format!("tick_s = 1.0\ntime = \"log\"\n{entries}"))
+    }
+}
+
+fn what(end: End) -> &'static str {
+    match end {
+        End::Bool => "true or false",
+        End::Int => "an integer",
+        End::Real => "a number",
+        End::Text => "a string",
+        End::Bytes => "bytes",
+        End::Time => "a stamp",
+    }
+}
+
+/// The entry of a topic in a mapping; empty if no field can be mapped.
+fn entry(topic: &str, kind: &str, leaves: &[Leaf<'_>]) -> String {
+    let leaves: Vec<&Leaf<'_>> =
+        leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
+    if leaves.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "\n[[messages]] # {kind}\ntopic = {topic:?}\nfrom = \"{}\"\nto = \"monitor\"\n[messages.fields]\n",
+        process(topic)
+    );
+    let mut names = BTreeSet::new();
+    for leaf in leaves.iter().take(MOST_FIELDS) {
+        let mut name = leaf.path.replace("[-1]", "").replace('.', "_");
+        while !names.insert(name.clone()) {
+            name.push('_');
+        }
+        // Writing to a string cannot fail.
+        let _ = match symbols(leaf) {
+            Some(symbols) => writeln!(text, "{name} = {{ path = \"{}\", symbols = {{ {symbols} }} }}", leaf.path),
+            None => writeln!(text, "{name} = \"{}\"", leaf.path),
+        };
+    }
+    if leaves.len() > MOST_FIELDS {
+        let _ = writeln!(text, "# {} more", leaves.len() - MOST_FIELDS);
+    }
+    text
+}
+
+/// The name of a process for a topic.
+fn process(topic: &str) -> String {
+    let letters = topic.trim_matches('/').chars();
+    let name: String = letters.map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' }).collect();
+    match name.chars().next() {
+        Some(first) if first.is_ascii_alphabetic() && name != "monitor" => name,
+        _ => format!("topic_{name}"),
+    }
+}
+
+/// The symbols of an integer whose message has constants for it: `STATUS_ABORTED` for `status`.
+fn symbols(leaf: &Leaf<'_>) -> Option<String> {
+    let field = leaf.path.rsplit('.').next().filter(|_| leaf.end == End::Int)?;
+    let prefix = format!("{}_", field.to_ascii_uppercase());
+    let mut seen = BTreeSet::new();
+    let named = leaf.constants.iter().filter_map(|Constant { name, value, .. }| match value {
+        Value::Int(number) => {
+            let name = name.strip_prefix(&prefix)?;
+            seen.insert(*number).then(|| format!("{number} = {name:?}"))
+        }
+        _ => None,
+    });
+    let named: Vec<String> = named.collect();
+    (!named.is_empty()).then(|| named.join(", "))
+}

@@ -1,0 +1,325 @@
+//! The events of a bag, in order.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
+use ros_messages::Mismatch;
+
+use crate::mapping::{Clock, Compiled, Entry, Mapping, Number, Rule};
+use crate::path::{End, Path};
+use crate::storage::{Bag, Head, Messages};
+
+/// A stamp that is more ticks away than this is considered wrong.
+const LONGEST_PAUSE: i64 = 10_000_000;
+
+/// The ticks and messages of a bag, one after the other, as a mapping makes them from the bag's messages.
+///
+/// The first mapped message and the first tick are at time 0. Messages that do not become events are
+/// [counted](Self::notes), and the first of them comes as [`Found::LeftOut`].
+pub struct Events {
+    messages: Messages,
+    compiled: Compiled,
+    topics: Vec<String>,
+    body: Vec<u8>,
+    /// The last decoded message of each topic, whose memory is reused.
+    decoded: Vec<ros_messages::Value>,
+    /// What has been read but not returned, by time and order in the bag.
+    waiting: VecDeque<(i64, ChannelId, Message)>,
+    /// The latest time read.
+    newest_ns: i64,
+    is_over: bool,
+    tick_ns: i64,
+    reorder_ns: i64,
+    /// When the first message of the bag was recorded.
+    first_ns: i64,
+    start_ns: Option<i64>,
+    last_ns: i64,
+    ticks: u64,
+    steps: u64,
+    left_out: BTreeMap<(usize, Reason), (u64, String)>,
+    /// Files of the bag that are missing, in words. They may have had messages of any time.
+    missing_files: Vec<String>,
+    /// Whether the caller knows that something is missing.
+    is_gap_reported: bool,
+    /// How many messages came too late, and the greatest delay.
+    late: (u64, i64),
+}
+
+/// What a log contains next.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// A tick or a message.
+    Event(Event),
+    /// From here on, any number of messages may be missing: the first of them, and why. This comes once.
+    LeftOut(String),
+}
+
+/// Why a message does not become an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Reason {
+    /// It is not a message of its type.
+    Mismatch(Mismatch),
+    /// It has no stamp, or one that is far from the others.
+    Stamp,
+    /// A value has no symbol.
+    Symbol,
+    /// An integer that no value can be without being rounded.
+    Range,
+    /// The channel does not carry it.
+    Channel,
+}
+
+impl Events {
+    /// The events of a bag.
+    #[must_use]
+    pub fn new(bag: &Bag, mapping: &Mapping, compiled: Compiled) -> Self {
+        let wanted = compiled.entries.iter().enumerate().filter(|(_, entries)| !entries.is_empty());
+        let wanted: Vec<usize> = wanted.map(|(topic, _)| topic).collect();
+        let ns = |duration: Duration| i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX);
+        Self {
+            messages: bag.messages(&wanted),
+            compiled,
+            topics: bag.survey().topics.iter().map(|topic| topic.name.clone()).collect(),
+            body: Vec::new(),
+            decoded: vec![ros_messages::Value::Passed; bag.survey().topics.len()],
+            waiting: VecDeque::new(),
+            newest_ns: i64::MIN,
+            is_over: false,
+            tick_ns: ns(mapping.tick).max(1),
+            reorder_ns: ns(mapping.reorder),
+            first_ns: bag.survey().first_ns(),
+            start_ns: None,
+            last_ns: 0,
+            ticks: 0,
+            steps: 0,
+            left_out: BTreeMap::new(),
+            missing_files: bag.survey().lost.clone(),
+            is_gap_reported: false,
+            late: (0, 0),
+        }
+    }
+
+    /// The time of the first event, if there was one: in nanoseconds since 1970 if the stamps are.
+    #[must_use]
+    pub fn start_ns(&self) -> Option<i64> {
+        self.start_ns
+    }
+
+    /// What is missing from the events so far, in words: damage, and which messages did not become events and why.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
+            let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
+            let why = match reason {
+                Reason::Mismatch(mismatch) => format!("the bytes do not fit the definition: {mismatch}"),
+                Reason::Stamp => "the stamp is 0, or far from those of other messages".to_owned(),
+                Reason::Symbol => "the mapping has no symbol for the value".to_owned(),
+                Reason::Range => "the integer does not fit into 64 bits, or not exactly into a real number".to_owned(),
+                Reason::Channel => "the channel does not carry such a message".to_owned(),
+            };
+            format!("{count} {messages} on {} {are} left out: {why}; the first: {first}", self.topics[*topic])
+        });
+        let late = (self.late.0 > 0).then(|| {
+            format!(
+                "{} messages come up to {:.3} s too late and get the time of the message before them; `reorder_s` \
+                 sets how long to wait for them",
+                self.late.0,
+                self.late.1 as f64 * 1e-9
+            )
+        });
+        self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
+    }
+
+    /// Reads the next message of the bag, and puts what it becomes in order. Messages are recorded nearly in the order
+    /// of their times, so the place is searched from the end.
+    fn fill(&mut self) {
+        let Some(head) = self.messages.next_into(&mut self.body) else {
+            self.is_over = true;
+            return;
+        };
+        for (channel, entry) in &self.compiled.entries[head.topic] {
+            let first = |mismatch| (Reason::Mismatch(mismatch), crate::after_first(head.log_ns, self.first_ns));
+            let decoded = &mut self.decoded[head.topic];
+            let decoding = entry.decoder.decode_into(&self.body, decoded).map_err(first);
+            match decoding.and_then(|()| event(entry, head, decoded)) {
+                Ok(None) => {}
+                Ok(Some((time_ns, message))) => {
+                    // A wrong stamp must not open a pause of millions of ticks, nor make all others late.
+                    let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
+                    let is_first = self.start_ns.is_none() && self.waiting.is_empty();
+                    let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
+                    let longest_ns = self.tick_ns.saturating_mul(LONGEST_PAUSE);
+                    if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause_ns > longest_ns {
+                        note(&mut self.left_out, head.topic, Reason::Stamp, || crate::moment(time_ns));
+                    } else if !self.compiled.topology.carries(*channel, &message) {
+                        note(&mut self.left_out, head.topic, Reason::Channel, || message.to_string());
+                    } else {
+                        self.newest_ns = self.newest_ns.max(time_ns);
+                        let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
+                        let place = place.map_or(0, |place| place + 1);
+                        if place == self.waiting.len() {
+                            self.waiting.push_back((time_ns, *channel, message));
+                        } else {
+                            self.waiting.insert(place, (time_ns, *channel, message));
+                        }
+                    }
+                }
+                Err((reason, first)) => note(&mut self.left_out, head.topic, reason, || first),
+            }
+        }
+    }
+
+    /// Whether anything is missing so far. A message that does not become an event is noticed when it is read, which is
+    /// before any event that it could precede.
+    fn is_incomplete(&self) -> bool {
+        !self.missing_files.is_empty() || !self.left_out.is_empty() || !self.messages.lost().is_empty()
+    }
+
+    fn since_start(&self, time_ns: i64) -> Duration {
+        Duration::from_nanos(time_ns.saturating_sub(self.start_ns.unwrap_or(time_ns)).max(0).unsigned_abs())
+    }
+}
+
+impl Iterator for Events {
+    type Item = Found;
+
+    fn next(&mut self) -> Option<Found> {
+        loop {
+            if !self.is_gap_reported && self.is_incomplete() {
+                self.is_gap_reported = true;
+                let missing = self.missing_files.first().cloned();
+                return Some(Found::LeftOut(missing.or_else(|| self.notes().into_iter().next()).unwrap_or_default()));
+            }
+            // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
+            // end. Ticks that are due before it come first; its time is at least that of what has been returned.
+            match self.waiting.front().map(|(time_ns, ..)| *time_ns) {
+                Some(time_ns) if self.is_over || time_ns.saturating_add(self.reorder_ns) <= self.newest_ns => {
+                    let start_ns = *self.start_ns.get_or_insert(time_ns);
+                    let begun = if self.ticks == 0 { time_ns } else { self.last_ns };
+                    let now_ns = time_ns.max(begun);
+                    let ticks = i64::try_from(self.ticks).unwrap_or(i64::MAX);
+                    let tick_ns = start_ns.saturating_add(ticks.saturating_mul(self.tick_ns));
+                    if tick_ns <= now_ns {
+                        let (tick, time) = (self.ticks, self.since_start(tick_ns));
+                        self.ticks += 1;
+                        self.last_ns = tick_ns;
+                        return Some(Found::Event(Event { step: self.steps, tick, time, kind: EventKind::Tick }));
+                    }
+                    let (_, channel, message) = self.waiting.pop_front()?;
+                    if time_ns < now_ns {
+                        self.late = (self.late.0 + 1, self.late.1.max(now_ns - time_ns));
+                    }
+                    self.last_ns = now_ns;
+                    self.steps += 1;
+                    let kind = EventKind::Received { channel, message };
+                    let time = self.since_start(now_ns);
+                    return Some(Found::Event(Event { step: self.steps, tick: self.ticks - 1, time, kind }));
+                }
+                _ if self.is_over => return None,
+                _ => self.fill(),
+            }
+        }
+    }
+}
+
+fn note(
+    left_out: &mut BTreeMap<(usize, Reason), (u64, String)>,
+    topic: usize,
+    reason: Reason,
+    first: impl FnOnce() -> String,
+) {
+    left_out.entry((topic, reason)).or_insert_with(|| (0, first())).0 += 1;
+}
+
+/// The time and the message of an event; none if the mapping's conditions exclude it.
+fn event(entry: &Entry, head: Head, decoded: &ros_messages::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
+    for test in &entry.tests {
+        let value = value_at(decoded, &test.path, &test.text, Number::Plain)?;
+        if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
+            return Ok(None);
+        }
+    }
+    let time_ns = match &entry.clock {
+        Clock::Log => head.log_ns,
+        Clock::Publish => head.publish_ns,
+        // The array item with the stamp may be missing.
+        Clock::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
+    };
+    // Collecting the values directly needs no memory besides that of the message.
+    let mut refused = None;
+    let message = Message::new(entry.fields.iter().map(|rule| {
+        field(rule, decoded).unwrap_or_else(|why| {
+            refused.get_or_insert(why);
+            none()
+        })
+    }));
+    refused.map_or(Ok(Some((time_ns, message))), Err)
+}
+
+/// The value of a field.
+fn field(rule: &Rule, decoded: &ros_messages::Value) -> Result<Value, (Reason, String)> {
+    match rule {
+        Rule::Constant(value) => Ok(value.clone()),
+        Rule::Path { path, text, number } => value_at(decoded, path, text, *number),
+        Rule::Symbols { path, text, symbols } => {
+            let value = value_at(decoded, path, text, Number::Plain)?;
+            let written = as_written(&value);
+            match symbols.iter().find(|(known, _)| *known == written) {
+                Some((_, symbol)) => Ok(Value::Symbol(symbol.clone())),
+                // An item that the array does not have is not an unknown value.
+                None if path.find(decoded).is_none() => Ok(none()),
+                None => Err((Reason::Symbol, format!("`{text}` is {written}"))),
+            }
+        }
+    }
+}
+
+/// The value at a path; `<none>` if the array does not have the item, and for NaN.
+fn value_at(message: &ros_messages::Value, path: &Path, text: &str, number: Number) -> Result<Value, (Reason, String)> {
+    let value = match (path.find(message), path.end) {
+        (Some(ros_messages::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
+        (Some(ros_messages::Value::Int(integer)), _) => {
+            // `<none>` is neither less nor greater than any number, so it cannot stand for a large integer.
+            let value = number.of_integer(*integer);
+            Some(value.ok_or_else(|| (Reason::Range, format!("`{text}` is {integer}")))?)
+        }
+        (Some(ros_messages::Value::Real(real)), _) => {
+            Some(real * number.scale()).filter(|number| !number.is_nan()).map(Value::Real)
+        }
+        (Some(ros_messages::Value::Text(text)), _) => Some(Value::from(text.as_str())),
+        (Some(ros_messages::Value::List(bytes)), End::Bytes) => {
+            let digits = bytes.iter().map(|byte| {
+                if let ros_messages::Value::Int(byte) = byte { format!("{byte:02x}") } else { String::new() }
+            });
+            Some(Value::from(digits.collect::<String>().as_str()))
+        }
+        (Some(time), End::Time) => stamp_ns(time).map(|ns| Value::Real(ns as f64 * 1e-9)),
+        _ => None,
+    };
+    Ok(value.unwrap_or_else(none))
+}
+
+fn none() -> Value {
+    Value::symbol(FieldKind::NONE)
+}
+
+fn stamp_ns(stamp: &ros_messages::Value) -> Option<i64> {
+    let ros_messages::Value::Message(fields) = stamp else { return None };
+    let [ros_messages::Value::Int(seconds), ros_messages::Value::Int(ns)] = fields.as_slice() else { return None };
+    i64::try_from(seconds * 1_000_000_000 + ns).ok()
+}
+
+fn is_same(wanted: &Value, value: &Value) -> bool {
+    wanted.order(value).map_or(wanted == value, Ordering::is_eq)
+}
+
+/// A value as written in a table's key.
+fn as_written(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.to_string(),
+        Value::Symbol(symbol) => symbol.name().to_owned(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,112 @@
+//! Reads ROS 2 recordings: their messages become events on channels.
+//!
+//! A [`Bag`] is what rosbag2 writes: an MCAP file with any of its compressions, an SQLite file (with the feature
+//! `sqlite`), or a folder of several files. It need not have been closed: everything before the damage is read, and the
+//! loss is described in words.
+//!
+//! A [`Mapping`] is a TOML file that says which messages of a bag pass on which channel, and which of their fields
+//! become the fields of the channel's messages. [`Mapping::compile`] checks it against the bag, whose messages are
+//! decoded with the [definitions](Definitions) in the bag itself or in folders. [`Events`] then yields the ticks and
+//! messages one after the other, as an event log does, so the same monitors can judge them. Only mapped topics are
+//! decoded, and memory does not grow with the bag.
+//!
+//! [`Contents`] lists what a bag contains, and proposes a mapping.
+//!
+//! # Inside
+//! `storage` reads the files, one module per format; `layout` resolves the definitions, which `interfaces` parses;
+//! `cdr` decodes the wanted parts of a message and skips the rest; `mapping` is the user's file, and `mapping/compile`
+//! what it means for a bag; `events` puts messages in order and makes the ticks. `contents` lists a bag and proposes a
+//! mapping.
+
+mod contents;
+mod definitions;
+mod events;
+mod mapping;
+mod path;
+mod storage;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+pub use contents::{Contents, Listed};
+pub use definitions::Definitions;
+pub use events::{Events, Found};
+pub use mapping::{Compiled, Mapping};
+pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
+
+/// Why a bag cannot be read at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system could not read it.
+    #[error(transparent)]
+    Read(#[from] diagnostics::Error),
+    /// It is neither a file of a known format nor a folder with one.
+    #[error("{} is not a bag", .0.display())]
+    NoBag(PathBuf),
+    /// It is empty.
+    #[error("{} is empty", .0.display())]
+    Empty(PathBuf),
+    /// The whole file is compressed.
+    #[error("{} is compressed as a whole", .0.display())]
+    Packed(PathBuf),
+    /// It is an SQLite file, which this build cannot read.
+    #[error("{} is an SQLite file, which this build cannot read", .0.display())]
+    NoSqlite(PathBuf),
+    /// SQLite could not read it.
+    #[error("{}: {problem}", path.display())]
+    Sqlite {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// How to fix it.
+    #[must_use]
+    pub fn help(&self) -> String {
+        match self {
+            Self::Read(_) => "a bag is a file `.mcap` or `.db3`, or the folder that contains them".to_owned(),
+            Self::NoBag(_) => {
+                "a bag is a file `.mcap` or `.db3` that rosbag2 wrote, or the folder that contains them".to_owned()
+            }
+            Self::Empty(_) => "the recorder was stopped before it wrote anything".to_owned(),
+            Self::Packed(path) => format!("decompress it: `zstd -d {}`", path.display()),
+            Self::NoSqlite(path) => {
+                let stem = path.with_extension("");
+                format!(
+                    "build with `--features sqlite`, which needs a C compiler; or convert it: `rosbags-convert --src {} \
+                     --dst {}-mcap --dst-storage mcap`",
+                    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new(".")).display(),
+                    stem.display()
+                )
+            }
+            Self::Sqlite { .. } => "the file is damaged, or another program is writing it".to_owned(),
+        }
+    }
+}
+
+/// A moment as people write it: a date, or seconds if the clock apparently does not count from 1970.
+#[must_use]
+pub fn moment(ns: i64) -> String {
+    const YEAR_2000_NS: i64 = 946_684_800_000_000_000;
+    if ns < YEAR_2000_NS {
+        return format!("{:.3} s", ns as f64 * 1e-9);
+    }
+    chrono::DateTime::from_timestamp_nanos(ns).format("%Y-%m-%d %H:%M:%S%.3f UTC").to_string()
+}
+
+/// How long after the first message of a bag something was recorded, in words.
+fn after_first(ns: i64, first_ns: i64) -> String {
+    format!("{:.3} s after the first message of the bag", ns.saturating_sub(first_ns) as f64 * 1e-9)
+}
+
+/// Nanoseconds since 1970 as seconds, without rounding.
+#[must_use]
+pub fn seconds(ns: i64) -> String {
+    let sign = if ns < 0 { "-" } else { "" };
+    format!("{sign}{}.{:09}", (ns / 1_000_000_000).unsigned_abs(), (ns % 1_000_000_000).unsigned_abs())
+}

@@ -1,0 +1,349 @@
+//! Compares a mapping with a bag: which bytes become which events.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topology, Value};
+use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest_or_all};
+use ros_messages::{Decoder, Layout, Want};
+
+use super::{Mapped, Mapping, Source};
+use crate::definitions::Definitions;
+use crate::path::{End, Path};
+use crate::storage::Survey;
+
+/// A mapping that fits a bag.
+#[derive(Debug)]
+pub struct Compiled {
+    /// The processes and channels.
+    pub topology: Arc<Topology>,
+    /// The entries for each topic of the bag, by its index.
+    pub(crate) entries: Vec<Vec<(ChannelId, Entry)>>,
+}
+
+/// How a message becomes an event.
+#[derive(Debug)]
+pub(crate) struct Entry {
+    pub(crate) decoder: Decoder,
+    pub(crate) clock: Clock,
+    pub(crate) tests: Vec<Test>,
+    pub(crate) fields: Vec<Rule>,
+}
+
+/// The source of a message's time.
+#[derive(Clone, Debug)]
+pub(crate) enum Clock {
+    Log,
+    Publish,
+    Field(Path),
+}
+
+/// A path that must have one of these values.
+#[derive(Debug)]
+pub(crate) struct Test {
+    pub(crate) path: Path,
+    pub(crate) text: String,
+    pub(crate) values: Vec<Value>,
+}
+
+/// How a field gets its value.
+#[derive(Debug)]
+pub(crate) enum Rule {
+    Constant(Value),
+    Path { path: Path, text: String, number: Number },
+    Symbols { path: Path, text: String, symbols: Vec<(String, Symbol)> },
+}
+
+/// What becomes of a number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Number {
+    /// An integer remains one.
+    Plain,
+    /// The channel has real numbers.
+    Real,
+    /// The mapping has a scale, so the number is real, and rounded.
+    Scaled(f64),
+}
+
+impl Number {
+    /// The value of an integer; none if it does not fit.
+    pub(crate) fn of_integer(self, integer: i128) -> Option<Value> {
+        match self {
+            Self::Plain => i64::try_from(integer).ok().map(Value::Int),
+            Self::Real => i64::try_from(integer).ok().and_then(exact),
+            Self::Scaled(scale) => Some(Value::Real(integer as f64 * scale)),
+        }
+    }
+
+    pub(crate) fn scale(self) -> f64 {
+        if let Self::Scaled(scale) = self { scale } else { 1.0 }
+    }
+}
+
+/// The real number that is equal to an integer, if there is one.
+fn exact(integer: i64) -> Option<Value> {
+    let real = Value::Real(integer as f64);
+    real.order(&Value::Int(integer)).is_some_and(Ordering::is_eq).then_some(real)
+}
+
+impl Entry {
+    /// Turns integers into real numbers where the channel has real numbers.
+    ///
+    /// # Errors
+    /// A constant that would be rounded.
+    fn suit(&mut self, shape: &Shape, domain: &Domain) -> Result<(), i64> {
+        let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return Ok(()) };
+        for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
+            let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
+            match rule {
+                Rule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => *number = Number::Real,
+                Rule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => match exact(*integer) {
+                    Some(real) => *rule = Rule::Constant(real),
+                    None => return Err(*integer),
+                },
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Mapping {
+    /// Compares the mapping with the contents of a bag. The channels are those of `topology`, or else those that the
+    /// mapping itself declares.
+    ///
+    /// # Errors
+    /// Everything that does not fit, with its location in the mapping.
+    pub fn compile(
+        &self,
+        survey: &Survey,
+        topology: Option<&Arc<Topology>>,
+        read: ReadFile<'_>,
+    ) -> Result<Compiled, FileProblems> {
+        let definitions = Definitions { topics: &survey.topics, folders: &self.folders, read };
+        let mut problems = Vec::new();
+        let mut shapes: Shapes = BTreeMap::new();
+        let mut found = Vec::new();
+        for mapped in &self.messages {
+            match self.entries_of(mapped, survey, &definitions, &mut problems) {
+                Some((entries, shape)) => {
+                    let channel = (mapped.from.value.clone(), mapped.to.value.clone());
+                    shapes.entry(channel).or_default().push(shape.clone());
+                    found.push((mapped, entries, shape));
+                }
+                None => continue,
+            }
+        }
+        FileProblems::none_of(std::mem::take(&mut problems))?;
+        let topology = match topology {
+            Some(topology) => Arc::clone(topology),
+            None => Arc::new(declared(found.iter().map(|(mapped, ..)| *mapped), shapes)?),
+        };
+        let mut entries: Vec<Vec<(ChannelId, Entry)>> = survey.topics.iter().map(|_| Vec::new()).collect();
+        for (mapped, made, shape) in found {
+            let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
+            for (topic, mut entry) in made {
+                if let Err(integer) = entry.suit(&shape, &topology.get(channel).domain) {
+                    let problem =
+                        mapped.span.problem(format!("{integer} would be rounded: the channel has real numbers"));
+                    problems.push(problem.with_label("these messages").with_help("choose a constant below 2^53"));
+                }
+                entries[topic].push((channel, entry));
+            }
+        }
+        FileProblems::none_of(problems)?;
+        Ok(Compiled { topology, entries })
+    }
+
+    /// An entry and the shape of its messages, for each topic of that name: in a bag, one name may have several types.
+    fn entries_of(
+        &self,
+        mapped: &Mapped,
+        survey: &Survey,
+        definitions: &Definitions<'_>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<(Vec<(usize, Entry)>, Shape)> {
+        let topics = survey.topics.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
+        // The last type decides the shape; messages of another one that do not fit are left out when they are read.
+        let (mut entries, mut shape) = (Vec::new(), None);
+        for (index, topic) in topics {
+            let layout = match definitions.layout(topic) {
+                Ok(layout) => layout,
+                Err(undefined) => {
+                    let problem = mapped.topic.span.problem(undefined.why).with_label("this topic");
+                    problems.push(problem.with_help(undefined.help));
+                    return None;
+                }
+            };
+            let before = problems.len();
+            let made = self.entry(mapped, layout, problems);
+            if problems.len() > before {
+                return None;
+            }
+            let (entry, of_entry) = made?;
+            entries.push((index, entry));
+            shape = Some(of_entry);
+        }
+        if shape.is_none() {
+            let mut names: Vec<&str> = survey.topics.iter().map(|topic| topic.name.as_str()).collect();
+            names.sort_unstable();
+            let problem = mapped.topic.span.problem(format!("the bag contains no topic `{}`", mapped.topic.value));
+            problems.push(problem.with_label("this topic").with_help(nearest_or_all(
+                &mapped.topic.value,
+                "topics",
+                &names,
+            )));
+        }
+        Some((entries, shape?))
+    }
+
+    fn entry(&self, mapped: &Mapped, layout: Arc<Layout>, problems: &mut Vec<Problem>) -> Option<(Entry, Shape)> {
+        // Every path that is resolved is also wanted, so the decoder skips the rest of the message.
+        let mut want = Want::Nothing;
+        let mut resolve =
+            |text: &Spanned<String>, problems: &mut Vec<Problem>| match Path::resolve(&text.value, &layout) {
+                Ok(path) => {
+                    path.want(&layout, &mut want);
+                    Some(path)
+                }
+                Err(why) => {
+                    problems.push(text.span.problem(why).with_label(format!("in messages of {}", layout.name)));
+                    None
+                }
+            };
+        let time = mapped.time.as_ref().unwrap_or(&self.time);
+        let clock = match time.value.as_str() {
+            "log" => Some(Clock::Log),
+            "publish" => Some(Clock::Publish),
+            _ => match resolve(time, problems) {
+                Some(path) if path.end == End::Time => Some(Clock::Field(path)),
+                Some(_) => {
+                    let problem = time.span.problem(format!("`{}` is not a stamp", time.value)).with_label("this time");
+                    problems.push(problem.with_help("`log`, `publish`, or a field of type builtin_interfaces/Time"));
+                    None
+                }
+                None => None,
+            },
+        };
+        let tests = mapped.tests.iter().filter_map(|(path, values)| {
+            Some(Test { path: resolve(path, problems)?, text: path.value.clone(), values: values.clone() })
+        });
+        let tests: Vec<Test> = tests.collect();
+        let (mut fields, mut kinds) = (Vec::new(), Vec::new());
+        for (name, source) in &mapped.fields {
+            let Some((rule, kind)) = rule(source, &mut resolve, problems) else { continue };
+            fields.push(rule);
+            kinds.push((name.clone(), kind));
+        }
+        let entry = Entry { decoder: Decoder::new(&layout, &want), clock: clock?, tests, fields };
+        Some((entry, Shape::new(kinds).with_role(Role::Topic)))
+    }
+}
+
+/// The shapes of the messages between two processes.
+type Shapes = BTreeMap<(String, String), Vec<Shape>>;
+
+/// The processes and channels that a mapping declares, in the order of the file.
+fn declared<'m>(messages: impl Iterator<Item = &'m Mapped>, mut shapes: Shapes) -> Result<Topology, Problem> {
+    let mut topology = Topology::default();
+    for mapped in messages {
+        let [from, to] = [&mapped.from, &mapped.to].map(|end| match topology.find_process(&end.value) {
+            Some(process) => Ok(process),
+            None => topology.process(&end.value).map_err(|error| end.span.problem(error.to_string())),
+        });
+        let (from, to) = (from?, to?);
+        if topology.find_channel(&mapped.from.value, &mapped.to.value).is_none() {
+            let channel = (mapped.from.value.clone(), mapped.to.value.clone());
+            let domain = Domain::new(shapes.remove(&channel).unwrap_or_default()).in_role(Role::Topic);
+            let made = topology.channel(from, to, Capacity::One, domain);
+            made.map_err(|error| mapped.from.span.problem(error.to_string()))?;
+        }
+    }
+    Ok(topology)
+}
+
+fn rule(
+    source: &Source,
+    resolve: &mut impl FnMut(&Spanned<String>, &mut Vec<Problem>) -> Option<Path>,
+    problems: &mut Vec<Problem>,
+) -> Option<(Rule, FieldKind)> {
+    let optional = |kind| FieldKind::Optional(Box::new(kind));
+    match source {
+        Source::Constant(value) => {
+            let kind = match value {
+                Value::Symbol(symbol) => FieldKind::Symbol(vec![symbol.clone()]),
+                Value::Bool(_) => FieldKind::Bool,
+                Value::Int(_) => FieldKind::Int,
+                Value::Real(_) => FieldKind::Real,
+                Value::Text(_) => FieldKind::Text,
+            };
+            Some((Rule::Constant(value.clone()), kind))
+        }
+        Source::Path { path: text, symbols, scale } => {
+            let path = resolve(text, problems)?;
+            if let Some(symbols) = symbols {
+                let mut names: Vec<Symbol> = symbols.iter().map(|(_, symbol)| symbol.clone()).collect();
+                names.dedup();
+                let (text, symbols) = (text.value.clone(), symbols.clone());
+                let kind = FieldKind::Symbol(names);
+                let kind = if path.may_be_missing() { optional(kind) } else { kind };
+                return Some((Rule::Symbols { path, text, symbols }, kind));
+            }
+            let is_number = matches!(path.end, End::Int | End::Real);
+            if let Some(scale) = scale.as_ref().filter(|_| !is_number) {
+                let problem = scale.span.problem(format!("`{}` is not a number, so it has no scale", text.value));
+                problems.push(problem.with_label("leave this out"));
+                return None;
+            }
+            let kind = match path.end {
+                End::Int if scale.is_none() => FieldKind::Int,
+                End::Int | End::Real | End::Time => FieldKind::Real,
+                End::Bool => FieldKind::Bool,
+                End::Text | End::Bytes => FieldKind::Text,
+            };
+            let number = scale.as_ref().map_or(Number::Plain, |scale| Number::Scaled(scale.value));
+            // NaN and a missing item become `<none>`.
+            Some((Rule::Path { path, text: text.value.clone(), number }, optional(kind)))
+        }
+    }
+}
+
+/// The channel of an entry, if it can carry its messages.
+fn channel_of(mapped: &Mapped, shape: &Shape, topology: &Topology, problems: &mut Vec<Problem>) -> Option<ChannelId> {
+    let Some(channel) = topology.find_channel(&mapped.from.value, &mapped.to.value) else {
+        let outer = topology.channels().filter(|channel| !topology.is_internal(*channel));
+        let names: Vec<String> = outer.map(|channel| topology.describe(channel)).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let wanted = format!("{} → {}", mapped.from.value, mapped.to.value);
+        let problem =
+            mapped.from.span.problem(format!("the scenario has no channel {wanted}")).with_label("this process");
+        problems.push(problem.with_help(nearest_or_all(&wanted, "channels", &names)));
+        return None;
+    };
+    let domain = &topology.get(channel).domain;
+    if !domain.shapes().iter().any(|other| fits(shape, other)) {
+        let shapes: Vec<String> = domain.shapes().iter().map(ToString::to_string).collect();
+        let problem = mapped.span.problem(format!("{} does not carry {shape}", topology.describe(channel)));
+        problems.push(problem.with_label("these messages").with_help(format!("it carries {}", shapes.join(", "))));
+        return None;
+    }
+    Some(channel)
+}
+
+/// Whether messages of one shape fit the other.
+fn fits(ours: &Shape, theirs: &Shape) -> bool {
+    let mut fields = ours.fields().iter().zip(theirs.fields());
+    ours.fields().len() == theirs.fields().len() && fields.all(|((_, ours), (_, theirs))| may_be(ours, theirs))
+}
+
+/// Whether a value of one kind fits the other.
+fn may_be(ours: &FieldKind, theirs: &FieldKind) -> bool {
+    match (ours, theirs) {
+        (FieldKind::Optional(ours), theirs) => may_be(ours, theirs),
+        (ours, FieldKind::Optional(theirs)) => may_be(ours, theirs),
+        (FieldKind::Symbol(ours), FieldKind::Symbol(theirs)) => ours.iter().all(|symbol| theirs.contains(symbol)),
+        (FieldKind::Int | FieldKind::Real, FieldKind::Real) => true,
+        (ours, theirs) => ours == theirs,
+    }
+}

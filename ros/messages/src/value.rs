@@ -1,0 +1,76 @@
+//! Values.
+
+/// A value: of a message, decoded or to be encoded, or in its definition.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A value that was not wanted.
+    Passed,
+    /// A Boolean.
+    Bool(bool),
+    /// An integer of up to 64 bits, signed or unsigned.
+    Int(i128),
+    /// A floating-point number of 64 or 32 bits; may be infinite or NaN.
+    Real(f64),
+    /// A string. Invalid UTF-8 or UTF-16 in it is replaced.
+    Text(String),
+    /// The items of an array.
+    List(Vec<Self>),
+    /// The fields of a message, in the order of its layout.
+    Message(Vec<Self>),
+}
+
+/// These reuse the memory of the value before, if it has the same form.
+impl Value {
+    /// Turns this into a message with `count` fields.
+    pub(crate) fn fields(&mut self, count: usize) -> &mut [Self] {
+        if !matches!(self, Self::Message(fields) if fields.len() == count) {
+            *self = Self::Message(vec![Self::Passed; count]);
+        }
+        let Self::Message(fields) = self else { return &mut [] };
+        fields
+    }
+
+    /// Turns this into an array with `count` items.
+    pub(crate) fn items(&mut self, count: usize) -> &mut [Self] {
+        if !matches!(self, Self::List(_)) {
+            *self = Self::List(Vec::new());
+        }
+        let Self::List(items) = self else { return &mut [] };
+        items.resize(count, Self::Passed);
+        items
+    }
+
+    /// Turns this into a string.
+    pub(crate) fn set_text(&mut self, text: &str) {
+        match self {
+            Self::Text(before) => {
+                before.clear();
+                before.push_str(text);
+            }
+            other => *other = Self::Text(text.to_owned()),
+        }
+    }
+}
+
+/// Why bytes or a value are not a message of that type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum Mismatch {
+    /// The bytes end too early.
+    #[error("they end before their definition does")]
+    Short,
+    /// There are bytes left.
+    #[error("they are longer than their definition")]
+    Long,
+    /// A Boolean is neither 0 nor 1.
+    #[error("they have a Boolean that is neither true nor false")]
+    Bool,
+    /// An array or a string has more items than its definition allows.
+    #[error("they have more items than their definition allows")]
+    Bound,
+    /// The bytes have another encoding.
+    #[error("they are not in CDR version 1 (XCDR2 and parameter lists are not supported)")]
+    Encoding,
+    /// The value is of another type than its field, or out of its range.
+    #[error("a value does not fit its field")]
+    Value,
+}
