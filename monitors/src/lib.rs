@@ -185,12 +185,13 @@
 //! - `cargo test -p steward-monitors`: on ten thousand random pairs of a formula and a sequence, the oracle, automaton,
 //!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix with a second definition, which
 //!   shares no code with them and compares numbers as integers of 128 bits. Wherever an automaton gives no verdict, it
-//!   names an endless word for either outcome, and the definition confirms both. Verdicts also agree with random endless
-//!   words. Every printed formula reads back as the same formula. Proofs about random systems agree with an enumeration
-//!   of their runs. Further tests check the definition by examples, the laws of logic, the paper's monitors against the
-//!   synthesized ones, and snapshots of all messages.
+//!   names an endless word for either outcome, and the definition confirms both. Verdicts also agree with random
+//!   endless words. Every printed formula reads back as the same formula. Proofs about random systems agree with an
+//!   enumeration of their runs. Further tests check the definition by examples, the laws of logic, the paper's monitors
+//!   against the synthesized ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million pairs of seven classes, among them
-//!   extreme numbers, operators that look back, remembered values and time; it prints which verdicts come late, and why.
+//!   extreme numbers, operators that look back, remembered values and time; it prints which verdicts come late, and
+//!   why.
 //! - `cargo run --release -p steward-monitors --example prove -- 10000`: proofs about ten thousand systems.
 //! - `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`: formulas that look back,
 //!   with runs and verdicts, for reelay (`examples/reelay_cases.py` runs them).
