@@ -72,7 +72,8 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
-/// Where a scenario's files are looked up: first beside the file that names them, then among the shipped files.
+/// Where a scenario's files are looked up: first beside the file that names them, then beside the scenario if that is
+/// another file, and then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
     /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
@@ -172,11 +173,13 @@ impl Files {
     /// The path of the file on disk, if it exists there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
-        let is_of_base = self.as_written(path).next().is_some();
-        let folder = if is_of_base { self.folder.clone() } else { self.folder.join(&self.instead) };
-        let found = folder.join(path);
-        let may_be = !self.is_shipped || path.is_absolute() || path.starts_with(HERE);
-        (may_be && found.exists()).then_some(found)
+        if self.is_shipped && !path.is_absolute() && !path.starts_with(HERE) {
+            return None;
+        }
+        let own = self.folder.join(&self.instead);
+        let mut of_base = self.as_written(path).map(|written| own.join(written)).peekable();
+        let first = if of_base.peek().is_some() { self.folder.join(path) } else { own.join(path) };
+        std::iter::once(first).chain(of_base).find(|found| found.exists())
     }
 
     /// Reads a file.

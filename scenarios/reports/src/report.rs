@@ -101,8 +101,8 @@ pub struct MonitorReport {
     pub open: Vec<String>,
     /// The clauses that were vacuously satisfied: their condition never occurred.
     pub vacuous: Vec<String>,
-    /// If the property requires a battery level in messages and is satisfied although the true level fell below it: that
-    /// no message told so, in words.
+    /// If the property requires a battery level in messages and is satisfied although the true level fell below it:
+    /// that no message told so, in words.
     pub unheard: Option<String>,
     /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,

@@ -129,7 +129,7 @@ at_s = 0
         ] {
             fs::copy(root.join(from), folder.path().join(to)).unwrap();
         }
-        let watch = r#"<scxml name="watch" datamodel="ecmascript" version="1.0" initial="on">
+        let watch = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" name="watch" datamodel="ecmascript" version="1.0" initial="on">
           <state id="on"><transition event="trip" target="bad"/></state><state id="bad"/></scxml>"#;
         for (path, text) in [
             ("building/floor.toml", BUILDING),
@@ -186,6 +186,15 @@ at_s = 0
         assert!(load(&folder, &["folder=../../elsewhere"]).is_err());
         fs::write(hospital.join("hospital.toml"), format!("folder = \"files\"\n{HOSPITAL}")).unwrap();
         load(&folder, &["folder=../../elsewhere"]).unwrap();
+    }
+
+    #[test]
+    fn what_is_not_beside_the_base_is_looked_up_beside_the_scenario() {
+        let folder = application("base = \"../../hospital/hospital.toml\"\n");
+        fs::rename(folder.path().join("hospital/tree.xml"), folder.path().join("wards/north/tree.xml")).unwrap();
+        load(&folder, &[]).unwrap();
+        fs::remove_file(folder.path().join("wards/north/tree.xml")).unwrap();
+        assert!(load(&folder, &[]).is_err());
     }
 
     #[test]

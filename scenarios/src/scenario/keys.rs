@@ -59,7 +59,8 @@ fn files() -> Vec<Key> {
         Key::new(
             "base",
             "Another scenario, as a file or by its name. This one inherits everything that it does not set itself. \
-             An array is inherited as a whole or not at all. Inherited paths are relative to the file that writes them.",
+             An array is inherited as a whole or not at all. Inherited paths are relative to the file that \
+             writes them, or to this one if there is nothing.",
             text(),
         ),
         Key::new("about", "What the scenario shows, on one line.", or(text(), "")),
