@@ -170,7 +170,7 @@ fn verified(log: &str, property: &str) -> (Option<i32>, String) {
 #[test]
 fn a_log_may_come_from_a_pipe() {
     let (status, said) = verified(LOG, "phi1");
-    assert!(status == Some(1) && said.contains("1 messages, 2 ticks phi1 violated"), "{status:?}: {said}");
+    assert!(status == Some(1) && said.contains("1 message, 2 ticks phi1 violated"), "{status:?}: {said}");
 }
 
 #[test]
