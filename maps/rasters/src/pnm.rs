@@ -8,8 +8,8 @@ use image::codecs::pnm::{PnmDecoder, PnmHeader, PnmSubtype, SampleEncoding};
 
 use super::raster::{Raster, RasterError, pixel_count};
 
-/// Decodes a portable map. Its maximum is white; a sample above it counts as white. Comments may be anywhere in a plain
-/// file, and data after the pixels of a raw one is ignored.
+/// Decodes a portable map, whose maximum is white. Comments may be anywhere in a plain file, and data after the pixels
+/// of a raw one is ignored.
 pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Raster, RasterError> {
     let bytes = match bytes {
         [_, b'1'..=b'3', ..] => Cow::Owned(without_comments(bytes)),
@@ -19,6 +19,9 @@ pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Raster, RasterEr
     let wanted = pixel_count(header.width(), header.height(), max_pixels)?;
     if let Some(found) = complete_pixels(&header, rest).filter(|found| *found < wanted) {
         return Err(RasterError::TruncatedPixels { found, wanted });
+    }
+    if let Some(value) = too_bright(&header, rest) {
+        return Err(RasterError::TooBright { value, white: header.maximal_sample() });
     }
     let raster = Raster::read(PnmDecoder::new(&*bytes)?, max_pixels)?;
     // The decoder has scaled the samples to eight or sixteen bits. Below a white of 65,534 it merges none, so they can
@@ -43,6 +46,30 @@ fn complete_pixels(header: &PnmHeader, rest: &[u8]) -> Option<usize> {
         SampleEncoding::Binary => rest.len(),
     };
     Some(samples / channels)
+}
+
+/// The first sample of a graymap or pixmap above its maximum. The decoder itself would take it for white.
+fn too_bright(header: &PnmHeader, rest: &[u8]) -> Option<u32> {
+    let (encoding, channels) = match header.subtype() {
+        PnmSubtype::Graymap(encoding) => (encoding, 1),
+        PnmSubtype::Pixmap(encoding) => (encoding, 3),
+        _ => return None,
+    };
+    let (white, count) = (header.maximal_sample(), header.width() as usize * header.height() as usize * channels);
+    let is_too_bright = |value: &u32| *value > white;
+    match (encoding, white) {
+        // No byte and no pair of bytes is above these.
+        (SampleEncoding::Binary, 255 | 65_535) => None,
+        (SampleEncoding::Binary, 256..) => {
+            let samples = rest.as_chunks().0.iter().take(count).map(|bytes| u32::from(u16::from_be_bytes(*bytes)));
+            samples.into_iter().find(is_too_bright)
+        }
+        (SampleEncoding::Binary, _) => rest.iter().take(count).map(|byte| u32::from(*byte)).find(is_too_bright),
+        (SampleEncoding::Ascii, _) => {
+            let numbers = rest.split(u8::is_ascii_whitespace).filter(|number| !number.is_empty()).take(count);
+            numbers.filter_map(|number| std::str::from_utf8(number).ok()?.parse().ok()).find(is_too_bright)
+        }
+    }
 }
 
 /// A plain file with a blank in place of each comment, which extends from `#` to the end of the line. The decoder
@@ -87,9 +114,14 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_above_white_is_white() {
-        assert_eq!(samples(b"P5 2 1 9\n\x0a\x08"), Ok((2, 9, vec![9, 8])));
-        assert_eq!(samples(b"P2 2 1 9\n10 8"), Ok((2, 9, vec![9, 8])));
+    fn a_sample_above_white_is_refused() {
+        let bright = |value, white| Err(RasterError::TooBright { value, white });
+        assert_eq!(samples(b"P5 2 1 9\n\x08\x0a"), bright(10, 9));
+        assert_eq!(samples(b"P2 2 1 9\n10 8"), bright(10, 9));
+        assert_eq!(samples(b"P5 2 1 300\n\x01\x2d\x00\x07"), bright(301, 300));
+        assert_eq!(samples(b"P6 1 1 9\n\x01\x02\x0b"), bright(11, 9));
+        // What follows the pixels is none.
+        assert_eq!(samples(b"P5 2 1 9\n\x08\x09\xff"), Ok((2, 9, vec![8, 9])));
     }
 
     #[test]
@@ -126,6 +158,6 @@ mod tests {
         assert_eq!(problem(b"P2 1 1 0 0"), "it is damaged: Image MAXVAL is zero");
         let sample = "it is damaged: Non-ASCII-digit character when parsing number in sample";
         assert_eq!(problem(b"P2 2 2 9 1 2 x 4"), sample);
-        assert_eq!(problem(b"P2 2 2 9 1 2 999 4"), "it is damaged: Overflow when parsing value");
+        assert_eq!(problem(b"P2 2 2 9 1 2 999 4"), "it has a sample of 999, above its maximum of 9");
     }
 }

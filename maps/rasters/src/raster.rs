@@ -51,6 +51,14 @@ pub enum RasterError {
         /// The pixels that the header promises.
         wanted: usize,
     },
+    /// A graymap or pixmap has a sample above the maximum that its header gives.
+    #[error("it has a sample of {value}, above its maximum of {white}")]
+    TooBright {
+        /// The first such sample.
+        value: u32,
+        /// The maximum.
+        white: u32,
+    },
     /// The content contradicts the format.
     #[error("it is damaged: {0}")]
     Damaged(String),
