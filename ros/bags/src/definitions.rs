@@ -52,7 +52,7 @@ impl Definitions<'_> {
                 Undefined::new(
                     format!("there is no definition of {name}"),
                     &format!(
-                        "name a folder that has the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
+                        "name a folder that contains the package {package}: `definitions = [\"/opt/ros/jazzy/share\"]`"
                     ),
                 )
             })

@@ -26,7 +26,7 @@ impl Folders<'_> {
     pub fn layout(&self, name: &TypeName) -> Result<Arc<Layout>, Undefined> {
         Layout::resolve(name, &mut |name| {
             let found = self.messages(name)?.remove(name).or_else(|| Message::known(name));
-            let help = "add a folder that has the package, such as `/opt/ros/jazzy/share`";
+            let help = "add a folder that contains the package, such as `/opt/ros/jazzy/share`";
             found.ok_or_else(|| Undefined::new(format!("there is no definition of {name}"), help))
         })
     }
