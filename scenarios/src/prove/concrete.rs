@@ -55,7 +55,16 @@ pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path>
         Some(Moment { step, class, is_charging, is_tick })
     };
     let moments: Vec<Moment> = steps.iter().enumerate().filter_map(moment).collect();
-    let found = solve(&all_bounds(&moments, levels, bounds), moments.len() + 1)?;
+    // The classes themselves, if a battery can have them: their levels are easy to read.
+    let own = |class| {
+        let (low, high) = levels.ends(class);
+        [(low, low != high), (high, low != high)]
+    };
+    let alike = |class| levels.alike(class, bounds.is_full_from);
+    let solved = |ranges: &dyn Fn(Class) -> [(Micros, bool); 2]| {
+        solve(&all_bounds(&moments, levels, bounds, ranges), moments.len() + 1)
+    };
+    let found = solved(&own).or_else(|| solved(&alike))?;
     let mut steps = steps.to_vec();
     for (Moment { step, class, is_charging, .. }, level_pct) in moments.into_iter().zip(found) {
         let PathStep::Environment { words, update, .. } = &mut steps[step] else { continue };
@@ -77,15 +86,21 @@ pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path>
 }
 
 /// The bounds on the levels of a run, corresponding to those on classes in
-/// [`Battery::levels_after`](super::environment::Battery::levels_after).
-fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound> {
+/// [`Battery::levels_after`](super::environment::Battery::levels_after). `ranges` says which levels may stand for a
+/// class: from the first to the second, or only between them.
+fn all_bounds(
+    moments: &[Moment],
+    levels: &Levels,
+    bounds: &Bounds,
+    ranges: &dyn Fn(Class) -> [(Micros, bool); 2],
+) -> Vec<Bound> {
     let mut all = Vec::new();
     let mut at_most = |level, base, most, is_strict| all.push(Bound { level, base, most, is_strict });
     // The number of the level at the last tick, and what the battery has done since.
     let (mut at_tick, mut since) = (ZERO, Since::Drained);
     for (index, &Moment { class, is_charging, is_tick, .. }) in moments.iter().enumerate() {
         let (level, previous) = (index + 1, index);
-        let [(low, is_above), (high, is_below)] = levels.alike(class, bounds.is_full_from);
+        let [(low, is_above), (high, is_below)] = ranges(class);
         at_most(level, ZERO, high, is_below);
         at_most(ZERO, level, -low, is_above);
         if index == 0 {
@@ -103,7 +118,7 @@ fn all_bounds(moments: &[Moment], levels: &Levels, bounds: &Bounds) -> Vec<Bound
                 Since::Charged => {
                     at_most(previous, level, 0, false);
                     // A full battery stays full.
-                    if is_tick && low < FULL {
+                    if is_tick && levels.ends(class).0 < FULL {
                         at_most(at_tick, level, -bounds.rates.charge, false);
                     }
                 }
