@@ -104,8 +104,10 @@ impl Vocabulary {
     fn check(&self, form: &Form, known: &[Arc<str>], in_past: bool) -> Result<(), FormulaError> {
         for part in form {
             let own = self.remembered(part);
-            if let Some(pair) = own.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-                return Err(FormulaError::RememberedTwice(Arc::clone(&pair[0].0)));
+            // Negation divides parts: which of two values a name has must not depend on it.
+            let again = own.windows(2).find(|pair| pair[0].0 == pair[1].0).map(|pair| &pair[0]);
+            if let Some((name, ..)) = again.or_else(|| own.iter().find(|(name, ..)| known.contains(name))) {
+                return Err(FormulaError::RememberedTwice(Arc::clone(name)));
             }
             let known: Vec<Arc<str>> = known.iter().cloned().chain(own.into_iter().map(|(name, ..)| name)).collect();
             for literal in part {

@@ -169,3 +169,18 @@ fn a_term_of_any_length_is_read_or_refused() {
         }
     }
 }
+
+/// Under a negation, the two events are parts of their own, and only one of them would see the new value.
+#[test]
+fn a_name_is_not_remembered_again_where_it_has_a_value() {
+    let topology = channel(&["n"], &FieldKind::Int);
+    let load = |formula: &str| {
+        let text = format!("property p := {formula}");
+        monitors::load("p.scope", &text, &topology, Duration::from_secs(1)).map_err(|error| format!("{error:?}"))
+    };
+    let event = |condition: &str| format!("(Ask, Arm, {condition})");
+    let [named, below, other] = ["n as x", "n < x", "n as y"].map(event);
+    let said = load(&format!("always ({named} implies next ({named} or {below}))")).unwrap_err();
+    assert!(said.contains("two values named `x` are remembered at the same time"), "{said}");
+    assert!(load(&format!("always ({named} implies next ({other} or {below}))")).is_ok());
+}
