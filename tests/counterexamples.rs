@@ -189,8 +189,7 @@ fn an_interrupted_proof_reports_its_progress() {
     stdout.read_to_string(&mut said).expect("text");
     assert_eq!(child.wait().expect("it ends").code(), Some(130), "{said}");
     assert!(
-        said.contains("! phi3 is not decided: the search was interrupted. It explored ")
-            && said.contains(" states to depth "),
+        said.contains("! phi3 is not decided: the search was interrupted. It explored ") && said.contains(" to depth "),
         "{said}"
     );
 }
