@@ -184,3 +184,19 @@ fn a_name_is_not_remembered_again_where_it_has_a_value() {
     assert!(said.contains("two values named `x` are remembered at the same time"), "{said}");
     assert!(load(&format!("always ({named} implies next ({other} or {below}))")).is_ok());
 }
+
+/// `previous` looks back any time; what is inside it looks back from there.
+#[test]
+fn a_window_inside_previous_ends_at_the_earlier_message() {
+    let topology = channel(&["n"], &FieldKind::Int);
+    let formula = "eventually ((Ask, Arm, n as p) and previous ((Ask, Arm, n < 0) or at most 0 (Ask, Arm, n > p) in 1))";
+    let channel = topology.channels().next().expect("there is one");
+    for (first, expected) in [(5, Outcome::Inconclusive), (2, Outcome::Satisfied)] {
+        let mut monitor = monitor(&topology, formula);
+        for (step, (tick, n)) in [(0, first), (0, 1), (9, 3)].into_iter().enumerate() {
+            let message = Message::new([Value::Int(n)]);
+            monitor.observe(&event(step as u64, tick, EventKind::Received { channel, message }));
+        }
+        assert_eq!(monitor.outcome(), expected, "{first}");
+    }
+}

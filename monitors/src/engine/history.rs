@@ -77,17 +77,21 @@ impl Data {
         self.moments.push(Moment { at: self.now, channel, last, messages });
     }
 
-    /// Keeps the states within the bounds of the operators that look back, and the last state at which a `previous`
-    /// without a bound was checked.
+    /// Keeps the states within the bounds of the operators that look back; and the last state at which a `previous`
+    /// without a bound was checked, however long ago, with those that the operators inside it look back on from there.
     fn forget(&mut self, known: &Known) {
-        let horizon = known.open.iter().filter_map(horizon).max();
-        let mut kept: Vec<bool> =
-            self.moments.iter().map(|moment| horizon.is_some_and(|horizon| self.now - moment.at <= horizon)).collect();
+        let moments = &self.moments;
+        let within = |horizon: Option<u64>, from: u64| {
+            moments.partition_point(|moment| horizon.is_none_or(|horizon| from.saturating_sub(moment.at) > horizon))
+        };
+        let mut kept = vec![false; moments.len()];
+        kept[within(known.open.iter().filter_map(horizon).max(), self.now)..].fill(true);
         for literal in &known.open {
             if let Literal::Previous { clauses, .. } = literal {
                 let clock = Clock::of(clauses.iter(), &known.words);
-                if let Some(before) = self.moments.iter().rposition(|moment| moment.is_struck(&clock)) {
-                    kept[before] = true;
+                if let Some(before) = moments.iter().rposition(|moment| moment.is_struck(&clock)) {
+                    let first = within(horizon_inside(literal), moments[before].at);
+                    kept[first.min(before)..=before].fill(true);
                 }
             }
         }
@@ -192,6 +196,11 @@ fn horizon(literal: &Literal) -> Option<u64> {
         Literal::Count { ticks, .. } => Some(*ticks),
         _ => None,
     };
-    let inside = literal.forms().into_iter().flatten().flatten().filter_map(horizon).max();
+    let inside = horizon_inside(literal);
     own.map(|own| own.saturating_add(inside.unwrap_or(0))).or(inside)
+}
+
+/// The maximum number of ticks that the operators inside an operator look back.
+fn horizon_inside(literal: &Literal) -> Option<u64> {
+    literal.forms().into_iter().flatten().flatten().filter_map(horizon).max()
 }
