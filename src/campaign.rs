@@ -14,7 +14,7 @@ use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use recording::Detail;
 use reports::{Outputs, file_name};
-use scenarios::live::Live;
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 use crate::counted::counted;
@@ -210,7 +210,7 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
     let _ = interrupt::listen();
     let report =
-        run_and_report(Live::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
+        run_and_report(Run::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
     summary::tell(&report, folder, quiet)
 }
 

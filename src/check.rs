@@ -12,8 +12,8 @@ use clap::Args;
 use interfaces::Interface;
 use maps::Cell;
 use miette::Diagnostic;
+use runs::Run;
 use scenarios::files::shipped_campaigns;
-use scenarios::live::Live;
 use scenarios::processes::HEARERS;
 use scenarios::scenario::{Scenario, find};
 use serde_json::json;
@@ -275,28 +275,28 @@ fn of_scenario(name: &str) -> Result<Checked, Error> {
 /// Sets a scenario up as for a run: the world, the processes and channels, the monitors, and the faults with their
 /// triggers.
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
-    let live = Live::prepare(Arc::clone(scenario), scenario.file.seed, true)?;
+    let run = Run::prepare(Arc::clone(scenario), scenario.file.seed, true)?;
     let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
     concerns.extend(scenario.model_concerns().iter().map(|concern| Box::new(concern.clone()) as _));
-    let tree = scenario.tree.as_ref();
+    let tree = scenario.tree();
     concerns.extend(tree.and_then(|tree| tree.concerns()).map(|concerns| Box::new(concerns.clone()) as _));
     concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
     // A model has already reported its own warnings.
-    let own = scenario.model.is_none().then_some(());
+    let own = scenario.model().is_none().then_some(());
     let machines: BTreeMap<&Path, &Arc<Chart>> =
         own.iter().flat_map(|_| scenario.skills.values()).map(|skill| (&*skill.path, &skill.machine)).collect();
     concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
-    concerns.extend(live.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
-    let mut parts = match &scenario.model {
+    concerns.extend(run.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
+    let mut parts = match scenario.model() {
         Some(_) => vec![format!("a RoAML model of {}", counted(scenario.machine_processes().count(), "machine"))],
         None => vec![counted(tree.map_or(0, |tree| tree.leaves().count()), "leaf")],
     };
     // A model's components are its machines; those of the robot are built in.
-    let components = if scenario.model.is_some() { 0 } else { scenario.components.len() };
+    let components = if scenario.model().is_some() { 0 } else { scenario.components.len() };
     parts.extend((components > 0).then(|| counted(components, "component")));
     parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
-    parts.push(counted(live.properties().count(), "property"));
+    parts.push(counted(run.properties().count(), "property"));
     parts.push(counted(scenario.file.faults.len(), "fault"));
     let programs = programs(scenario).map(|program| format!("a run starts {program}")).collect();
     Ok(Checked { summary: parts.join(", "), concerns, programs })

@@ -8,8 +8,8 @@ use clap::Args;
 use cockpit::{Board, Cockpit};
 use diagnostics::Unfinished;
 use recording::{Recording, RecordingError};
+use runs::Session;
 use scenarios::scenario::find;
-use scenarios::session::Session;
 
 use crate::browser;
 use crate::names::ScenarioName;

@@ -10,10 +10,10 @@ use channels::{Monitor as _, Topology};
 use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
 use reports::file_name;
+use runs::topology;
 use scenarios::Complaints;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
-use scenarios::wiring;
 
 use crate::named_files;
 use crate::output::{print, say, warn};
@@ -122,7 +122,7 @@ impl System {
     /// The system of the scenario with this name or path.
     pub(crate) fn of(scenario: &str) -> Result<Self, Error> {
         let scenario = Scenario::load(&find::find(scenario)?, &[])?;
-        Ok(Self { topology: wiring::topology(&scenario)?, tick: scenario.file.execution.tick })
+        Ok(Self { topology: topology(&scenario)?, tick: scenario.file.execution.tick })
     }
 
     /// Reads a property file.

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use campaigns::statistics::{Confidence, Count};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use proofs::Round;
 use recording::RunView;
-use scenarios::prove::Round;
 use serde_json::json;
 
 use crate::output::complain_of;

@@ -15,9 +15,9 @@ use std::time::Instant;
 use campaigns::Error;
 use clap::{Args, ValueEnum};
 use explorer::{Limits, Order, Outcome};
+use proofs::{Proof, Question};
 use reports::junit::{self, Suite};
 use scenarios::Complaints;
-use scenarios::prove::{Proof, Question};
 use scenarios::scenario::{Found, Scenario};
 
 use self::finding::{Finding, Findings};

@@ -12,8 +12,8 @@ use clap::Args;
 use recording::{Detail, RunView};
 use reports::report::{OutcomeReport, Report};
 use reports::{Outputs, file_name, html, junit};
+use runs::Run;
 use scenarios::Complaints;
-use scenarios::live::Live;
 use scenarios::scenario::{Found, Scenario, find};
 
 use monitors::Warnings;
@@ -158,9 +158,9 @@ impl Job {
             gif: options.gif.clone(),
             ..Outputs::default()
         };
-        let live = Live::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
-        ready(live.warnings());
-        run_and_report(live, Detail::Full, &outputs, options.record.as_deref(), |view| {
+        let run = Run::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
+        ready(run.warnings());
+        run_and_report(run, Detail::Full, &outputs, options.record.as_deref(), |view| {
             follow(view);
             interrupt::flow()
         })
@@ -239,6 +239,6 @@ fn write_junit(options: &RunOptions, runs: &[(&Job, &Report)]) -> Result<(), Err
         note(&format!("{} was not written: the run was interrupted", path.display()));
         return Ok(());
     }
-    let runs: Vec<_> = runs.iter().map(|(job, report)| (job.scenario.file.expect.told(), *report)).collect();
+    let runs: Vec<_> = runs.iter().map(|(job, report)| (job.scenario.file.expect.record(), *report)).collect();
     Ok(junit::write(path, &runs)?)
 }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
 use reports::pictures;
+use runs::machine_record;
 use scenarios::files::Kind;
-use scenarios::machines;
 use skills::{Cues, SkillError, Status, Strictness, rehearse};
 
 use crate::output::print;
@@ -81,7 +81,7 @@ fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
     match format {
         Format::Text => print(&chart.outline())?,
         Format::Dot => print(&chart.to_dot())?,
-        Format::Svg => print(&pictures::machine_svg(&machines::record(chart.name(), &chart)))?,
+        Format::Svg => print(&pictures::machine_svg(&machine_record(chart.name(), &chart)))?,
     }
     Ok(ExitCode::SUCCESS)
 }

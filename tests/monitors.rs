@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use ::monitors::{Channels, EventLog, Format, Method, PhiTwo, SHIPPED, ScopeMonitor, load, phi1, phi2, scope_monitor};
 use channels::{Event, EventKind, Monitor, Topology, Verdict};
-use scenarios::live::Live;
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 use skills::{Chart, Cues, Machine, Transcript};
@@ -21,8 +21,8 @@ use crate::steward::{binary, refusal, report, steward};
 /// The channels of a scenario that comes with the program.
 fn topology(scenario: &str) -> Arc<Topology> {
     let found = find::find(scenario).unwrap();
-    let live = Live::new(Arc::new(Scenario::load(&found, &[]).unwrap()), 1, false).unwrap();
-    live.header().topology
+    let run = Run::new(Arc::new(Scenario::load(&found, &[]).unwrap()), 1, false).unwrap();
+    run.header().topology
 }
 
 /// The event at which a monitor finds the recorded run to violate its property.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use scenarios::live::Live;
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -106,7 +106,7 @@ fn a_robot_without_room_for_error_in_docking_causes_a_warning() {
 fn a_record_of_a_run_says_which_robot_drove() {
     let overrides = ["robot.radius_m=0.25".to_owned()];
     let scenario = Scenario::load(&find::find("errand").unwrap(), &overrides).unwrap();
-    let robot = Live::new(Arc::new(scenario), 1, false).unwrap().header().robot.unwrap();
+    let robot = Run::new(Arc::new(scenario), 1, false).unwrap().header().robot.unwrap();
     assert_eq!((robot.radius_m, robot.lasers.len()), (0.25, 2));
     let x_m = robot.lasers[0].mount.translation.x;
     assert!((x_m - 0.245 * 0.25 / 0.30).abs() < 1e-12, "the default lasers stay inside of the body: {x_m}");

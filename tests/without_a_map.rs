@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use recording::Detail;
-use scenarios::live::Live;
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -162,11 +162,11 @@ fn a_state_that_only_a_timer_changes_is_recorded_when_it_changes() {
     file("tree.xml", tree);
     let scenario = file("rest.toml", "tree = \"tree.xml\"\nskills = \".\"\n");
     let scenario = Scenario::load(&find::find(scenario.to_str().unwrap()).unwrap(), &[]).unwrap();
-    let mut live = Live::new(Arc::new(scenario), 1, true).unwrap();
+    let mut run = Run::new(Arc::new(scenario), 1, true).unwrap();
     let mut changes = Vec::new();
-    while live.time() < Duration::from_millis(1600) {
-        live.step().unwrap();
-        let step = live.record(Detail::Full);
+    while run.time() < Duration::from_millis(1600) {
+        run.step().unwrap();
+        let step = run.record(Detail::Full);
         let locations = step.details.into_iter().flat_map(|details| details.locations);
         changes.extend(locations.map(|(_, location)| (step.time.as_millis(), location)));
     }

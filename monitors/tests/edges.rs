@@ -189,7 +189,8 @@ fn a_name_is_not_remembered_again_where_it_has_a_value() {
 #[test]
 fn a_window_inside_previous_ends_at_the_earlier_message() {
     let topology = channel(&["n"], &FieldKind::Int);
-    let formula = "eventually ((Ask, Arm, n as p) and previous ((Ask, Arm, n < 0) or at most 0 (Ask, Arm, n > p) in 1))";
+    let formula =
+        "eventually ((Ask, Arm, n as p) and previous ((Ask, Arm, n < 0) or at most 0 (Ask, Arm, n > p) in 1))";
     let channel = topology.channels().next().expect("there is one");
     for (first, expected) in [(5, Outcome::Inconclusive), (2, Outcome::Satisfied)] {
         let mut monitor = monitor(&topology, formula);

@@ -1,5 +1,7 @@
 //! Why a scenario could not be run.
 
+use std::convert::Infallible;
+
 use diagnostics::Problem;
 use miette::Diagnostic;
 
@@ -19,21 +21,6 @@ pub enum Error {
     /// A file could not be written.
     #[error(transparent)]
     Write(diagnostics::Error),
-}
-
-/// Why a run cannot continue.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StepError {
-    /// The processes cannot continue.
-    #[error(transparent)]
-    Run(#[from] channels::RunError),
-    /// There have been more communications than the scenario allows.
-    #[error("there have been more than {0} communications")]
-    Budget(u64),
-    /// The schedule that it follows requires something impossible.
-    #[error("{0}")]
-    Schedule(Problem),
 }
 
 impl Error {
@@ -62,13 +49,9 @@ impl Error {
     }
 }
 
-impl From<StepError> for Error {
-    fn from(error: StepError) -> Self {
-        match error {
-            StepError::Run(error) => error.into(),
-            StepError::Budget(limit) => Self::Budget(limit),
-            StepError::Schedule(problem) => Self::bad_input(problem),
-        }
+impl From<Infallible> for Error {
+    fn from(never: Infallible) -> Self {
+        match never {}
     }
 }
 

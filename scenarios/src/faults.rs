@@ -12,30 +12,21 @@
 //! combinations are refused when the scenario is loaded. The faults of a channel act on a message in the order in which
 //! they began.
 //!
-//! The `Timetable` determines when faults begin and end; the `Injector` applies them.
+//! In a run, the timetable determines when faults begin and end, and the injector applies them (crate `runs`).
 
 mod argument;
 mod catalogue;
 mod effect;
-mod injector;
 mod kind;
-mod switched;
-mod timetable;
 mod trigger;
-
-use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use diagnostics::Spanned;
 use diagnostics::document::Table;
 
 pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
 pub use catalogue::{KINDS, kind};
-pub(crate) use effect::{Effect, MachineChange, TickTrouble};
-pub(crate) use injector::{Happening, Injector, SystemUnderTest, opposite};
+pub use effect::{Damage, DeviceTrouble, Effect, MachineChange, TickTrouble, Which};
 pub use kind::{FaultKind, Place};
-pub(crate) use switched::{Switchboard, Switched, SwitchedEffect, restart};
-pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};
 
 /// A fault of a scenario.
@@ -91,17 +82,18 @@ impl Fault {
 
     /// Its record.
     #[must_use]
-    pub fn told(&self) -> recording::Fault {
+    pub fn record(&self) -> recording::Fault {
         recording::Fault {
             kind: self.kind.name.to_owned(),
             momentary: self.kind.momentary,
             words: self.words(),
-            arguments: self.arguments.iter().map(|(name, value)| (name.to_owned(), value.told())).collect(),
+            arguments: self.arguments.iter().map(|(name, value)| (name.to_owned(), value.record())).collect(),
         }
     }
 
     /// Whether it acts on a robot or its surroundings.
-    pub(crate) fn needs_robot(&self) -> bool {
+    #[must_use]
+    pub fn needs_robot(&self) -> bool {
         self.effect().needs_robot()
     }
 
@@ -120,20 +112,11 @@ impl Fault {
         is_there.then(|| self.arguments.name(parameter))
     }
 
-    pub(crate) fn effect(&self) -> Effect {
+    /// What it does.
+    #[must_use]
+    pub fn effect(&self) -> Effect {
         (self.kind.effect)(&self.arguments)
     }
-}
-
-/// The names of the faults' streams of random numbers: each fault's kind, and its number among the faults of this kind.
-/// So adding or removing faults of other kinds changes nothing.
-fn stream_names(faults: &[Arc<Fault>]) -> impl Iterator<Item = String> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    faults.iter().map(move |fault| {
-        let count = counts.entry(fault.kind().name).or_default();
-        *count += 1;
-        format!("{}/{}", fault.kind().name, *count - 1)
-    })
 }
 
 #[cfg(test)]

@@ -9,16 +9,12 @@ use monitors::{EventAtom, ScopeError};
 use crate::error::Complaints;
 
 /// The events in a text: `(BatteryReader, BatteryLevel, m[2] < 30)`, or several joined by `or`.
-pub(crate) fn occurrences(
-    text: &Spanned<String>,
-    topology: &Topology,
-    complaints: &mut Complaints,
-) -> Option<Vec<EventAtom>> {
+pub fn occurrences(text: &Spanned<String>, topology: &Topology, complaints: &mut Complaints) -> Option<Vec<EventAtom>> {
     read(["", ""], text, topology, complaints)
 }
 
 /// The messages on a channel that satisfy a condition, as events.
-pub(crate) fn messages(
+pub fn messages(
     condition: &Spanned<String>,
     channel: ChannelId,
     topology: &Topology,

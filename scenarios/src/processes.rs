@@ -4,13 +4,13 @@ use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
 use recording::TREE;
 
 /// The name of the process that generates ticks.
-pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
+pub const TICK_GENERATOR: &str = "TickGenerator";
 
 /// The names of the components of every scenario with a map, unless it describes others with these names.
-pub(crate) const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
+pub const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 /// The names of the processes other than leaves.
-pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+pub const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// The processes to which a skill may send.
 pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];

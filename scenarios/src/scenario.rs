@@ -3,6 +3,7 @@
 mod base;
 mod component;
 mod component_entry;
+mod declaration;
 mod faulty;
 mod file;
 mod file_reader;
@@ -12,12 +13,14 @@ mod leaves;
 mod load;
 mod model;
 mod model_entry;
+mod monitoring;
 mod places;
 mod premises;
 mod prove;
 mod ready_made;
 mod robot;
-pub(crate) mod settings;
+pub mod schedule;
+pub mod settings;
 mod skill;
 mod stop;
 mod world;
@@ -35,17 +38,18 @@ use skills::Chart;
 
 pub use component::{Component, Runs};
 pub use component_entry::{ComponentEntry, RunsEntry};
+pub use declaration::{TreeIds, misfit};
 pub use devices::{DeviceKind, DeviceSettings};
 pub use faulty::FaultyMachines;
-pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
+pub use file::{BehaviorEntry, BehaviorFiles, Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
 pub use find::Found;
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
+pub use monitoring::{MachineMonitor, Monitoring, Watched};
 pub use premises::{Premises, PremisesEntry, Sites, Start};
-pub(crate) use prove::GENERAL;
 pub use prove::{
-    ALL_REACHED, AllowedFault, BatteryAssumption, Drained, FaultAssumption, MessageAssumption, PROGRESS, Passes,
-    ProofOutcome, ProveEntry, StandIn, TripAssumption,
+    ALL_REACHED, AllowedFault, BatteryAssumption, Drained, FaultAssumption, GENERAL, MessageAssumption, PROGRESS,
+    Passes, ProofOutcome, ProveEntry, StandIn, TripAssumption,
 };
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;
@@ -53,10 +57,10 @@ pub use skill::Skill;
 pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
 
+use self::monitoring::Described;
+use self::schedule::Schedule;
 use crate::Error;
-use crate::monitoring::{Described, Monitoring};
 use crate::processes::BUILTIN;
-use crate::schedule::Schedule;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
@@ -69,10 +73,8 @@ pub struct Scenario {
     pub origin: Origin,
     /// The map on which its robot drives; without one, tree, skills and components run alone.
     pub premises: Option<Premises>,
-    /// The RoAML model from which tree, skills and components come; without one, they come from files of their own.
-    pub model: Option<Arc<Model>>,
-    /// The behavior tree; only a model may have none.
-    pub tree: Option<Arc<Tree>>,
+    /// The tree, or the model that has one.
+    pub behavior: Behavior,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
     /// The components from files, by the name of their process; for a model, everything that is not a leaf.
@@ -89,7 +91,34 @@ pub struct Scenario {
     monitoring: OnceLock<Arc<Monitoring>>,
 }
 
+/// The source of a scenario's processes.
+#[derive(Clone, Debug)]
+pub enum Behavior {
+    /// A behavior tree, with skills and components from files of their own.
+    Tree(Arc<Tree>),
+    /// A RoAML model, with its tree if it has one, and with the machines of all its processes.
+    Model(Arc<Model>),
+}
+
 impl Scenario {
+    /// The behavior tree; only a model may have none.
+    #[must_use]
+    pub fn tree(&self) -> Option<&Arc<Tree>> {
+        match &self.behavior {
+            Behavior::Tree(tree) => Some(tree),
+            Behavior::Model(model) => model.tree.as_ref(),
+        }
+    }
+
+    /// The model, if it is one.
+    #[must_use]
+    pub fn model(&self) -> Option<&Arc<Model>> {
+        match &self.behavior {
+            Behavior::Tree(_) => None,
+            Behavior::Model(model) => Some(model),
+        }
+    }
+
     /// The programs that a run starts, each with its component.
     pub fn programs(&self) -> impl Iterator<Item = (&str, &Program)> {
         self.components.iter().filter_map(|(name, component)| match &component.runs {
@@ -103,13 +132,13 @@ impl Scenario {
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the property files.
-    pub(crate) fn monitoring(&self, topology: &Arc<Topology>) -> Result<Arc<Monitoring>, Error> {
+    pub fn monitoring(&self, topology: &Arc<Topology>) -> Result<Arc<Monitoring>, Error> {
         let tick = self.file.execution.tick;
         if let Some(made) = self.monitoring.get().filter(|made| made.fits(topology, tick)) {
             return Ok(Arc::clone(made));
         }
-        let Self { file, model, properties, watching, .. } = self;
-        let described = Described { file, model: model.as_deref(), properties, watching };
+        let Self { file, properties, watching, .. } = self;
+        let described = Described { file, model: self.model().map(Arc::as_ref), properties, watching };
         let made = Arc::new(Monitoring::new(described, topology)?);
         // If a scenario with other channels shares the cell, it is already set and stays so.
         let _ = self.monitoring.set(Arc::clone(&made));
@@ -124,7 +153,7 @@ impl Scenario {
     }
 
     /// The machines that a process may run: its own, and those with which faults replace it.
-    pub(crate) fn machines_of<'a>(&'a self, name: &str, sound: &'a Skill) -> impl Iterator<Item = &'a Arc<Chart>> {
+    pub fn machines_of<'a>(&'a self, name: &str, sound: &'a Skill) -> impl Iterator<Item = &'a Arc<Chart>> {
         let faulty = self.machines.get(name).into_iter().flat_map(FaultyMachines::values);
         std::iter::once(&sound.machine).chain(faulty)
     }
@@ -139,13 +168,13 @@ impl Scenario {
     /// The warnings about the files of the model, to be rendered.
     #[must_use]
     pub fn model_concerns(&self) -> &[Problem] {
-        self.model.as_ref().map_or(&[], |model| &model.warnings)
+        self.model().map_or(&[], |model| &model.warnings)
     }
 
     /// The warnings about the tree and its skills, to be rendered; `None` if there are none.
     #[must_use]
     pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
-        let tree = self.tree.as_ref().filter(|_| self.model.is_none())?;
+        let Behavior::Tree(tree) = &self.behavior else { return None };
         let concerns = skill::concerns(tree, &self.skills);
         (!concerns.is_empty()).then(|| tree.error(&concerns))
     }

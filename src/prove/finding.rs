@@ -1,8 +1,8 @@
 //! The findings: as text, as a test case, and as JSON.
 
 use explorer::{Limit, Outcome};
+use proofs::{Answer, Physical, Proof, Question, Round, Subject, Unreached};
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Answer, Physical, Proof, Question, Round, Subject, Unreached};
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 

@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use campaigns::Error;
 use explorer::{Limits, Order, Outcome, Progress, Reduction};
+use proofs::{Answer, Mutant, Proof, Question, Subject};
 use reports::junit::{Case, CaseResult, Suite};
-use scenarios::prove::{Answer, Mutant, Proof, Question, Subject};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
 

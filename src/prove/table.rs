@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use scenarios::prove::{Proof, Question, Unreachable};
+use proofs::{Proof, Question, Unreachable};
 use scenarios::scenario::ProofOutcome;
 
 use super::finding::{self, Finding};

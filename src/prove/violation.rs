@@ -6,8 +6,8 @@ use campaigns::Error;
 use channels::{ChannelId, EnabledKind, EventKind, Message, Topology, Verdict};
 use explorer::{Damage, Outcome, Path, PathStep};
 use monitors::scope_monitor;
+use proofs::{Answer, Proof, Question};
 use recording::message_json;
-use scenarios::prove::{Answer, Proof, Question};
 use serde_json::json;
 
 /// A run in which something goes wrong, replayed in the channel system with the ordinary monitor.

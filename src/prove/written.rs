@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use campaigns::{Error, run_and_report};
 use explorer::Outcome;
+use proofs::{COUNTEREXAMPLE, PHYSICS, Physical, Proof, SCHEDULE};
 use recording::Detail;
 use reports::report::OutcomeReport;
 use reports::{Outputs, file_name, html};
-use scenarios::live::Live;
-use scenarios::prove::{COUNTEREXAMPLE, PHYSICS, Physical, Proof, SCHEDULE};
+use runs::Run;
 use scenarios::scenario::{Scenario, find};
 
 use super::finding::Finding;
@@ -28,8 +28,8 @@ pub(super) fn write(proof: &Proof, finding: &Finding, folder: &Path) -> Result<O
     campaigns::refuse_campaign(&outputs)?;
     let file = proof.write_run(&finding.question, &finding.answer, run, &folder)?;
     let scenario = Arc::new(Scenario::load(&find::find(&file.display().to_string())?, &[])?);
-    let live = Live::new(Arc::clone(&scenario), scenario.file.seed, true)?;
-    let report = run_and_report(live, Detail::Full, &outputs, None, |_| ControlFlow::Continue(()))?;
+    let run = Run::new(Arc::clone(&scenario), scenario.file.seed, true)?;
+    let report = run_and_report(run, Detail::Full, &outputs, None, |_| ControlFlow::Continue(()))?;
     if report.outcome != OutcomeReport::AsExpected {
         let help = "this is a bug in steward: please report it, with the scenario";
         let message = format!("{} does not violate {property} as it was found", file.display());

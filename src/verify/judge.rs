@@ -6,9 +6,9 @@ use bags::Found;
 use campaigns::{Error, refuse_campaign};
 use channels::Verdict;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Header, Judge, Monitor, Origin, RunView};
+use recording::{Follower, Header, Judge, Monitor, Origin, RunView};
 use reports::{Outputs, Presentation, file_name};
-use scenarios::conduct::FITS;
+use runs::FITS;
 
 use super::args::VerifyArgs;
 use crate::monitor::System;

@@ -14,7 +14,7 @@ use channels::{Event, EventKind, Message, Topology, Value, Verdict};
 use monitors::{Channels, EventLog, Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Judge, LoggedRecording, Origin, RecordRef, Recording, RunView, event_line};
+use recording::{Archive, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
 use super::judge::judge_in_words;
 
@@ -289,17 +289,12 @@ fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -
     };
     let tick = std::time::Duration::from_secs(1);
     let (mut judge, header, start) = Judge::begin(Default::default(), Origin::default(), topology, tick, &[]);
-    let mut archive = Archive::begin(path, &header, &start).unwrap();
     let mut view = RunView::new(header, start).unwrap();
-    archive.follow(&view).unwrap();
+    let mut archive = Archive::begin(path, &view).unwrap();
     for (place, event) in events.iter().enumerate() {
-        let step = judge.step(event.clone(), &mut []);
-        archive.record(RecordRef::Step(&step)).unwrap();
-        view.apply(step).unwrap();
+        view.apply(judge.step(event.clone(), &mut [])).unwrap();
         if place + 1 == events.len() {
-            let end = judge.finish(&[]);
-            archive.record(RecordRef::End(&end)).unwrap();
-            view.finish(end).unwrap();
+            view.finish(judge.finish(&[])).unwrap();
         }
         archive.follow(&view).unwrap();
     }

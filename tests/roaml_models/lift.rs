@@ -6,9 +6,8 @@ use std::sync::Arc;
 
 use channels::EventKind;
 use monitors::Outcome;
-use recording::Detail;
-use scenarios::conduct::conduct;
-use scenarios::live::Live;
+use recording::{Detail, RunView};
+use runs::{Run, conduct};
 use scenarios::scenario::Scenario;
 
 use super::{LIFT, holds, load, run};
@@ -37,16 +36,18 @@ fn a_run_depends_on_its_seed_alone() {
     let (good, bad) = seeds(&model);
     let told = |seed: u64| {
         let mut told = String::new();
-        let live = Live::new(Arc::clone(&model), seed, true).expect("a system");
-        let view = conduct::<scenarios::Error>(live, Detail::Full, None, |view| {
+        let run = Run::new(Arc::clone(&model), seed, true).expect("a system");
+        let begin = |_: &RunView| Ok::<_, scenarios::Error>(());
+        let conducted = conduct(run, Detail::Full, None, begin, |view| {
             for event in view.events() {
                 if let EventKind::Received { channel, message } = &event.kind {
                     told += &format!("{:?} {} {message}\n", event.time, view.topology().describe(*channel));
                 }
             }
-            Ok(ControlFlow::Continue(()))
+            ControlFlow::Continue(())
         });
-        (told, view.expect("a run that ends").end().expect("its end").trace_hash.clone())
+        let ((), view) = conducted.expect("a run that ends");
+        (told, view.end().expect("its end").trace_hash.clone())
     };
     assert_eq!(told(good), told(good));
     assert_ne!(told(good).0, told(bad).0);

@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use campaigns::{Plan, Shard};
-use scenarios::live::Live;
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 /// How many pairs are compared.
@@ -66,7 +66,7 @@ fn set_up() {
         let began = Instant::now();
         let scenario = Arc::new(Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(&plan)).unwrap());
         let loaded = Instant::now();
-        black_box(Live::new(scenario, run.seed, true).unwrap());
+        black_box(Run::new(scenario, run.seed, true).unwrap());
         starting.push(loaded.elapsed().as_secs_f64() * 1e3);
         loading.push((loaded - began).as_secs_f64() * 1e3);
     }
@@ -107,9 +107,9 @@ fn run_bare(plan: &Plan) {
         let run = plan.run(k);
         let scenario = Arc::new(Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan)).unwrap());
         let limit = scenario.file.execution.max_time;
-        let mut live = Live::new(scenario, run.seed, true).unwrap();
-        while live.time() < limit {
-            black_box(live.step()).unwrap();
+        let mut run = Run::new(scenario, run.seed, true).unwrap();
+        while run.time() < limit {
+            black_box(run.step()).unwrap();
         }
     }
 }

@@ -169,10 +169,10 @@ impl Header {
             about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
             properties: plan.properties().to_vec(),
-            expects: plan.base().file.expect.told() != Expected::default(),
+            expects: plan.base().file.expect.record() != Expected::default(),
             measures: plan.file().measures.iter().map(|measure| measure.value).collect(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
-            of_roaml: plan.base().model.is_some(),
+            of_roaml: plan.base().model().is_some(),
         };
         Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
     }

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use diagnostics::{Problem, Spanned, did_you_mean};
+use runs::Run;
 use scenarios::Complaints;
 use scenarios::files::{shipped_campaigns, shipped_scenarios};
-use scenarios::live::Live;
 use scenarios::names::unknown;
 use scenarios::scenario::{Found, Scenario, find};
 use serde::Serialize;
@@ -110,8 +110,8 @@ impl Plan {
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
         let base = Arc::new(Scenario::load(&found, &set)?);
-        let live = Live::prepare(Arc::clone(&base), file.seed, true)?;
-        let properties = live.properties().map(str::to_owned).collect();
+        let run = Run::prepare(Arc::clone(&base), file.seed, true)?;
+        let properties = run.properties().map(str::to_owned).collect();
         let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
         let mut plan =
             Self { name, text, file, asked: None, found, files: String::new(), dimensions, base, properties };

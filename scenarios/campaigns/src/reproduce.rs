@@ -16,9 +16,9 @@ use std::sync::Arc;
 use drawing::ExecutionContext;
 use recording::Detail;
 use reports::Outputs;
+use runs::Run;
 use scenarios::Complaints;
 use scenarios::files::Kind;
-use scenarios::live::Live;
 use scenarios::scenario::{Scenario, TreeForm, find};
 use serde::Serialize;
 
@@ -238,8 +238,8 @@ impl Job {
         match self {
             Self::ExperimentRun(scenario, seed) => {
                 let mut observed = Observed::default();
-                let live = Live::new(Arc::clone(scenario), *seed, true)?;
-                let report = run_and_report(live, Detail::Full, &Outputs::default(), None, |view| {
+                let run = Run::new(Arc::clone(scenario), *seed, true)?;
+                let report = run_and_report(run, Detail::Full, &Outputs::default(), None, |view| {
                     observed.follow(view);
                     ControlFlow::Continue(())
                 })?;

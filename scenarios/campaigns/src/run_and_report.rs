@@ -7,8 +7,7 @@ use std::sync::Arc;
 use recording::{Detail, RunView};
 use reports::report::Report;
 use reports::{Outputs, Presentation};
-use scenarios::conduct::conduct;
-use scenarios::live::Live;
+use runs::{Run, conduct};
 use scenarios::scenario::Scenario;
 
 use crate::Error;
@@ -19,33 +18,27 @@ use crate::journal::has_journal;
 /// # Errors
 /// [`Error`] if something is wrong with the scenario.
 pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
-    let live = Live::new(scenario, seed, true)?;
-    run_and_report(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
+    let run = Run::new(scenario, seed, true)?;
+    run_and_report(run, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
 }
 
-/// Runs a scenario to its end, like [`conduct`], and makes its outputs. A run that `follow` stops is reported as
+/// Runs a scenario to its end, like [`conduct`], and makes its outputs. A run that `goes_on` stops is reported as
 /// interrupted.
 ///
 /// # Errors
 /// [`Error`] if something cannot be written, or the run cannot continue.
 pub fn run_and_report(
-    live: Live,
+    run: Run,
     detail: Detail,
     outputs: &Outputs,
     record: Option<&Path>,
-    mut follow: impl FnMut(&RunView) -> ControlFlow<()>,
+    goes_on: impl FnMut(&RunView) -> ControlFlow<()>,
 ) -> Result<Report, Error> {
     refuse_campaign(outputs)?;
     let detail = if outputs.is_nothing() { detail } else { detail.max(Detail::Full) };
-    let mut begun = None;
-    let view = conduct(live, detail, record, |view| {
-        match &mut begun {
-            None => begun = Some(Presentation::begin(view, outputs)?),
-            Some(presentation) => presentation.follow(view)?,
-        }
-        Ok::<_, Error>(follow(view))
-    })?;
-    Ok(begun.expect("a run is followed from its start").finish(&view)?)
+    let begin = |view: &RunView| Ok::<_, Error>(Presentation::begin(view, outputs)?);
+    let (presentation, view) = conduct(run, detail, record, begin, goes_on)?;
+    Ok(presentation.finish(&view)?)
 }
 
 /// Rejects a folder with the results of a campaign: a run does not overwrite them.

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use recording::{Record, RunView, Tape};
+use recording::{Follower, Record, RunView, Tape};
 use reports::timeline::Timeline;
 
 use crate::frame::Happened;
@@ -59,7 +59,7 @@ impl History {
         self.newest.apply(record.clone()).map_err(io::Error::other)?;
         let view = &self.newest.view;
         if let Record::Step(step) = &mut record {
-            self.timeline.follow(view);
+            let Ok(()) = self.timeline.follow(view);
             self.happened.extend(view.happenings().iter().filter_map(|happening| Happened::of(happening, view)));
             if let Some(details) = step.details.as_mut().filter(|details| details.scene.is_some()) {
                 if step.time < self.next_scene {
@@ -161,8 +161,8 @@ impl Player {
 #[cfg(test)]
 mod tests {
     use recording::Detail;
+    use runs::Session;
     use scenarios::scenario::find;
-    use scenarios::session::Session;
 
     use super::*;
     use crate::frame::{self, News};

@@ -1,6 +1,6 @@
 //! Shows runs in a browser: a run that is going on, in which a person can intervene, and recordings of others.
 //!
-//! [`Cockpit::open`] starts a [session](scenarios::session::Session) on its own thread, and [`Cockpit::serve`] shows it
+//! [`Cockpit::open`] starts a [session](runs::Session) on its own thread, and [`Cockpit::serve`] shows it
 //! to browsers. The page gets what is in the run's records, and nothing else; whatever a person does there is an act of
 //! the session. The session can therefore be saved as a scenario that gives the same run.
 //!

@@ -23,7 +23,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use recording::RecordingError;
-use scenarios::session::Session;
+use runs::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::net::TcpListener;

@@ -5,8 +5,8 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use recording::Detail;
+use runs::Session;
 use scenarios::scenario::STEP;
-use scenarios::session::Session;
 use serde_json::{Map, Value, json};
 
 use crate::clock::{Clock, FRAME, now};

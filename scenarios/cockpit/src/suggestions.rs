@@ -59,9 +59,9 @@ fn channels(header: &Header) -> impl Iterator<Item = [&str; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use runs::Session;
     use scenarios::faults::KINDS;
     use scenarios::scenario::find;
-    use scenarios::session::Session;
 
     use super::*;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use recording::{Header, Machine, Node, RunView};
 use reports::html::live;
-use scenarios::session::Session;
+use runs::Session;
 use serde_json::{Map, Value, json};
 
 /// The places, including the start and the station; corners in meters.
@@ -54,10 +54,10 @@ pub(crate) fn outcomes(view: &RunView) -> Value {
 pub(crate) fn lasting(session: &Session, acts: &BTreeMap<String, usize>) -> Value {
     let lasting = session.lasting().map(|(index, act)| {
         let name = acts.iter().find(|(_, known)| **known == index).map(|(name, _)| name);
-        let told = act.told();
-        let arguments = told.arguments.into_iter().map(|(key, value)| (key, value.to_json()));
-        let fault: Map<String, Value> = arguments.chain([("kind".to_owned(), told.kind.into())]).collect();
-        json!({ "name": name, "words": told.words, "fault": fault, "bodies": act.bodies() })
+        let record = act.record();
+        let arguments = record.arguments.into_iter().map(|(key, value)| (key, value.to_json()));
+        let fault: Map<String, Value> = arguments.chain([("kind".to_owned(), record.kind.into())]).collect();
+        json!({ "name": name, "words": record.words, "fault": fault, "bodies": act.bodies() })
     });
     lasting.collect()
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::Unfinished;
 
 use crate::mcap_file::McapWriter;
-use crate::{EventLogWriter, Header, RecordRef, RunView, Step, Writer};
+use crate::{EventLogWriter, Follower, RunView, Writer};
 
 /// Writes a run to a file: `FILE.jsonl` is an event log, `FILE.mcap` a recording that other tools can open, too, and
 /// any other file a recording. If it is not finished, nothing remains of it.
@@ -22,51 +22,21 @@ enum Form {
 }
 
 impl Archive {
-    /// Starts the file of a run.
+    /// Starts the file of a run at its start.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn begin(path: &Path, header: &Header, start: &Step) -> Result<Self, diagnostics::Error> {
+    pub fn begin(path: &Path, view: &RunView) -> Result<Self, diagnostics::Error> {
         let output = Unfinished::create(path)?;
         let is = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
         let form = if is("jsonl") {
-            EventLogWriter::begin(output, header).map(Form::Log)
+            EventLogWriter::begin(output, view).map(Form::Log)
         } else if is("mcap") {
-            McapWriter::begin(output).map(|writer| Form::Mcap(Box::new(writer)))
+            McapWriter::begin(output, view).map(|writer| Form::Mcap(Box::new(writer)))
         } else {
-            Writer::begin(output).map(Form::Recording)
+            Writer::begin(output, view).map(Form::Recording)
         };
-        let mut archive = Self { path: path.to_owned(), form: form.map_err(|source| unwritten(path, source))? };
-        archive.record(RecordRef::Header(header))?;
-        archive.record(RecordRef::Step(start))?;
-        Ok(archive)
-    }
-
-    /// Adds a record, if the file has records.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn record(&mut self, record: RecordRef<'_>) -> Result<(), diagnostics::Error> {
-        let written = match &mut self.form {
-            Form::Log(_) => Ok(()),
-            Form::Mcap(writer) => writer.write(record),
-            Form::Recording(writer) => writer.write(record),
-        };
-        written.map_err(|source| unwritten(&self.path, source))
-    }
-
-    /// Adds what the file has besides records. Call it at the start and after every step; after the last step, once the
-    /// view has its end.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn follow(&mut self, view: &RunView) -> Result<(), diagnostics::Error> {
-        let written = match &mut self.form {
-            Form::Log(log) => log.follow(view),
-            Form::Mcap(writer) => writer.follow(view),
-            Form::Recording(_) => Ok(()),
-        };
-        written.map_err(|source| unwritten(&self.path, source))
+        Ok(Self { path: path.to_owned(), form: form.map_err(|source| unwritten(path, source))? })
     }
 
     /// Ends the file.
@@ -80,6 +50,19 @@ impl Archive {
             Form::Recording(writer) => writer.finish(),
         };
         output.map_err(|source| unwritten(&self.path, source))?.finish()
+    }
+}
+
+impl Follower for Archive {
+    type Error = diagnostics::Error;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), diagnostics::Error> {
+        let written = match &mut self.form {
+            Form::Log(log) => log.follow(view),
+            Form::Mcap(writer) => writer.follow(view),
+            Form::Recording(writer) => writer.follow(view),
+        };
+        written.map_err(|source| unwritten(&self.path, source))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The last record of a run that ran to its end.
 
 use std::fmt;
+use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{GraphMonitor, Monitor};
@@ -24,7 +25,7 @@ pub struct End {
     /// that does not damage messages.
     pub messages_hit: Vec<Option<u64>>,
     /// The visible scene of the last step, if pictures may be taken.
-    pub scene: Option<Scene>,
+    pub scene: Option<Arc<Scene>>,
 }
 
 /// Why a run ended.

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use channels::{Event, EventKind, Message, Topology, Value};
 use serde_json::json;
 
-use crate::{Header, RunView};
+use crate::{Follower, RunView};
 
 /// An event as a line of the event log, without the newline.
 #[must_use]
@@ -45,12 +45,14 @@ pub struct EventLogWriter<W: Write> {
 }
 
 impl<W: Write> EventLogWriter<W> {
-    /// Starts a log with the line that describes the run.
+    /// Starts the log of a run at its start, with the line that describes the run. Its steps must have
+    /// [details](crate::Details).
     ///
     /// # Errors
     /// If writing fails.
-    pub fn begin(output: W, header: &Header) -> io::Result<Self> {
+    pub fn begin(output: W, view: &RunView) -> io::Result<Self> {
         let mut log = Self { output: BufWriter::new(output), statuses: serde_json::Value::Null };
+        let header = view.header();
         let description = json!({
             "scenario": header.scenario,
             "seed": header.seed,
@@ -58,14 +60,23 @@ impl<W: Write> EventLogWriter<W> {
             "tick_s": header.tick.as_secs_f64(),
         });
         writeln!(log.output, "{description}")?;
+        log.follow(view)?;
         Ok(log)
     }
 
-    /// Writes what the last step of a run added. Steps must have [details](crate::Details).
+    /// Ends the log and returns its file.
     ///
     /// # Errors
     /// If writing fails.
-    pub fn follow(&mut self, view: &RunView) -> io::Result<()> {
+    pub fn finish(self) -> io::Result<W> {
+        self.output.into_inner().map_err(io::IntoInnerError::into_error)
+    }
+}
+
+impl<W: Write> Follower for EventLogWriter<W> {
+    type Error = io::Error;
+
+    fn follow(&mut self, view: &RunView) -> io::Result<()> {
         for event in view.events() {
             writeln!(self.output, "{}", event_line(event, view.topology()))?;
         }
@@ -79,14 +90,6 @@ impl<W: Write> EventLogWriter<W> {
             self.statuses = statuses;
         }
         Ok(())
-    }
-
-    /// Ends the log and returns its file.
-    ///
-    /// # Errors
-    /// If writing fails.
-    pub fn finish(self) -> io::Result<W> {
-        self.output.into_inner().map_err(io::IntoInnerError::into_error)
     }
 }
 

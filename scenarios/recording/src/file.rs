@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 
 use crate::chunk::{Chunk, ChunkError, MAX_CHUNK_BYTES, unpack};
-use crate::{FORMAT, RecordRef};
+use crate::{FORMAT, Follower, RecordRef, RunView};
 
 /// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
+
 /// Writes a recording.
 ///
 /// The documentation of the crate describes the file. It is written in chunks: if the program is killed, the chunks
@@ -19,21 +20,19 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Starts a recording.
+    /// Starts the recording of a run at its start.
     ///
     /// # Errors
     /// If writing fails.
-    pub fn begin(mut output: W) -> io::Result<Self> {
+    pub fn begin(mut output: W, view: &RunView) -> io::Result<Self> {
         output.write_all(&MAGIC)?;
         output.write_all(&FORMAT.to_le_bytes())?;
-        Ok(Self { output, chunk: Chunk::default() })
+        let mut writer = Self { output, chunk: Chunk::default() };
+        RecordRef::at_start(view).try_for_each(|record| writer.write(record))?;
+        Ok(writer)
     }
 
-    /// Writes a record.
-    ///
-    /// # Errors
-    /// If writing fails.
-    pub fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
+    pub(crate) fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
         self.chunk.push(record)?;
         if self.chunk.is_full() { self.flush() } else { Ok(()) }
     }
@@ -53,6 +52,14 @@ impl<W: Write> Writer<W> {
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         Ok(self.output)
+    }
+}
+
+impl<W: Write> Follower for Writer<W> {
+    type Error = io::Error;
+
+    fn follow(&mut self, view: &RunView) -> io::Result<()> {
+        RecordRef::newest(view).try_for_each(|record| self.write(record))
     }
 }
 

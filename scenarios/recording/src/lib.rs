@@ -15,7 +15,8 @@
 //!    [`SceneClock`] and the happenings.
 //! 4. An [`End`]: why the run ended, the hash of the trace, the final verdicts. An interrupted run has none.
 //!
-//! A [`RunView`] takes the records one after the other and answers the questions of readers.
+//! A [`RunView`] takes the records one after the other and answers the questions of readers. A [`Follower`] sees the view
+//! after each of them: every file, page and picture of a run is made by one.
 //!
 //! # Units and frames
 //!
@@ -41,7 +42,7 @@
 //!
 //! ```
 //! use std::time::Duration;
-//! use recording::{RecordRef, Recording, Writer};
+//! use recording::{Follower, Recording, RunView, Writer};
 //! # use std::sync::Arc;
 //! # use recording::{End, Ended, Expected, Header, Origin, RobotState, Snapshots, Step};
 //! # fn header() -> Header {
@@ -64,11 +65,11 @@
 //! #     ended, trace_hash: String::new(), monitors: vec![], skill_errors: vec![], messages_hit: vec![], scene: None,
 //! # };
 //!
-//! let mut writer = Writer::begin(std::fs::File::create(&path)?)?;
-//! writer.write(RecordRef::Header(&header()))?;
-//! writer.write(RecordRef::Step(&step_at(Duration::ZERO)))?;
-//! writer.write(RecordRef::Step(&step_at(Duration::from_millis(20))))?;
-//! writer.write(RecordRef::End(&end))?;
+//! let mut view = RunView::new(header(), step_at(Duration::ZERO))?;
+//! let mut writer = Writer::begin(std::fs::File::create(&path)?, &view)?;
+//! view.apply(step_at(Duration::from_millis(20)))?;
+//! view.finish(end)?;
+//! writer.follow(&view)?;
 //! writer.finish()?;
 //!
 //! let mut recording = Recording::open(&path)?;
@@ -103,6 +104,7 @@ mod decimals;
 mod end;
 mod event_log;
 mod file;
+mod follower;
 mod header;
 mod heard;
 mod judge;
@@ -124,6 +126,7 @@ pub use decimals::{decimals, length};
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::Writer;
+pub use follower::Follower;
 pub use header::{
     Argument, Expected, Fault, Header, Machine, MachineState, Monitor, Node, Origin, Place, Premises, RobotBody,
     SettingGroup, SnapshotOccasion, Snapshots, TREE,

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, Cursor, Read};
 
-use crate::{EventLogWriter, Recording, RecordingError, RunView};
+use crate::{EventLogWriter, Follower, Recording, RecordingError, RunView};
 
 /// The event log that the run of a recording would have written.
 pub struct LoggedRecording<F> {
@@ -21,7 +21,7 @@ impl<F: FnOnce(&RecordingError)> LoggedRecording<F> {
     /// [`RecordingError`].
     pub fn begin(mut recording: Recording, truncated: F) -> Result<Self, RecordingError> {
         let view = recording.begin()?;
-        let log = EventLogWriter::begin(Vec::new(), view.header()).map_err(|source| recording.unreadable(source))?;
+        let log = EventLogWriter::begin(Vec::new(), &view).map_err(|source| recording.unreadable(source))?;
         Ok(Self { recording, view, log, lines: Cursor::default(), truncated: Some(truncated) })
     }
 }

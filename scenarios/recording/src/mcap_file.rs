@@ -13,7 +13,7 @@ use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
 use crate::topics::Topics;
 use crate::topics::output::{Output, Topic};
 use crate::topics::ros;
-use crate::{FORMAT, RecordRef, RunView};
+use crate::{FORMAT, Follower, RecordRef, RunView};
 
 /// The topic with the records.
 const TOPIC: &str = "/steward/records";
@@ -31,19 +31,20 @@ pub(crate) struct McapWriter<W: Write> {
 }
 
 impl<W: Write> McapWriter<W> {
-    pub(crate) fn begin(output: W) -> io::Result<Self> {
+    /// Starts the recording of a run at its start.
+    pub(crate) fn begin(output: W, view: &RunView) -> io::Result<Self> {
         let mut output = Output::begin(output)?;
         let records = output.topic(TOPIC)?;
-        Ok(Self { output, records, chunk: Vec::new(), topics: None, flushed: None })
-    }
-
-    pub(crate) fn write(&mut self, record: RecordRef<'_>) -> io::Result<()> {
-        encode(record, &mut self.chunk)
+        let mut chunk = Vec::new();
+        RecordRef::at_start(view).try_for_each(|record| encode(record, &mut chunk))?;
+        let mut writer = Self { output, records, chunk, topics: None, flushed: None };
+        writer.write(view)?;
+        Ok(writer)
     }
 
     /// Writes the records so far, and the topics for other tools. The first message of the file has records, so that
     /// readers can immediately tell it from other files.
-    pub(crate) fn follow(&mut self, view: &RunView) -> io::Result<()> {
+    fn write(&mut self, view: &RunView) -> io::Result<()> {
         let time = view.time();
         let is_due = view.end().is_some() || self.flushed.is_none_or(|flushed| time >= flushed + FLUSH);
         if is_due {
@@ -78,6 +79,15 @@ impl<W: Write> McapWriter<W> {
     pub(crate) fn finish(mut self) -> io::Result<W> {
         self.write_chunk(self.flushed.unwrap_or_default())?;
         self.output.finish()
+    }
+}
+
+impl<W: Write> Follower for McapWriter<W> {
+    type Error = io::Error;
+
+    fn follow(&mut self, view: &RunView) -> io::Result<()> {
+        RecordRef::newest(view).try_for_each(|record| encode(record, &mut self.chunk))?;
+        self.write(view)
     }
 }
 
@@ -234,17 +244,11 @@ mod tests {
     #[test]
     fn the_file_on_disk_lags_behind_by_at_most_a_second() {
         let disk = Disk::default();
-        let mut writer = McapWriter::begin(disk.clone()).unwrap();
-        let start = step(Duration::ZERO);
-        writer.write(RecordRef::Header(&header())).unwrap();
-        writer.write(RecordRef::Step(&start)).unwrap();
-        let mut view = RunView::new(header(), start).unwrap();
-        writer.follow(&view).unwrap();
+        let mut view = RunView::new(header(), step(Duration::ZERO)).unwrap();
+        let mut writer = McapWriter::begin(disk.clone(), &view).unwrap();
         let mut told = Vec::new();
         for number in 1..=150 {
-            let step = step(Duration::from_millis(20 * number));
-            writer.write(RecordRef::Step(&step)).unwrap();
-            view.apply(step).unwrap();
+            view.apply(step(Duration::from_millis(20 * number))).unwrap();
             writer.follow(&view).unwrap();
             let on_disk = disk.0.borrow().clone();
             let until = read(&on_disk).unwrap();
@@ -262,7 +266,7 @@ mod tests {
             messages_hit: vec![],
             scene: None,
         };
-        writer.write(RecordRef::End(&end)).unwrap();
+        view.apply(step(view.time())).unwrap();
         view.finish(end).unwrap();
         writer.follow(&view).unwrap();
         writer.finish().unwrap();
@@ -305,9 +309,16 @@ mod tests {
         }
     }
 
-    /// Plays these records with and without recording them again.
+    impl From<std::convert::Infallible> for Unplayed {
+        fn from(never: std::convert::Infallible) -> Self {
+            match never {}
+        }
+    }
+
+    /// Plays a start followed by these records with and without recording them again.
     fn plays(records: &[crate::Record], folder: &std::path::Path) -> [Result<(), Unplayed>; 2] {
-        let mut writer = crate::Writer::begin(Vec::new()).unwrap();
+        let start = RunView::new(header(), step(Duration::ZERO)).unwrap();
+        let mut writer = crate::Writer::begin(Vec::new(), &start).unwrap();
         records.iter().for_each(|record| writer.write(record.borrowed()).unwrap());
         let path = folder.join("run.rec");
         std::fs::write(&path, writer.finish().unwrap()).unwrap();
@@ -327,9 +338,8 @@ mod tests {
             messages_hit: vec![],
             scene: None,
         };
-        let steps = (0..5).map(|number| crate::Record::Step(step(Duration::from_millis(700 * number))));
-        let first = crate::Record::Header(Box::new(header()));
-        std::iter::once(first).chain(steps).chain([crate::Record::End(Box::new(end))]).collect()
+        let steps = (1..5).map(|number| crate::Record::Step(step(Duration::from_millis(700 * number))));
+        steps.chain([crate::Record::End(Box::new(end))]).collect()
     }
 
     #[test]
@@ -338,7 +348,7 @@ mod tests {
         assert!(plays(&records(), folder.path()).iter().all(Result::is_ok));
         for time in [Duration::MAX, Duration::from_nanos(u64::MAX) + Duration::from_nanos(1), Duration::ZERO] {
             let mut records = records();
-            records[3] = crate::Record::Step(step(time));
+            records[1] = crate::Record::Step(step(time));
             for played in plays(&records, folder.path()) {
                 assert!(matches!(played, Err(Unplayed::Read(RecordingError::Damaged(_)))), "{time:?}: {played:?}");
             }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{End, Header, Step};
+use crate::{End, Header, RunView, Step};
 
 /// The version of the format. It goes up with every change of the records.
 pub const FORMAT: u32 = 12;
@@ -39,4 +39,16 @@ pub enum RecordRef<'r> {
     Step(&'r Step),
     /// The end; the last record.
     End(&'r End),
+}
+
+impl<'r> RecordRef<'r> {
+    /// The first two records, if the run is at its start.
+    pub(crate) fn at_start(view: &'r RunView) -> impl Iterator<Item = Self> {
+        [Self::Header(view.header()), Self::Step(view.step())].into_iter()
+    }
+
+    /// The record of the last step, and the end if it has come.
+    pub(crate) fn newest(view: &'r RunView) -> impl Iterator<Item = Self> {
+        std::iter::once(Self::Step(view.step())).chain(view.end().map(Self::End))
+    }
 }

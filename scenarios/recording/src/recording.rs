@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::chunk::ChunkError;
 use crate::file::FileChunks;
 use crate::mcap_file::McapChunks;
-use crate::{Archive, End, FORMAT, Header, Inconsistent, Record, RecordRef, RunView, Step};
+use crate::{Archive, End, FORMAT, Follower, Header, Inconsistent, Record, RunView, Step};
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -170,46 +170,33 @@ impl Recording {
     /// [`RecordingError`]; [`Truncated`](RecordingError::Truncated) if the file ends before the run does.
     pub fn advance(&mut self, view: &mut RunView) -> Result<(), RecordingError> {
         let (step, end) = self.step(view)?;
-        self.apply(view, step, end)
-    }
-
-    fn apply(&self, view: &mut RunView, step: Step, end: Option<Box<End>>) -> Result<(), RecordingError> {
         let applied = view.apply(step).and_then(|()| end.map_or(Ok(()), |end| view.finish(*end)));
         applied.map_err(|Inconsistent| self.damaged())
     }
 
-    /// Plays the whole run, and calls `follow` at the start and after every step. If `record` is given, writes the run
-    /// to that file, as an [`Archive`] does.
+    /// Plays the whole run to whoever `begin` makes from its start. If `record` is given, writes the run to that file,
+    /// as an [`Archive`] does.
     ///
     /// # Errors
-    /// [`RecordingError`]; a file that could not be written; an error of `follow`.
-    pub fn play<E: From<RecordingError> + From<diagnostics::Error>>(
+    /// [`RecordingError`]; a file that could not be written; an error of who follows.
+    pub fn play<F: Follower, E>(
         mut self,
         record: Option<&Path>,
-        mut follow: impl FnMut(&RunView) -> Result<(), E>,
-    ) -> Result<RunView, E> {
-        let (header, start) = self.start()?;
-        let mut archive = record.map(|path| Archive::begin(path, &header, &start)).transpose()?;
-        let mut view = RunView::new(header, start).map_err(|Inconsistent| self.damaged())?;
-        loop {
-            if let Some(archive) = &mut archive {
-                archive.follow(&view)?;
-            }
-            follow(&view)?;
-            if view.end().is_some() {
-                break;
-            }
-            let (step, end) = self.step(&view)?;
-            if let Some(archive) = &mut archive {
-                archive.record(RecordRef::Step(&step))?;
-                if let Some(end) = &end {
-                    archive.record(RecordRef::End(end))?;
-                }
-            }
-            self.apply(&mut view, step, end)?;
+        begin: impl FnOnce(&RunView) -> Result<F, E>,
+    ) -> Result<(F, RunView), E>
+    where
+        E: From<RecordingError> + From<diagnostics::Error> + From<F::Error>,
+    {
+        let mut view = self.begin()?;
+        let mut archive = record.map(|path| Archive::begin(path, &view)).transpose()?;
+        let mut follower = begin(&view)?;
+        while view.end().is_none() {
+            self.advance(&mut view)?;
+            archive.follow(&view)?;
+            follower.follow(&view)?;
         }
         archive.map_or(Ok(()), Archive::finish)?;
-        Ok(view)
+        Ok((follower, view))
     }
 }
 

@@ -25,7 +25,7 @@ pub enum Detail {
 }
 
 /// A step of a run. The first one is the initial state, before anything has happened.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Step {
     /// Since the start of the run, at the end of the step.
     pub time: Duration,
@@ -207,7 +207,7 @@ pub struct Details {
     /// The status of navigation; none if nothing has changed.
     pub navigation: Option<Navigation>,
     /// The visible scene, where a picture may be taken.
-    pub scene: Option<Scene>,
+    pub scene: Option<Arc<Scene>>,
 }
 
 impl Details {

@@ -26,22 +26,18 @@ pub struct Inconsistent;
 #[derive(Clone, Debug)]
 pub struct RunView {
     header: Arc<Header>,
-    time: Duration,
-    ticks: u64,
-    overruns: u64,
-    communications: u64,
+    /// The last step, as it was recorded.
+    step: Step,
     robot: RobotState,
     /// What the last step changed in it, apart from the battery's charge.
     changes: RobotState,
-    events: Vec<Event>,
-    happenings: Vec<Happening>,
     outcomes: Vec<Option<bt::Outcome>>,
     /// By the index of the process in the topology.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     decisions: Vec<Option<Decision>>,
     navigation: Option<Navigation>,
-    scene: Scene,
+    scene: Arc<Scene>,
     /// Where the robot was at that moment.
     seen_from: Option<Pose>,
     /// Whether the last step had it.
@@ -82,18 +78,13 @@ impl RunView {
         let channels = header.topology.channels().count();
         check(named.iter().all(|channel| channel.index() < channels))?;
         let mut view = Self {
-            time: Duration::ZERO,
-            ticks: 0,
-            overruns: 0,
-            communications: 0,
-            events: Vec::new(),
-            happenings: Vec::new(),
+            step: Step::default(),
             outcomes: vec![None; header.tree.len()],
             locations: vec![None; header.topology.processes().count()],
             monitors: vec![MonitorState::default(); header.monitors.len()],
             decisions: vec![None; header.monitors.len()],
             navigation: None,
-            scene: Scene::default(),
+            scene: Arc::default(),
             seen_from: None,
             has_new_scene: false,
             has_new_states: true,
@@ -128,26 +119,27 @@ impl RunView {
     }
 
     fn take(&mut self, step: Step) -> Result<(), Inconsistent> {
-        let Step { time, ticks, overruns, communications, robot: changes, happenings, details } = step;
-        check(time >= self.time && time <= LATEST)?;
-        if details.is_none() && communications > self.communications {
+        check(step.time >= self.step.time && step.time <= LATEST)?;
+        if step.details.is_none() && step.communications > self.step.communications {
             self.heard.miss();
         }
-        (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
-        let was_charging = self.robot.is_charging();
+        self.step = Step { happenings: Vec::new(), details: None, ..step };
+        let (changes, was_charging) = (self.step.robot, self.robot.is_charging());
         self.robot = self.robot.with(&changes);
         self.tally.note(&self.robot, &changes);
         self.note_entries(&changes);
         self.changes = changes;
         self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);
-        self.events.clear();
         self.has_new_scene = false;
-        self.has_new_states = !happenings.is_empty();
-        for happening in &happenings {
+        self.has_new_states = !step.happenings.is_empty();
+        for happening in &step.happenings {
             self.note(happening)?;
         }
-        self.happenings = happenings;
-        details.map_or(Ok(()), |details| self.take_details(*details))
+        if let Some(details) = &step.details {
+            self.take_details(details)?;
+        }
+        (self.step.happenings, self.step.details) = (step.happenings, step.details);
+        Ok(())
     }
 
     /// Notes the places at which the robot is for the first time.
@@ -156,7 +148,7 @@ impl RunView {
         let position = truth.pose.translation.vector.into();
         for (place, entered) in self.header.places().iter().zip(&mut self.entered) {
             if entered.is_none() && place.covers(&position) {
-                *entered = Some(self.time);
+                *entered = Some(self.step.time);
             }
         }
     }
@@ -179,61 +171,60 @@ impl RunView {
             Happening::TreeError { node, message, tick } => {
                 check(*node < self.header.tree.len())?;
                 let (node, message) = (*node, message.clone());
-                self.tree_errors.push(TreeError { node, message, tick: *tick, time: self.time });
+                self.tree_errors.push(TreeError { node, message, tick: *tick, time: self.step.time });
             }
             Happening::GivenUp { reason } => {
-                self.given_up.push(GivenUp { time: self.time, reason: reason.clone() });
+                self.given_up.push(GivenUp { time: self.step.time, reason: reason.clone() });
             }
             Happening::Said { by, text } => {
                 let by = self.header.topology.processes().nth(*by).ok_or(Inconsistent)?;
                 let by = self.header.topology.name(by).to_owned();
-                self.said.push(Said { time: self.time, by, text: text.clone() });
+                self.said.push(Said { time: self.step.time, by, text: text.clone() });
             }
-            Happening::Moved { words } => self.moves.push(Moved { time: self.time, words: words.clone() }),
+            Happening::Moved { words } => self.moves.push(Moved { time: self.step.time, words: words.clone() }),
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
                 self.decisions[*monitor] = Some(decision.clone());
             }
             Happening::Arrival { place } => {
-                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(self.time);
+                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(self.step.time);
             }
         }
         Ok(())
     }
 
-    fn take_details(&mut self, details: Details) -> Result<(), Inconsistent> {
+    fn take_details(&mut self, details: &Details) -> Result<(), Inconsistent> {
         self.has_new_states |= details.has_new_states();
         let Details { events, outcomes, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
         events.iter().for_each(|event| self.heard.note(event, &self.header.topology));
-        self.events = events;
         if let Some(outcomes) = outcomes {
             check(outcomes.len() == self.header.tree.len())?;
-            self.outcomes = outcomes;
+            self.outcomes.clone_from(outcomes);
         }
         for (process, location) in locations {
-            *self.locations.get_mut(process).ok_or(Inconsistent)? = Some(location);
+            *self.locations.get_mut(*process).ok_or(Inconsistent)? = Some(location.clone());
         }
         for (monitor, state) in monitors {
-            self.set_monitor(monitor, state)?;
+            self.set_monitor(*monitor, state)?;
         }
-        if let Some(navigation) = navigation {
-            self.navigation = Some(navigation);
+        if navigation.is_some() {
+            self.navigation.clone_from(navigation);
         }
-        scene.map_or(Ok(()), |scene| self.set_scene(scene))
+        scene.as_ref().map_or(Ok(()), |scene| self.set_scene(scene))
     }
 
-    fn set_monitor(&mut self, monitor: usize, state: MonitorState) -> Result<(), Inconsistent> {
+    fn set_monitor(&mut self, monitor: usize, state: &MonitorState) -> Result<(), Inconsistent> {
         let graph = self.header.monitors.get(monitor).ok_or(Inconsistent)?.graph.as_ref();
         check(state.active.is_none_or(|active| graph.is_some_and(|graph| active < graph.locations.len())))?;
-        self.monitors[monitor] = state;
+        self.monitors[monitor].clone_from(state);
         Ok(())
     }
 
-    fn set_scene(&mut self, scene: Scene) -> Result<(), Inconsistent> {
+    fn set_scene(&mut self, scene: &Arc<Scene>) -> Result<(), Inconsistent> {
         check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers().len()))?;
-        self.scene = scene;
+        self.scene = Arc::clone(scene);
         self.seen_from = self.robot.pose();
         self.has_new_scene = true;
         Ok(())
@@ -248,13 +239,13 @@ impl RunView {
     ///
     /// # Errors
     /// [`Inconsistent`] if it does not fit what came before it.
-    pub fn finish(&mut self, mut end: End) -> Result<(), Inconsistent> {
+    pub fn finish(&mut self, end: End) -> Result<(), Inconsistent> {
         check(end.monitors.len() == self.monitors.len() && end.messages_hit.len() == self.header.faults.len())?;
         for (monitor, said) in end.monitors.iter().enumerate() {
-            self.set_monitor(monitor, said.state.clone())?;
+            self.set_monitor(monitor, &said.state)?;
         }
         self.has_new_states = true;
-        if let Some(scene) = end.scene.take() {
+        if let Some(scene) = &end.scene {
             self.set_scene(scene)?;
         }
         self.end = Some(end);
@@ -273,28 +264,34 @@ impl RunView {
         &self.header.topology
     }
 
+    /// The last step, as it was recorded.
+    #[must_use]
+    pub fn step(&self) -> &Step {
+        &self.step
+    }
+
     /// Time since the start of the run.
     #[must_use]
     pub fn time(&self) -> Duration {
-        self.time
+        self.step.time
     }
 
     /// How many ticks have been generated.
     #[must_use]
     pub fn ticks(&self) -> u64 {
-        self.ticks
+        self.step.ticks
     }
 
     /// How many of them could not be delivered.
     #[must_use]
     pub fn overruns(&self) -> u64 {
-        self.overruns
+        self.step.overruns
     }
 
     /// How many communications there have been.
     #[must_use]
     pub fn communications(&self) -> u64 {
-        self.communications
+        self.step.communications
     }
 
     /// What is known of the robot: its true and estimated pose, its battery, the distance driven.
@@ -323,13 +320,13 @@ impl RunView {
     /// The events of the last step, in order.
     #[must_use]
     pub fn events(&self) -> &[Event] {
-        &self.events
+        self.step.details.as_deref().map_or(&[], |details| &details.events)
     }
 
     /// What happened in the last step, in order.
     #[must_use]
     pub fn happenings(&self) -> &[Happening] {
-        &self.happenings
+        &self.step.happenings
     }
 
     /// The last outcome of each node of the tree.
@@ -404,7 +401,7 @@ impl RunView {
     /// Whether nothing happened in the last step, and nothing has changed but the time and the battery's charge.
     pub(crate) fn is_quiet(&self) -> bool {
         let is_still = self.changes.pose().is_none() && self.changes.battery.is_none();
-        is_still && self.events.is_empty() && !self.has_new_states && !self.has_new_scene
+        is_still && self.events().is_empty() && !self.has_new_states && !self.has_new_scene
     }
 
     /// What was visible in the last scene.

@@ -17,8 +17,7 @@ use std::thread;
 
 use recording::{Detail, Recording, RunView};
 use reports::{Outputs, Presentation, report_recording};
-use scenarios::conduct::conduct;
-use scenarios::live::Live;
+use runs::{Run, conduct};
 use scenarios::scenario::{Scenario, find};
 
 /// How long each part of a round took, in seconds.
@@ -109,32 +108,29 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
 }
 
 fn run(scenario: &Arc<Scenario>, detail: Detail, record: Option<&Path>) {
-    let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
-    let follow = |_: &RunView| Ok::<_, scenarios::Error>(ControlFlow::Continue(()));
-    conduct(live, detail, record, follow).expect("the run comes to its end");
+    let run = Run::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
+    let begin = |_: &RunView| Ok::<_, scenarios::Error>(());
+    conduct(run, detail, record, begin, |_| ControlFlow::Continue(())).expect("the run comes to its end");
 }
 
 /// Runs the scenario with report, page and pictures in a folder.
 fn show(scenario: &Arc<Scenario>, folder: &Path, record: Option<&Path>, turns: Turns) -> Shown {
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
-    let (mut begun, mut view) = (None, None);
+    let mut conducted = None;
     turns.wait();
     let run = seconds(|| {
-        let live = Live::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
-        let conducted = conduct(live, Detail::Full, record, |view| {
-            match &mut begun {
-                None => begun = Some(Presentation::begin(view, &outputs).expect("there is room for a report")),
-                Some(presentation) => presentation.follow(view).expect("there is room for a report"),
-            }
+        let run = Run::new(Arc::clone(scenario), 1, true).expect("the scenario is valid");
+        let begin = |view: &RunView| Ok::<_, Box<dyn std::error::Error>>(Presentation::begin(view, &outputs)?);
+        let goes_on = |view: &RunView| {
             if view.time().subsec_nanos() == 0 {
                 turns.pass();
             }
-            Ok::<_, scenarios::Error>(ControlFlow::Continue(()))
-        });
-        view = Some(conducted.expect("the run comes to its end"));
+            ControlFlow::Continue(())
+        };
+        conducted = Some(conduct(run, Detail::Full, record, begin, goes_on).expect("the run comes to its end"));
     });
     drop(turns);
-    let (presentation, view) = begun.zip(view).expect("a run is followed from its start");
+    let (presentation, view) = conducted.expect("the run was conducted");
     Shown { run, report: seconds(|| drop(presentation.finish(&view).expect("there is room for a report"))) }
 }
 

@@ -1,5 +1,6 @@
 //! Turns a moment of a run into a picture.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,8 +9,8 @@ use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
 use recording::{
-    BodyShape, FaultCourse, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
-    RunView,
+    BodyShape, FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
+    Premises, RunView,
 };
 
 /// The trail has a point this often, in meters.
@@ -36,12 +37,12 @@ impl Camera {
     pub fn new(view: &RunView) -> Self {
         let map = view.header().premises.as_ref().map(|premises| Arc::new(MapPicture::new(&premises.map)));
         let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before: None };
-        camera.follow(view);
+        camera.note(view);
         camera
     }
 
-    /// Records the present state of the run. Call it after every step.
-    pub fn follow(&mut self, view: &RunView) {
+    /// Remembers the present state of the run.
+    fn note(&mut self, view: &RunView) {
         let is_new = |position: &Point| self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M);
         let position = view.position().filter(is_new);
         self.trail.extend(position);
@@ -106,6 +107,15 @@ impl Camera {
             thresholds: thresholds(view.header()),
             faults: view.faults().iter().map(|record| (record.time, "fault".to_owned())).collect(),
         })
+    }
+}
+
+impl Follower for Camera {
+    type Error = Infallible;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Infallible> {
+        self.note(view);
+        Ok(())
     }
 }
 
@@ -381,7 +391,7 @@ fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
 
 #[cfg(test)]
 mod tests {
-    use scenarios::live::Live;
+    use runs::Run;
     use scenarios::scenario::{Scenario, find};
 
     use super::*;
@@ -390,7 +400,7 @@ mod tests {
     fn header(overrides: &[&str]) -> Header {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
-        Live::new(Arc::new(scenario), 1, true).unwrap().header()
+        Run::new(Arc::new(scenario), 1, true).unwrap().header()
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Staging, Unfinished};
 use drawing::{GifWriter, Renderer};
-use recording::{Decision, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
+use recording::{Decision, Follower, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
 
 use crate::file_name;
 use crate::pictures::Camera;
@@ -65,18 +65,6 @@ impl Presentation {
         Ok(Self { began, staging, pictures, timeline, charts: outputs.charts })
     }
 
-    /// Adds the last step; the final one comes with the end.
-    ///
-    /// # Errors
-    /// [`Error`] if something cannot be drawn or written.
-    pub fn follow(&mut self, view: &RunView) -> Result<(), Error> {
-        self.pictures.take(view, self.staging.as_ref())?;
-        if let Some(timeline) = &mut self.timeline {
-            timeline.follow(view);
-        }
-        Ok(())
-    }
-
     /// Writes the report of a run that has ended, with its page, and returns it. The pictures of an earlier report in
     /// the folder are removed.
     ///
@@ -102,6 +90,16 @@ impl Presentation {
     }
 }
 
+impl Follower for Presentation {
+    type Error = Error;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Error> {
+        self.pictures.take(view, self.staging.as_ref())?;
+        let Ok(()) = self.timeline.follow(view);
+        Ok(())
+    }
+}
+
 /// The pictures that the present report in a folder names: those of an earlier run.
 fn stale_pictures(staging: &Staging) -> Vec<String> {
     let text = diagnostics::text_from_disk(&staging.folder().join(REPORT)).unwrap_or_default();
@@ -115,19 +113,10 @@ fn stale_pictures(staging: &Staging) -> Vec<String> {
 ///
 /// # Errors
 /// [`Error`] if the recording cannot be read, or something cannot be written.
-///
-/// # Panics
-/// Never: a recording has a start.
 pub fn report_recording(path: &Path, outputs: &Outputs, record: Option<&Path>) -> Result<Report, Error> {
-    let mut begun = None;
-    let view = Recording::open(path)?.play(record, |view| {
-        match &mut begun {
-            None => begun = Some(Presentation::begin(view, outputs)?),
-            Some(presentation) => presentation.follow(view)?,
-        }
-        Ok::<_, Error>(())
-    })?;
-    begun.expect("a recording is played from its start").finish(&view)
+    let begin = |view: &RunView| Presentation::begin(view, outputs);
+    let (presentation, view) = Recording::open(path)?.play(record, begin)?;
+    presentation.finish(&view)
 }
 
 /// The pictures of a run.
@@ -177,7 +166,7 @@ impl RunPictures {
     /// Takes the pictures that are due at the last step.
     fn take(&mut self, view: &RunView, folder: Option<&Staging>) -> Result<(), Error> {
         let Some(mut camera) = self.camera.take() else { return Ok(()) };
-        camera.follow(view);
+        let Ok(()) = camera.follow(view);
         if let Some(folder) = folder.filter(|_| self.snapshots) {
             for occasion in self.occasions(view) {
                 self.shoot(&camera, view, occasion, folder)?;

@@ -10,9 +10,10 @@ mod recent;
 mod track;
 mod trail;
 
+use std::convert::Infallible;
 use std::time::Duration;
 
-use recording::{Happening, Navigation, RunView};
+use recording::{Follower, Happening, Navigation, RunView};
 
 use crate::pictures;
 
@@ -71,23 +72,6 @@ impl Timeline {
         timeline.look(view);
         timeline.look_at_processes(view);
         timeline
-    }
-
-    /// Records what a step has changed. Call it after every step.
-    pub fn follow(&mut self, view: &RunView) {
-        let events = view.events();
-        if !events.is_empty() {
-            self.recent.see(events);
-            self.look_at_processes(view);
-        }
-        self.look(view);
-        for happening in view.happenings() {
-            if let Happening::Verdict { monitor, .. } = happening
-                && let Some(decision) = view.monitor(*monitor).violation()
-            {
-                self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
-            }
-        }
     }
 
     /// Records what may change in any step.
@@ -206,6 +190,27 @@ impl Timeline {
     }
 }
 
+impl Follower for Timeline {
+    type Error = Infallible;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Infallible> {
+        let events = view.events();
+        if !events.is_empty() {
+            self.recent.see(events);
+            self.look_at_processes(view);
+        }
+        self.look(view);
+        for happening in view.happenings() {
+            if let Happening::Verdict { monitor, .. } = happening
+                && let Some(decision) = view.monitor(*monitor).violation()
+            {
+                self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
+            }
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 impl Timeline {
     /// Continues until `end`, with leaves and skills that change their state ten times a second.
@@ -235,24 +240,20 @@ mod tests {
     use recording::Detail;
 
     use super::*;
-    use scenarios::conduct::conduct;
-    use scenarios::live::Live;
+    use runs::{Run, conduct};
     use scenarios::scenario::{Scenario, find};
 
     /// The timeline of the first experiment, together with its last moment.
     fn battery_fault() -> (RunView, Timeline) {
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &[]).unwrap();
-        let live = Live::new(Arc::new(scenario), 1, true).unwrap();
-        let mut timeline: Option<Timeline> = None;
-        let conducted = conduct(live, Detail::Full, None, |view| {
-            match &mut timeline {
-                None => timeline = Some(Timeline::new(view)),
-                Some(timeline) => timeline.follow(view),
-            }
+        let run = Run::new(Arc::new(scenario), 1, true).unwrap();
+        let goes_on = |view: &RunView| {
             let over = view.time() >= Duration::from_secs(30);
-            Ok::<_, scenarios::Error>(if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
-        });
-        (conducted.unwrap(), timeline.unwrap())
+            if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let begin = |view: &RunView| Ok::<_, scenarios::Error>(Timeline::new(view));
+        let (timeline, view) = conduct(run, Detail::Full, None, begin, goes_on).unwrap();
+        (view, timeline)
     }
 
     #[test]

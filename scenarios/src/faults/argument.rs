@@ -139,7 +139,7 @@ impl Parameter {
 impl ArgumentValue {
     /// The value as recorded: angles in degrees.
     #[must_use]
-    pub(crate) fn told(&self) -> recording::Argument {
+    pub fn record(&self) -> recording::Argument {
         use recording::Argument;
         let point = |point: &Point| vec![point.x, point.y];
         match self {
@@ -191,7 +191,7 @@ impl Arguments {
     }
 
     /// The location of the fault in its file.
-    pub(crate) fn span(&self) -> &Span {
+    pub fn span(&self) -> &Span {
         &self.span
     }
 

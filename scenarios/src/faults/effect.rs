@@ -12,7 +12,7 @@ use skills::Mutation;
 
 /// The effect of a fault. Instantaneous effects come first, then those that last as long as the fault is active.
 #[derive(Clone)]
-pub(crate) enum Effect {
+pub enum Effect {
     /// The battery's charge is set, in percent.
     Charge(f64),
     /// The robot is moved elsewhere; its wheels do not notice.
@@ -63,7 +63,7 @@ pub(crate) enum Effect {
 
 /// What is wrong with a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DeviceTrouble {
+pub enum DeviceTrouble {
     /// A sensor detects nothing.
     Deaf,
     /// A speaker cannot be heard.
@@ -74,7 +74,7 @@ pub(crate) enum DeviceTrouble {
 
 impl DeviceTrouble {
     /// The devices that can have it, in words.
-    pub(crate) fn befalls(self) -> &'static str {
+    pub fn befalls(self) -> &'static str {
         match self {
             Self::Deaf => "a button, a microphone or a people sensor",
             Self::Mute => "a speaker",
@@ -83,7 +83,7 @@ impl DeviceTrouble {
     }
 
     /// Whether a device of this kind can have it.
-    pub(crate) fn can_befall(self, kind: DeviceKind) -> bool {
+    pub fn can_befall(self, kind: DeviceKind) -> bool {
         match self {
             Self::Deaf => kind.is_sensor(),
             Self::Mute => kind == DeviceKind::Speaker,
@@ -94,7 +94,7 @@ impl DeviceTrouble {
 
 /// The channels that a fault affects.
 #[derive(Clone, Debug)]
-pub(crate) enum Which {
+pub enum Which {
     /// The channel from one process to another.
     Between(Spanned<String>, Spanned<String>),
     /// All channels from a component.
@@ -105,7 +105,7 @@ pub(crate) enum Which {
 
 /// The damage to a message.
 #[derive(Clone, Debug)]
-pub(crate) enum Damage {
+pub enum Damage {
     /// It is lost.
     Loss,
     /// It arrives this much later.
@@ -122,7 +122,7 @@ pub(crate) enum Damage {
 
 /// A disturbance of the ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TickTrouble {
+pub enum TickTrouble {
     /// This share of them is not generated.
     Missed(f64),
     /// They come later by this delay.
@@ -133,7 +133,7 @@ pub(crate) enum TickTrouble {
 
 /// How a machine differs from the scenario's.
 #[derive(Clone, Debug)]
-pub(crate) enum MachineChange {
+pub enum MachineChange {
     /// It is the machine in this file.
     Replaced(Spanned<PathBuf>),
     /// It has this mistake.
@@ -152,7 +152,7 @@ impl Effect {
     }
 
     /// The component that is affected, if the fault names one.
-    pub(crate) fn component(&self) -> Option<&Spanned<String>> {
+    pub fn component(&self) -> Option<&Spanned<String>> {
         match self {
             Self::Outage { component, .. } | Self::Device { component, .. } => Some(component),
             Self::Channels { channels: Which::From(component) | Which::To(component), .. } => Some(component),

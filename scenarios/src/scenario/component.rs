@@ -51,7 +51,7 @@ pub enum Runs {
 
 impl Runs {
     /// Whether it is a device of the world.
-    pub(crate) fn is_device(&self) -> bool {
+    pub fn is_device(&self) -> bool {
         matches!(self, Self::Device(_))
     }
 }

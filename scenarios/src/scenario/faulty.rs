@@ -70,9 +70,9 @@ impl FileReader<'_> {
             let Some(Skill { path, .. }) = machine(&skill) else { continue };
             // Faults change the SCXML document into which a model's machine was translated.
             let translated = model.and_then(|model| model.processes().find(|process| process.name == skill));
-            let text = match &translated {
-                Some(process) => Some(process.machine.scxml().to_owned()),
-                None => self.text(&file.skills.span, "machine", path),
+            let text = match (&translated, file.behavior.files()) {
+                (Some(process), _) => Some(process.machine.scxml().to_owned()),
+                (None, files) => files.and_then(|files| self.text(&files.skills.span, "machine", path)),
             };
             let Some(text) = text else { continue };
             let sound = (path.display().to_string(), text);

@@ -34,12 +34,8 @@ pub struct ScenarioFile {
     pub folder: Option<Spanned<PathBuf>>,
     /// The map and the robot on it; without one, tree, skills and components run alone.
     pub premises: Option<PremisesEntry>,
-    /// The model that replaces tree, skills and components.
-    pub model: Option<ModelEntry>,
-    /// The file with the behavior tree; the model's, if there is one.
-    pub tree: Spanned<PathBuf>,
-    /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`; the model's file, if there is one.
-    pub skills: Spanned<PathBuf>,
+    /// Where tree and machines come from.
+    pub behavior: BehaviorEntry,
     /// Leaves whose machines are in other files, or start with other data.
     pub leaves: Vec<LeafEntry>,
     /// Components from files.
@@ -66,6 +62,53 @@ pub struct ScenarioFile {
     pub expect: Expectations,
     /// The assumptions and questions of a proof.
     pub prove: ProveEntry,
+}
+
+/// Where the tree and the machines of a scenario come from.
+#[derive(Clone, Debug)]
+pub enum BehaviorEntry {
+    /// Files of its own.
+    Files(BehaviorFiles),
+    /// A RoAML model, which has its own tree, skills and components.
+    Model(ModelEntry),
+}
+
+/// The files of a scenario's tree and of its leaves.
+#[derive(Clone, Debug)]
+pub struct BehaviorFiles {
+    /// The file with the behavior tree.
+    pub tree: Spanned<PathBuf>,
+    /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`.
+    pub skills: Spanned<PathBuf>,
+}
+
+impl BehaviorEntry {
+    /// The file to begin with: that of the tree, or of the model.
+    #[must_use]
+    pub fn main_file(&self) -> &Spanned<PathBuf> {
+        match self {
+            Self::Files(files) => &files.tree,
+            Self::Model(model) => &model.path,
+        }
+    }
+
+    /// The model, if it is one.
+    #[must_use]
+    pub fn model(&self) -> Option<&ModelEntry> {
+        match self {
+            Self::Files(_) => None,
+            Self::Model(model) => Some(model),
+        }
+    }
+
+    /// The files, if it is no model.
+    #[must_use]
+    pub fn files(&self) -> Option<&BehaviorFiles> {
+        match self {
+            Self::Files(files) => Some(files),
+            Self::Model(_) => None,
+        }
+    }
 }
 
 /// The form of the tree's process.
@@ -144,7 +187,7 @@ pub struct Expectations {
 
 impl Expectations {
     /// Their record.
-    pub fn told(&self) -> Expected {
+    pub fn record(&self) -> Expected {
         let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
         Expected {
             outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
@@ -183,7 +226,7 @@ impl ScenarioFile {
     ///
     /// # Errors
     /// Syntax errors in the text, its bases or the overrides.
-    pub(crate) fn values<'k>(
+    pub fn values<'k>(
         found: &Found,
         overrides: &[String],
         keys: impl IntoIterator<Item = &'k str>,
@@ -222,7 +265,7 @@ fn document<'a>(
 impl ScenarioFile {
     /// Whether an expectation applies to this property. A file's settings for its own properties do not apply if a
     /// scenario based on it names other property files, since the properties may be gone.
-    pub(crate) fn means(&self, property: &Spanned<String>) -> bool {
+    pub fn means(&self, property: &Spanned<String>) -> bool {
         // How far away a value is set: on the command line, in the scenario itself, in its base, in the base of that.
         let distance =
             |span: &Span| self.sources.iter().position(|file| file == span.source().name()).map_or(0, |at| at + 1);
@@ -246,10 +289,12 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let seed = root.get::<u64>("seed").or(1);
     let folder = root.text("folder").map(PathBuf::from).spanned().optional();
     let premises = PremisesEntry::read(root);
-    let model = ModelEntry::read(root);
-    let (tree, skills) = match &model {
-        Some(model) => (Some(model.path.clone()), Some(model.path.clone())),
-        None => (path("tree"), path("skills")),
+    let behavior = match ModelEntry::read(root) {
+        Some(model) => Some(BehaviorEntry::Model(model)),
+        None => {
+            let (tree, skills) = (path("tree"), path("skills"));
+            tree.zip(skills).map(|(tree, skills)| BehaviorEntry::Files(BehaviorFiles { tree, skills }))
+        }
     };
     let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
     let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
@@ -277,9 +322,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         seed,
         folder,
         premises: premises?,
-        model,
-        tree: tree?,
-        skills: skills?,
+        behavior: behavior?,
         leaves,
         components,
         properties: properties.collect(),

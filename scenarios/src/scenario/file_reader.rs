@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::{Problem, Span, Spanned};
 
+use super::schedule::Schedule;
 use crate::error::Complaints;
 use crate::files::Files;
-use crate::schedule::Schedule;
 
 /// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {

@@ -10,18 +10,18 @@ use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile};
 use nav::Reach;
 use recording::Origin;
+use roaml::Model;
 use skills::Chart;
 
 use super::file_reader::FileReader;
 use super::{
-    Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine,
-    component_entry, leaves, model, places, robot, world,
+    Behavior, BehaviorFiles, Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill,
+    WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
 };
 use crate::error::{Complaints, Error};
 use crate::faults::Effect;
 use crate::names::unknown;
 use crate::processes::BUILTIN;
-use crate::wiring;
 
 impl Scenario {
     /// Loads a scenario; `overrides` are assignments as for `--set`.
@@ -70,8 +70,9 @@ impl Scenario {
         complaints.check()?;
         if let Some(folder) = &file.folder {
             found.files = found.files.in_folder(&folder.value);
-            if found.files.read(&file.tree.value).is_err() {
-                let problem = folder.span.problem(format!("there is no {} in this folder", file.tree.value.display()));
+            let main = &file.behavior.main_file().value;
+            if found.files.read(main).is_err() {
+                let problem = folder.span.problem(format!("there is no {} in this folder", main.display()));
                 let help = "set the folder that contains the scenario's files with `--set folder=DIR`";
                 return Err(Error::bad_input(problem.with_label("this folder").with_help(help)));
             }
@@ -94,8 +95,34 @@ fn places_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
     file.premises.as_ref().and_then(|premises| premises.places.as_ref())
 }
 
+fn tree_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
+    file.behavior.files().map(|files| &files.tree)
+}
+
 fn model_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
-    file.model.as_ref().map(|model| &model.path)
+    file.behavior.model().map(|model| &model.path)
+}
+
+/// What decides in a scenario, as far as it could be loaded.
+#[derive(Default)]
+struct Parts {
+    behavior: Option<Behavior>,
+    skills: Option<BTreeMap<String, Skill>>,
+    components: Option<BTreeMap<String, Component>>,
+    /// The places to which skills always drive, each with one such skill.
+    driven_to: BTreeMap<String, String>,
+}
+
+impl Parts {
+    fn of_model(model: &Arc<Model>) -> Self {
+        let (skills, components) = model::machines(model);
+        Self {
+            behavior: Some(Behavior::Model(Arc::clone(model))),
+            skills: Some(skills),
+            components: Some(components),
+            driven_to: BTreeMap::new(),
+        }
+    }
 }
 
 /// Loads the files that a scenario names and records their problems.
@@ -109,32 +136,20 @@ struct Loader<'a> {
 
 impl<'a> Loader<'a> {
     fn load(&mut self, mut file: ScenarioFile) -> Option<Scenario> {
-        let model = match file.model.clone() {
+        // The model comes first: it sets what the scenario does not.
+        let model = match file.behavior.model().cloned() {
             Some(entry) => {
-                let known = self.like.filter(|_| self.shares(&file, model_of)).and_then(|like| like.model.as_ref());
+                let known = self.like.filter(|_| self.shares(&file, model_of)).and_then(Scenario::model);
                 Some(self.reader.model(&entry, known, &mut file.execution)?)
             }
             None => None,
         };
         let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
         let places = floor.as_ref().map(|(_, places)| places.as_deref());
-        let (tree, skills, components, driven_to) = match &model {
-            Some(model) => {
-                let (skills, components) = model::machines(model);
-                (Some(model.tree.clone()), Some(skills), Some(components), BTreeMap::new())
-            }
-            None => {
-                let tree = self.tree(&file);
-                let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
-                let components = self.components_of(&file, places.flatten());
-                let driven_to = match (&tree, &skills, &components) {
-                    (Some(tree), Some(skills), Some(components)) => {
-                        self.check_machines(&file, &wiring::Parts { tree, skills, components }, places)
-                    }
-                    _ => BTreeMap::new(),
-                };
-                (tree.map(Some), skills, components, driven_to)
-            }
+        let Parts { behavior, skills, components, driven_to } = match (&model, file.behavior.files()) {
+            (None, Some(files)) => self.parts(&file, files, places),
+            (Some(model), _) => Parts::of_model(model),
+            (None, None) => Parts::default(),
         };
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
         let machines = skills.as_ref().zip(components.as_ref());
@@ -144,7 +159,7 @@ impl<'a> Loader<'a> {
         let properties = self.properties(&file);
         let watching = self.watching(&file);
         let same_monitors = |like: &&Scenario| {
-            let same_model = self.shares(&file, model_of) || model.is_none() && like.model.is_none();
+            let same_model = self.shares(&file, model_of) || model.is_none() && like.model().is_none();
             same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
         };
         let monitoring = self.like.filter(same_monitors).map(|like| like.monitoring.clone());
@@ -154,8 +169,7 @@ impl<'a> Loader<'a> {
                 Some(premises) => Some(premises?),
                 None => None,
             },
-            model,
-            tree: tree?,
+            behavior: behavior?,
             skills: skills?,
             components: components?,
             machines: machines?,
@@ -173,13 +187,28 @@ impl<'a> Loader<'a> {
         })
     }
 
+    /// Tree, skills and components from files of the scenario's own. `places` is `None` without a map, and its content
+    /// is `None` if the places could not be loaded.
+    fn parts(&mut self, file: &ScenarioFile, files: &BehaviorFiles, places: Option<Option<&PlacesFile>>) -> Parts {
+        let tree = self.tree(file, files);
+        let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
+        let components = self.components_of(file, places.flatten());
+        let driven_to = match (&tree, &skills, &components) {
+            (Some(tree), Some(skills), Some(components)) => {
+                self.check_machines(file, &declaration::Parts { tree, skills, components }, places)
+            }
+            _ => BTreeMap::new(),
+        };
+        Parts { behavior: tree.map(Behavior::Tree), skills, components, driven_to }
+    }
+
     /// Checks that skills and components fit together, unless they are the same as in the scenario to share with.
     /// Returns the places to which skills always drive, each with one such skill. `places` is `None` without a map, and
     /// its content is `None` if the places could not be loaded.
     fn check_machines(
         &mut self,
         file: &ScenarioFile,
-        parts: &wiring::Parts<'_>,
+        parts: &declaration::Parts<'_>,
         places: Option<Option<&PlacesFile>>,
     ) -> BTreeMap<String, String> {
         let same = self.like.filter(|like| like.premises.is_some() == file.premises.is_some());
@@ -187,8 +216,10 @@ impl<'a> Loader<'a> {
         match (same, places) {
             (Some(like), _) => like.premises.as_ref().map_or_else(BTreeMap::new, |premises| premises.driven_to.clone()),
             (None, Some(None)) => BTreeMap::new(),
-            (None, Some(Some(places))) => wiring::check_machines(parts, Some(places.places()), self.reader.complaints),
-            (None, None) => wiring::check_machines(parts, None, self.reader.complaints),
+            (None, Some(Some(places))) => {
+                declaration::check_machines(parts, Some(places.places()), self.reader.complaints)
+            }
+            (None, None) => declaration::check_machines(parts, None, self.reader.complaints),
         }
     }
 
@@ -273,28 +304,28 @@ impl<'a> Loader<'a> {
         reach.map_err(|error| self.reader.complaints.push(refused(error))).ok().map(Arc::new)
     }
 
-    fn tree(&mut self, file: &ScenarioFile) -> Option<Arc<Tree>> {
-        if let Some(like) = self.like.filter(|_| self.shares(file, |file| Some(&file.tree))) {
-            return like.tree.clone();
+    fn tree(&mut self, file: &ScenarioFile, files: &BehaviorFiles) -> Option<Arc<Tree>> {
+        if let Some(like) = self.like.filter(|_| self.shares(file, tree_of)) {
+            return like.tree().cloned();
         }
-        let text = self.reader.text(&file.tree.span, "tree", &file.tree.value)?;
-        self.reader.complaints.note(Tree::from_xml(&file.tree.value, &text)).map(Arc::new)
+        let text = self.reader.text(&files.tree.span, "tree", &files.tree.value)?;
+        self.reader.complaints.note(Tree::from_xml(&files.tree.value, &text)).map(Arc::new)
     }
 
     /// Whether the scenario to share with has the same skills.
     fn shares_skills(&self, file: &ScenarioFile) -> bool {
-        let same_files = self.shares(file, |file| Some(&file.tree)) && self.shares(file, |file| Some(&file.skills));
-        same_files
+        self.shares(file, tree_of)
+            && self.shares(file, |file| file.behavior.files().map(|files| &files.skills))
             && self.like.is_some_and(|like| {
                 leaves::same_entries(&like.file.leaves, &file.leaves)
                     && component_entry::same_components(&like.file.components, &file.components)
             })
     }
 
-    fn skills_of(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
+    fn skills_of(&mut self, file: &ScenarioFile, files: &BehaviorFiles, tree: &Tree) -> BTreeMap<String, Skill> {
         match self.like.filter(|_| self.shares_skills(file)) {
             Some(like) => like.skills.clone(),
-            None => self.reader.skills(file, tree),
+            None => self.reader.skills(file, &files.skills.value, tree),
         }
     }
 

@@ -46,7 +46,7 @@ pub const PROGRESS: &str = "progress";
 /// transition of every machine is reached. It is proved only if `[prove]` names it.
 pub const ALL_REACHED: &str = "all_reached";
 /// The properties that no file describes.
-pub(crate) const GENERAL: [&str; 2] = [PROGRESS, ALL_REACHED];
+pub const GENERAL: [&str; 2] = [PROGRESS, ALL_REACHED];
 
 /// The result of a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

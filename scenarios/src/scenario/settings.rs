@@ -27,7 +27,7 @@ fn duration(time: Duration) -> String {
 
 /// All parameters of robot, world and execution. Every field is listed here explicitly, so that a new one cannot be
 /// forgotten.
-pub(crate) fn in_effect(sim: Option<&SimConfig>, has_model: bool, execution: &Execution) -> Vec<SettingGroup> {
+pub fn in_effect(sim: Option<&SimConfig>, has_model: bool, execution: &Execution) -> Vec<SettingGroup> {
     let mut groups = vec![self::execution(execution, sim.is_some(), has_model)];
     groups.extend(sim.into_iter().flat_map(simulation));
     groups.retain(|group| !group.rows.is_empty());

@@ -49,8 +49,8 @@ fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<Path
 }
 
 impl FileReader<'_> {
-    /// The skill of each leaf, by the name of the leaf's process.
-    pub(super) fn skills(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
+    /// The skill of each leaf, by the name of the leaf's process; `folder` contains the machines.
+    pub(super) fn skills(&mut self, file: &ScenarioFile, folder: &Path, tree: &Tree) -> BTreeMap<String, Skill> {
         self.check_leaf_names(file, tree);
         let is_component = |name: &str| file.components.iter().any(|component| component.name.value == name);
         let mut machines: BTreeMap<PathBuf, Option<Arc<Chart>>> = BTreeMap::new();
@@ -64,7 +64,7 @@ impl FileReader<'_> {
                 continue;
             }
             let entry = file.leaves.iter().find(|entry| entry.leaf.value == leaf.process());
-            let Some((path, machine)) = self.machine_of(file, tree, leaf, entry, &mut machines, &mut problems) else {
+            let Some((path, machine)) = self.machine_of(folder, tree, leaf, entry, &mut machines, &mut problems) else {
                 continue;
             };
             let mut skill = Skill { path, machine, data: constant_ports(tree, leaf) };
@@ -94,14 +94,14 @@ impl FileReader<'_> {
     /// The machine of a leaf and its file; a file that several leaves share is loaded once.
     fn machine_of(
         &mut self,
-        file: &ScenarioFile,
+        folder: &Path,
         tree: &Tree,
         leaf: &Node,
         entry: Option<&LeafEntry>,
         machines: &mut BTreeMap<PathBuf, Option<Arc<Chart>>>,
         problems: &mut Vec<Problem>,
     ) -> Option<(PathBuf, Arc<Chart>)> {
-        let paths = candidates(&file.skills.value, leaf, entry);
+        let paths = candidates(folder, leaf, entry);
         for path in &paths {
             if let Some(known) = machines.get(path) {
                 return Some((path.clone(), Arc::clone(known.as_ref()?)));

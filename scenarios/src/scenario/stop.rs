@@ -54,7 +54,7 @@ impl StopOnViolation {
     }
 
     /// The properties that the file names.
-    pub(crate) fn names(&self) -> &[Spanned<String>] {
+    pub fn names(&self) -> &[Spanned<String>] {
         if let Self::Of(names) = self { names } else { &[] }
     }
 }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{ExecutionContext, Frame, Level};
-use recording::{Detail, Header, RunView};
+use recording::{Detail, Follower, Header, RunView};
 use reports::pictures::Camera;
-use scenarios::conduct::FITS;
-use scenarios::live::Live;
+use runs::FITS;
+use runs::Run;
 use scenarios::scenario::Scenario;
 
 use super::shots::{self, Shot, When};
@@ -36,16 +36,16 @@ pub(super) struct Film {
 pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
     let shots: Vec<&'static Shot> = shots::SHOTS.iter().filter(|shot| shot.scenario == scenario.name).collect();
     let mut taken: Vec<Option<Frame>> = vec![None; shots.len()];
-    let mut live = Live::new(Arc::clone(scenario), SEED, true)?;
-    let start = live.record(Detail::Scenes);
-    let mut view = RunView::new(live.header(), start).expect(FITS);
+    let mut run = Run::new(Arc::clone(scenario), SEED, true)?;
+    let start = run.record(Detail::Scenes);
+    let mut view = RunView::new(run.header(), start).expect(FITS);
     let mut camera = Camera::new(&view);
     let mut at_last_tick = camera.frame(&view, "");
     while taken.iter().any(Option::is_none) && view.time() < scenario.file.execution.max_time {
         let ticks = view.ticks();
-        live.step().map_err(scenarios::Error::from)?;
-        view.apply(live.record(Detail::Scenes)).expect(FITS);
-        camera.follow(&view);
+        run.step().map_err(scenarios::Error::from)?;
+        view.apply(run.record(Detail::Scenes)).expect(FITS);
+        let Ok(()) = camera.follow(&view);
         for (shot, frame) in shots.iter().zip(&mut taken).filter(|(_, frame)| frame.is_none()) {
             *frame = match shot.when {
                 When::BeforeFault(index) => (view.faults().len() > index).then(|| at_last_tick.clone()),

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use drawing::{Area, Renderer};
 use recording::{Detail, End, Ended, Expected, Header, Origin, RobotState, RunView, Snapshots, Step};
-use scenarios::conduct::conduct;
-use scenarios::live::Live;
+use runs::{Run, conduct};
 use scenarios::scenario::{Scenario, find};
 
 use super::evidence::Evidence;
@@ -20,17 +19,14 @@ use crate::timeline::Timeline;
 fn run(name: &str, overrides: &[&str], until_s: u64) -> (RunView, Timeline) {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let scenario = Scenario::load(&find::find(name).unwrap(), &overrides).unwrap();
-    let live = Live::new(Arc::new(scenario), 1, true).unwrap();
-    let mut timeline: Option<Timeline> = None;
-    let conducted = conduct(live, Detail::Full, None, |view| {
-        match &mut timeline {
-            None => timeline = Some(Timeline::new(view)),
-            Some(timeline) => timeline.follow(view),
-        }
+    let run = Run::new(Arc::new(scenario), 1, true).unwrap();
+    let goes_on = |view: &RunView| {
         let over = view.time() >= Duration::from_secs(until_s);
-        Ok::<_, scenarios::Error>(if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
-    });
-    (conducted.unwrap(), timeline.unwrap())
+        if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let begin = |view: &RunView| Ok::<_, scenarios::Error>(Timeline::new(view));
+    let (timeline, view) = conduct(run, Detail::Full, None, begin, goes_on).unwrap();
+    (view, timeline)
 }
 
 /// Checks a drawing as the snapshots' renderer sees it.

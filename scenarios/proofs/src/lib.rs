@@ -1,0 +1,440 @@
+//! Proofs: every schedule of a scenario's tree, skills and components, and everything that may happen around them.
+//!
+//! A [`Proof`] is a scenario that is ready to be explored. Everything that the scenario's `[prove]` allows takes the
+//! place of the drivers of the built-in components and of the world behind them. Its
+//! [`assumptions`](Proof::assumptions) list this in words.
+
+mod assumptions;
+mod concrete;
+mod coverage;
+mod environment;
+mod faults;
+mod levels;
+mod mutants;
+mod physics;
+mod subject;
+mod thresholds;
+mod written;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use channels::{ChannelId, ChannelSystem, Monitor};
+use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
+use explorer::{
+    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
+    Ticks,
+};
+use monitors::scope_monitor;
+use robot::Streams;
+use runs::Switched;
+use runs::{Ids, wire};
+use scenarios::names::unknown;
+use scenarios::scenario::Monitoring;
+use scenarios::scenario::schedule::process_of;
+use scenarios::scenario::{ALL_REACHED, BatteryAssumption, GENERAL, PROGRESS, Passes, ProofOutcome, STEP, Scenario};
+use scenarios::{Complaints, Error};
+
+use self::coverage::Coverage;
+pub use self::coverage::{Unreachable, Unreached};
+use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
+use self::faults::WithFaults;
+use self::levels::{Levels, Rates, micros};
+pub use self::mutants::Mutant;
+pub use self::physics::Physical;
+pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
+
+/// A scenario whose properties can be proved.
+#[derive(Debug)]
+pub struct Proof {
+    scenario: Arc<Scenario>,
+    system: ChannelSystem,
+    ids: Ids,
+    monitoring: Arc<Monitoring>,
+    /// The levels with which its machines compare the battery's.
+    thresholds: BTreeSet<i64>,
+    damaged: Vec<ChannelId>,
+    /// The faults that may occur.
+    faults: Vec<Switched>,
+    questions: Vec<Question>,
+}
+
+/// A property to be proved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// Its name.
+    pub property: String,
+    /// The expected result.
+    pub expected: ProofOutcome,
+    /// What is asked.
+    pub subject: Subject,
+}
+
+/// What a property is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// What the monitor with this number requires.
+    Monitor(usize),
+    /// [`PROGRESS`].
+    Progress,
+    /// [`ALL_REACHED`].
+    AllReached,
+}
+
+/// The result for a property.
+#[derive(Debug)]
+pub struct Answer {
+    /// What was explored.
+    pub model: Model,
+    /// What was found. If a run violates a property, its levels are possible for a battery.
+    pub exploration: Exploration,
+    /// All searches that led to the answer.
+    pub rounds: Vec<Round>,
+    /// Whether no battery can have the levels of the run, however finely they are distinguished.
+    pub is_spurious: bool,
+    /// What never happens, if everything was explored without a property.
+    pub unreached: Option<Vec<Unreached>>,
+    subject: Subject,
+}
+
+/// A search for the answer. Another one follows if no battery can have the levels of the run that it found, with more
+/// classes of levels; or if memory ran out, with fewer stored states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// Its number, from 1.
+    pub number: usize,
+    /// How many classes of the battery's levels it distinguishes.
+    pub levels: Option<usize>,
+    /// How far it got.
+    pub progress: Progress,
+}
+
+impl Answer {
+    /// The limit that kept it from being decided.
+    #[must_use]
+    pub fn limit(&self) -> Option<Limit> {
+        match self.exploration.outcome {
+            Outcome::Undecided(limit) => Some(limit),
+            _ => None,
+        }
+    }
+
+    /// The result as an outcome that can be expected; `None` if there is none.
+    #[must_use]
+    pub fn outcome(&self) -> Option<ProofOutcome> {
+        let proved_if = |holds| if holds { ProofOutcome::Proved } else { ProofOutcome::Violated };
+        match (self.subject, &self.exploration.outcome) {
+            _ if self.is_spurious => None,
+            (_, Outcome::Undecided(_)) => None,
+            (Subject::AllReached, _) => self.unreached.as_ref().map(|unreached| proved_if(unreached.is_empty())),
+            (Subject::Monitor(_), Outcome::Endless(_)) => None,
+            (_, outcome) => Some(proved_if(matches!(outcome, Outcome::Proved))),
+        }
+    }
+}
+
+impl Proof {
+    /// Prepares a scenario that was loaded by [`Scenario::load_for_proof`]. `only` names the properties to prove; if it
+    /// is empty, they are those that the scenario names.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that prevents a proof.
+    pub fn new(scenario: Arc<Scenario>, only: &[String]) -> Result<Self, Error> {
+        subject::check(&scenario)?;
+        let wired = wire(&scenario, &Streams::new(scenario.file.seed))?;
+        let system = wired.system;
+        let monitoring = scenario.monitoring(system.topology())?;
+        let mut complaints = Complaints::default();
+        subject::check_assumptions(&scenario, &mut complaints);
+        let thresholds =
+            if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
+        let damaged = damaged(&scenario, &system, &mut complaints);
+        let faults = faults::of(&scenario, &system, &mut complaints);
+        let questions = questions(&scenario, &monitoring, only, &mut complaints);
+        complaints.check()?;
+        let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
+        // A search can take long: no property may be refused after that of another one.
+        let has_robot = proof.ids.robot.is_some();
+        if has_robot {
+            proof.battery(None)?;
+        }
+        for monitor in proof.questions.iter().filter_map(|question| proof.monitor(question)) {
+            complaints.take(explorer::check(monitor).map_err(refused));
+            if has_robot {
+                complaints.take(proof.battery(Some(monitor)));
+            }
+        }
+        complaints.check()?;
+        Ok(proof)
+    }
+
+    /// The properties to be proved.
+    #[must_use]
+    pub fn questions(&self) -> &[Question] {
+        &self.questions
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
+    }
+
+    /// The assumptions, one sentence each.
+    #[must_use]
+    pub fn assumptions(&self) -> Vec<String> {
+        assumptions::in_words(&self.scenario, &self.system, &self.faults)
+    }
+
+    /// An ordinary monitor of a property, at its start; `None` for those that have none.
+    #[must_use]
+    pub fn monitor(&self, question: &Question) -> Option<&dyn Monitor> {
+        match question.subject {
+            Subject::Monitor(monitor) => Some(self.monitoring.monitors()[monitor].1.as_ref()),
+            Subject::Progress | Subject::AllReached => None,
+        }
+    }
+
+    /// Explores everything until the property is decided. The limits hold for each search, but the limit of visits for
+    /// all of them together.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the number of states has no bound, with the process that causes this.
+    pub fn prove(
+        &self,
+        question: &Question,
+        limits: &Limits,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Answer, Error> {
+        let monitor = self.monitor(question);
+        let mut battery = if self.ids.robot.is_some() { self.battery(monitor)? } else { None };
+        let mut limits = limits.clone();
+        let mut rounds: Vec<Round> = Vec::new();
+        loop {
+            let coverage = Arc::new(Coverage::new(self.scenario.tree(), &self.system));
+            let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
+            let levels = battery.as_ref().map(|battery| battery.levels.len());
+            let first = rounds.len() + 1;
+            let round = |progress: &Progress| {
+                let is_second = limits.reduction == Reduction::WhenNeeded && progress.is_reduced;
+                Round { number: first + usize::from(is_second), levels, progress: *progress }
+            };
+            let explored = explorer::explore(&model, monitor, &limits, &mut |now| progress(&round(now)));
+            let mut exploration = explored.map_err(refused)?;
+            rounds.extend(exploration.earlier.iter().chain([&exploration.progress]).map(round));
+            let mut is_spurious = false;
+            if let Outcome::Violated(path) = &mut exploration.outcome
+                && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
+            {
+                match concrete::run(path, levels, bounds) {
+                    Some(run) => *path = run,
+                    None => {
+                        if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
+                            *levels = refined;
+                            let visited = exploration.earlier.map_or(0, |earlier| earlier.visited);
+                            limits.visits = limits.visits.saturating_sub(visited + exploration.progress.visited).max(1);
+                            continue;
+                        }
+                        is_spurious = true;
+                    }
+                }
+            }
+            let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided(_));
+            let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
+            return Ok(Answer { model, exploration, rounds, is_spurious, unreached, subject: question.subject });
+        }
+    }
+
+    /// The system, its environment, and the ticks.
+    fn model(&self, battery: Option<Battery>) -> Model {
+        let environment: Arc<dyn Environment> = match self.ids.robot {
+            Some(_) => Arc::new(self.environment(battery)),
+            None => Arc::new(explorer::Closed),
+        };
+        let execution = &self.scenario.file.execution;
+        let ticks = self.ids.tree.map(|ids| Ticks {
+            generator: ids.tick_generator,
+            period: execution.tick,
+            first: STEP,
+            step: STEP,
+        });
+        let mut system = self.system.fork();
+        faults::prepare(&mut system, &self.faults);
+        let environment: Arc<dyn Environment> = match self.faults.as_slice() {
+            [] => environment,
+            faults => Arc::new(WithFaults::new(environment, faults.to_vec(), self.scenario.file.prove.faults.count)),
+        };
+        let model = Model::new(&system, ticks, environment);
+        let messages = &self.scenario.file.prove.messages;
+        let model = model.with_message_faults(MessageFaults {
+            lost: messages.lose,
+            repeated: messages.repeat,
+            delayed: (messages.delay, messages.hold),
+            channels: self.damaged.clone(),
+        });
+        if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model }
+    }
+
+    fn environment(&self, battery: Option<Battery>) -> RobotEnvironment {
+        let Self { scenario, system, .. } = self;
+        let prove = &scenario.file.prove;
+        let ground = subject::ground(scenario, system);
+        let spot = |name: &str| ground.places.iter().position(|place| place == name);
+        let passes = match &prove.trips.passes {
+            Passes::Any => (0..ground.places.len()).collect(),
+            Passes::These(names) => names.iter().filter_map(|name| spot(&name.value)).collect(),
+        };
+        let trips = Trips {
+            process: process_of::<Navigation>(system, NAVIGATION),
+            ticks: prove.trips.ticks.map(|ticks| i64::try_from(ticks).unwrap_or(i64::MAX)),
+            may_fail: prove.trips.fail,
+            passes,
+        };
+        let localization = process_of::<Localization>(system, LOCALIZATION);
+        RobotEnvironment::new(battery, localization, trips, ground)
+    }
+
+    fn battery(&self, monitor: Option<&dyn Monitor>) -> Result<Option<Battery>, Error> {
+        let Some(process) = process_of::<BatteryReader>(&self.system, BATTERY_READER) else { return Ok(None) };
+        let mut complaints = Complaints::default();
+        let mut thresholds = self.thresholds.clone();
+        if let Some(monitor) = monitor {
+            thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
+        }
+        complaints.check()?;
+        let file = &self.scenario.file;
+        let sim = &file.premises.as_ref().expect("only a robot has a battery").sim.battery;
+        let many = || "the compared levels and the drain give too many classes of levels";
+        let Some(drained) = (match &file.prove.battery {
+            BatteryAssumption::Free => None,
+            BatteryAssumption::Drained(drained) => Some(drained),
+        }) else {
+            let levels = Levels::new(&thresholds, [], None);
+            let help = "compare levels with fewer constants";
+            let levels = levels.ok_or_else(|| Error::refused(many(), help))?;
+            return Ok(Some(Battery { process, levels, bounds: None }));
+        };
+        let exact = |percent: f64| {
+            micros(percent).ok_or_else(|| {
+                let problem = drained.place.problem(format!("{percent} % has more than six decimals"));
+                Error::bad_input(problem.with_label("of this battery").with_help("levels are exact to six decimals"))
+            })
+        };
+        let rates = Rates { drain: exact(drained.drain_pct)?, charge: exact(drained.charge_pct)? };
+        let start = drained.start_pct.clone().unwrap_or(sim.initial_pct..=sim.initial_pct);
+        let [low, high, full] = [exact(*start.start())?, exact(*start.end())?, exact(sim.recharge_below_pct)?];
+        let levels = Levels::new(&thresholds, [low, high, full], Some(rates)).ok_or_else(|| {
+            let problem = drained.place.problem(many());
+            Error::bad_input(
+                problem.with_label("this battery").with_help("make the drain or the charge per tick larger"),
+            )
+        })?;
+        let bounds = Bounds { rates, start: (low, high), is_full_from: full };
+        Ok(Some(Battery { process, levels, bounds: Some(bounds) }))
+    }
+}
+
+fn has_battery(system: &ChannelSystem) -> bool {
+    process_of::<BatteryReader>(system, BATTERY_READER).is_some()
+}
+
+/// The channels on which messages may be damaged.
+fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<ChannelId> {
+    let topology = system.topology();
+    let holds = |channel: &ChannelId| topology.get(*channel).capacity == channels::Capacity::One;
+    let named = &scenario.file.prove.messages.on;
+    if named.is_empty() {
+        return topology.channels().filter(holds).collect();
+    }
+    let mut damaged = Vec::new();
+    for [from, to] in named {
+        let names = || topology.processes().map(|id| topology.name(id));
+        let [source, target] = [from, to].map(|name| {
+            let found = topology.find_process(&name.value);
+            if found.is_none() {
+                complaints.push(unknown("process", name, names()));
+            }
+            found
+        });
+        let Some((source, target)) = source.zip(target) else { continue };
+        match topology.channels().find(|id| (topology.get(*id).source, topology.get(*id).target) == (source, target)) {
+            Some(channel) if holds(&channel) => damaged.push(channel),
+            Some(_) => {
+                let problem =
+                    from.span.problem(format!("the channel from {} to {} holds no message", from.value, to.value));
+                complaints.push(problem.with_label("this channel").with_help("its messages are handed over at once"));
+            }
+            None => {
+                let problem = from.span.problem(format!("there is no channel from {} to {}", from.value, to.value));
+                let help =
+                    "name a sender and a receiver whose channel holds messages: [\"Navigation\", \"GoToDestination\"]";
+                complaints.push(problem.with_label("these processes").with_help(help));
+            }
+        }
+    }
+    damaged
+}
+
+/// The properties to be proved.
+fn questions(
+    scenario: &Scenario,
+    monitoring: &Monitoring,
+    only: &[String],
+    complaints: &mut Complaints,
+) -> Vec<Question> {
+    let prove = &scenario.file.prove;
+    let monitors = monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
+    let monitors: Vec<(&str, Subject)> = monitors.zip((0..).map(Subject::Monitor)).collect();
+    let general = [(PROGRESS, Subject::Progress), (ALL_REACHED, Subject::AllReached)];
+    for (name, _) in monitors.iter().filter(|(name, _)| GENERAL.contains(name)) {
+        let problem = diagnostics::Problem::new(format!("a property to be proved cannot be called `{name}`"));
+        complaints
+            .push(problem.with_help(format!("every proof has a property `{name}`; choose another name for this one")));
+    }
+    let known: Vec<&str> = monitors.iter().chain(&general).map(|(name, _)| *name).collect();
+    let is_known = |name: &str| known.contains(&name);
+    let expected = |name: &str| prove.expect.iter().find(|(property, _)| property.value == name);
+    let named = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
+    for name in named.filter(|name| !is_known(&name.value) && scenario.file.means(name)) {
+        complaints.push(unknown("property", name, known.iter().copied()));
+    }
+    for name in only.iter().filter(|name| !is_known(name)) {
+        let help = diagnostics::nearest_or_all(name, "properties", &known);
+        complaints.push(diagnostics::Problem::new(format!("there is no property `{name}`")).with_help(help));
+    }
+    let is_named = |name: &str| prove.properties.iter().any(|asked| asked.value == name);
+    let is_asked = |name: &str, subject| match (only, subject) {
+        ([], Subject::Monitor(_)) => prove.properties.is_empty() || is_named(name),
+        ([], Subject::Progress) => true,
+        ([], Subject::AllReached) => is_named(name) || expected(name).is_some(),
+        (only, _) => only.iter().any(|asked| asked == name),
+    };
+    let mut questions = Vec::new();
+    for (name, subject) in monitors.into_iter().chain(general).filter(|(name, subject)| is_asked(name, *subject)) {
+        let outcome = expected(name).map_or(ProofOutcome::Proved, |(_, outcome)| *outcome);
+        questions.push(Question { property: name.to_owned(), expected: outcome, subject });
+        let Subject::Monitor(monitor) = subject else { continue };
+        let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
+        if scope.is_some_and(|scope| !scope.formula().is_safety()) {
+            let message =
+                format!("the property {name} requires something without a time limit, and no search can wait forever");
+            let help = "limit it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
+                        `prove.properties`";
+            complaints.push(diagnostics::Problem::new(message).with_help(help));
+        }
+    }
+    questions
+}
+
+/// Reports why a system cannot be explored as bad input.
+fn refused(error: Refused) -> Error {
+    let help = match &error {
+        Refused::Process { help, .. } | Refused::Property { help, .. } => help.clone(),
+        _ => None,
+    };
+    let problem = diagnostics::Problem::new(error.to_string());
+    Error::bad_input(problem.with_help(help.unwrap_or_else(|| "see docs/src/how-to/prove.md".to_owned())))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,135 @@
+//! The levels with which anything is compared.
+
+use std::collections::BTreeSet;
+
+use bt::Source;
+use channels::{ChannelSystem, Condition, FieldKind, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Value};
+use components::BATTERY_READER;
+use diagnostics::Problem;
+use monitors::{ScopeMonitor, scope_monitor};
+use scenarios::Complaints;
+use scenarios::scenario::MachineMonitor;
+use scenarios::scenario::Scenario;
+use skills::Datum;
+
+use super::levels::{Micros, micros};
+
+/// The field of BatteryReader's answers that holds a level.
+const LEVEL: &str = "level";
+
+/// The levels with which a scenario's machines compare the battery's.
+pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> BTreeSet<Micros> {
+    let mut thresholds = BTreeSet::new();
+    for (name, skill) in scenario.machine_processes() {
+        let asks = |chart: &skills::Chart| {
+            chart.channel_messages().iter().any(|(to, head)| *to == BATTERY_READER && *head == "get_level")
+        };
+        if !asks(&skill.machine) {
+            continue;
+        }
+        let given: Vec<(&str, Datum)> = skill.data_of(&skill.machine).collect();
+        // Ports that read the blackboard.
+        let tree = scenario.tree();
+        let leaf = tree.and_then(|tree| Some((tree, tree.leaves().find(|leaf| leaf.process() == name)?)));
+        let ports = leaf.into_iter().flat_map(|(tree, leaf)| tree.ports(leaf.id()));
+        let open: Vec<&str> =
+            ports.filter(|port| matches!(port.source, Source::Entry(_))).map(|port| port.name).collect();
+        match skill.machine.thresholds(LEVEL, &given, &open) {
+            Ok(levels) => add(levels, &mut thresholds, complaints),
+            Err(problems) => problems.into_iter().for_each(|problem| complaints.push(problem)),
+        }
+    }
+    thresholds
+}
+
+/// Adds the levels with which a property's monitor compares the battery's.
+pub(super) fn of_monitor(
+    monitor: &dyn Monitor,
+    system: &ChannelSystem,
+    battery_reader: ProcessId,
+    thresholds: &mut BTreeSet<Micros>,
+    complaints: &mut Complaints,
+) {
+    let mut levels = Vec::new();
+    let is_told = |channel| system.topology().get(channel).source == battery_reader;
+    if let Some(machine) = MachineMonitor::of(monitor) {
+        let (numbers, members) = machine.learns(is_told);
+        levels.extend(numbers);
+        for member in members {
+            match machine.chart().thresholds(member, &[], &[]) {
+                Ok(more) => levels.extend(more),
+                Err(problems) => problems.into_iter().for_each(|problem| complaints.push(problem)),
+            }
+        }
+        return add(levels, thresholds, complaints);
+    }
+    match (scope_monitor(monitor).map(ScopeMonitor::formula), monitor.graph()) {
+        (Some(formula), _) => {
+            let mut is_followed = true;
+            formula.events(&mut |event| {
+                if is_told(event.channel) {
+                    event.condition.comparisons(&mut |_, _, value| levels.extend(value.as_number()));
+                    let shapes = system.topology().get(event.channel).domain.shapes();
+                    let is_level = |field: usize| {
+                        let kinds = shapes.iter().filter_map(|shape| shape.fields().get(field.checked_sub(1)?));
+                        kinds.into_iter().any(|(_, kind)| *kind == FieldKind::Real)
+                    };
+                    event.condition.related_fields(&mut |field| is_followed &= !is_level(field));
+                }
+            });
+            // All levels of a class would count as the same one.
+            if !is_followed {
+                let name = monitor.name();
+                let problem = Problem::new(format!("the property {name} remembers a level or computes with it"));
+                complaints.push(problem.with_help(
+                    "compare the level with constants only: a proof distinguishes levels by such comparisons",
+                ));
+            }
+        }
+        (None, Some((graph, _))) => levels.extend(constants(graph)),
+        // The search rejects anything unknown.
+        (None, None) => {}
+    }
+    add(levels, thresholds, complaints);
+}
+
+fn add(levels: Vec<f64>, thresholds: &mut BTreeSet<Micros>, complaints: &mut Complaints) {
+    for level in levels {
+        match micros(level) {
+            Some(level) => _ = thresholds.insert(level),
+            None => {
+                let problem =
+                    Problem::new(format!("a level is compared with {level}, which has more than six decimals"));
+                complaints.push(problem.with_help("round it: the levels in a proof are exact to six decimals"));
+            }
+        }
+    }
+}
+
+/// The numbers in a program graph.
+fn constants(graph: &ProgramGraph) -> Vec<f64> {
+    fn of_term(term: &Term, numbers: &mut Vec<f64>) {
+        match term {
+            Term::Constant(value) => numbers.extend(value.as_number()),
+            Term::Sum(a, b) | Term::Difference(a, b) => [a, b].into_iter().for_each(|term| of_term(term, numbers)),
+            Term::Tuple(terms) => terms.iter().for_each(|term| of_term(term, numbers)),
+            Term::Variable(_) | Term::Field(..) => {}
+        }
+    }
+    fn of_condition(condition: &Condition, numbers: &mut Vec<f64>) {
+        match condition {
+            Condition::True => {}
+            Condition::Not(condition) => of_condition(condition, numbers),
+            Condition::And(all) | Condition::Or(all) => all.iter().for_each(|one| of_condition(one, numbers)),
+            Condition::Compare(a, _, b) => [a, b].into_iter().for_each(|term| of_term(term, numbers)),
+        }
+    }
+    let mut numbers = Vec::new();
+    for transition in graph.transitions() {
+        of_condition(&transition.guard, &mut numbers);
+        if let Label::Receive(_, Slot::Given(message)) = &transition.label {
+            numbers.extend(message.fields().iter().filter_map(Value::as_number));
+        }
+    }
+    numbers
+}

@@ -1,0 +1,158 @@
+//! A run that was found, as files: a schedule, and a scenario that follows the schedule.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use channels::ChannelSystem;
+use diagnostics::Staging;
+use explorer::{Path as Run, PathStep};
+use monitors::Outcome;
+use runs::Switched;
+use scenarios::Error;
+use scenarios::scenario::schedule::DriverData;
+use scenarios::scenario::schedule::{FaultChange, Schedule, quoted};
+
+use super::faults::{self, Change};
+use super::physics::duration;
+use super::{Answer, Physical, Proof, Question};
+
+/// The name of the file with the schedule.
+pub const SCHEDULE: &str = "schedule.toml";
+/// The name of the file with the scenario that also violates the property in the simulation.
+pub const PHYSICS: &str = "physics.toml";
+/// The name of the file with the scenario.
+pub const COUNTEREXAMPLE: &str = "counterexample.toml";
+
+impl Proof {
+    /// Writes a run that was found as a schedule and a scenario that follows it. Returns the scenario's path.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write_run(&self, question: &Question, answer: &Answer, run: &Run, folder: &Path) -> Result<PathBuf, Error> {
+        let told = self.told(answer, run)?;
+        let name = &self.scenario.name;
+        let about = format!("A run of {name} against {}, found by steward prove", question.property);
+        let hold = self.scenario.file.prove.messages.hold;
+        let changes = faults::changes(run, &self.faults).into_iter().map(|change| {
+            let Change { index, begins } = change?;
+            let Switched { kind, name, .. } = &self.faults[index];
+            Some(FaultChange { begins, kind: *kind, name: name.clone() })
+        });
+        let steps = run.steps().iter().zip(told).zip(changes);
+        let steps = steps.map(|((step, told), change)| (step, told.unwrap_or_default(), change));
+        let schedule = Schedule::text(&about, steps, hold, &self.system);
+        let staging = Staging::begin(folder)?;
+        staging.write(SCHEDULE, schedule)?;
+        staging.write(COUNTEREXAMPLE, self.counterexample(&about, answer, run)?)?;
+        staging.publish(&[SCHEDULE, COUNTEREXAMPLE])?;
+        Ok(folder.join(COUNTEREXAMPLE))
+    }
+
+    /// What the environment tells the processes in each of its steps.
+    pub(super) fn told(&self, answer: &Answer, run: &Run) -> Result<Vec<Option<DriverData>>, Error> {
+        let steps = run.steps();
+        let mut told = vec![None; steps.len()];
+        self.replayed(answer, run, |step, system| {
+            let is_told = matches!(steps[step], PathStep::Environment { .. });
+            told[step] = is_told.then(|| faults::told(system));
+        })?;
+        Ok(told)
+    }
+
+    /// Replays the run; `look` sees the system after each step.
+    pub(super) fn replayed(
+        &self,
+        answer: &Answer,
+        run: &Run,
+        look: impl FnMut(usize, &ChannelSystem),
+    ) -> Result<(), Error> {
+        let replayed = run.replay_and_look(&answer.model, None, look);
+        let help = "this is a bug in steward: please report it, with the scenario";
+        let failed =
+            |error| Error::refused(format!("a run of {} cannot be replayed: {error}", self.scenario.name), help);
+        replayed.map(|_| ()).map_err(failed)
+    }
+
+    /// The scenario that follows the schedule.
+    fn counterexample(&self, about: &str, answer: &Answer, run: &Run) -> Result<String, Error> {
+        let mut text = format!("# It follows {SCHEDULE}, without physics: see docs/src/how-to/prove.md.\n");
+        text += &self.based_on_it(about, &self.long_enough(duration(run) + self.scenario.file.execution.tick));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
+        for (watched, monitor) in self.monitoring.monitors() {
+            let Some(monitor) = run.replay(&answer.model, Some(monitor.as_ref())).ok().and_then(|it| it.monitor) else {
+                continue;
+            };
+            let outcome = Outcome::of(monitor.as_ref());
+            let _ = writeln!(text, "expect.{} = {}", quoted(&watched.name), quoted(outcome.name()));
+        }
+        Ok(text)
+    }
+
+    /// What must be set so that a run may take this long.
+    pub(super) fn long_enough(&self, time: Duration) -> Vec<String> {
+        let is_longer = time > self.scenario.file.execution.max_time;
+        is_longer.then(|| format!("execution.max_time_s = {}", time.as_secs_f64())).into_iter().collect()
+    }
+
+    /// Writes the scenario that also violates a property in the simulation.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write_physical(&self, question: &Question, physical: &Physical, folder: &Path) -> Result<(), Error> {
+        let about = format!("{} is also violated in the simulation", question.property);
+        let text = "# The levels and the lost messages of the run that was found, as faults.\n".to_owned();
+        let mut text = text + &self.based_on_it(&about, &physical.overrides);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "stop.on_violation = [{}]\nstop.after_s = 0", quoted(&question.property));
+        for (name, outcome) in &physical.outcomes {
+            let _ = writeln!(text, "expect.{} = {}", quoted(name), quoted(outcome.name()));
+        }
+        Ok(diagnostics::write_whole(&folder.join(PHYSICS), text)?)
+    }
+
+    /// The beginning of a scenario that extends this one with further assignments and expects nothing of the world.
+    fn based_on_it(&self, about: &str, more: &[String]) -> String {
+        let origin = &self.scenario.origin;
+        let argument = Path::new(&origin.argument);
+        let here = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let on_disk = argument.is_file().then(|| here(argument));
+        // A path on the command line is relative to the current folder, one in a file to the file's folder.
+        let folder = match &on_disk {
+            Some(file) => file.parent().map(Path::to_owned),
+            None => (!origin.overrides.is_empty()).then(|| here(Path::new("."))),
+        };
+        let base = on_disk.as_deref().map_or(origin.argument.clone(), |file| file.display().to_string());
+        let mut text = format!("about = {}\nbase = {}\n", quoted(about), quoted(&base));
+        if let Some(folder) = folder {
+            text += &format!("folder = {}\n", quoted(&folder.display().to_string()));
+        }
+        text += &overridden(&origin.overrides, more);
+        if self.scenario.premises.is_some() {
+            text += "expect.reached = []\nexpect.not_reached = []\nexpect.min_battery_pct = 0\n";
+        }
+        text
+    }
+}
+
+/// The assignments of the command line as lines of a file, followed by `more`. Each key occurs once, and assignments to
+/// keys that the file sets itself are left out.
+fn overridden(overrides: &[String], more: &[String]) -> String {
+    let mut lines: Vec<(&str, String)> = Vec::new();
+    let all = overrides.iter().map(|text| (text, true)).chain(more.iter().map(|text| (text, false)));
+    for ((key, value), is_given) in all.filter_map(|(text, is_given)| Some((text.split_once('=')?, is_given))) {
+        let (key, value) = (key.trim(), value.trim());
+        let first = key.split('.').next().unwrap_or_default();
+        if is_given && ["about", "base", "faults", "expect", "stop"].contains(&first) || key == "execution.schedule" {
+            continue;
+        }
+        lines.retain(|(other, _)| *other != key);
+        let is_toml = diagnostics::document::Document::parse_toml("", &format!("value = {value}")).is_ok();
+        let value = if is_toml { value.to_owned() } else { quoted(value) };
+        let is_item = key.split('.').any(|part| part.parse::<usize>().is_ok());
+        let mark = if is_item { "# not here: " } else { "" };
+        lines.push((key, format!("{mark}{key} = {value}\n")));
+    }
+    lines.into_iter().map(|(_, line)| line).collect()
+}

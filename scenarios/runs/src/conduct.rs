@@ -1,0 +1,84 @@
+//! Conducts a run from start to end.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use recording::{Archive, Detail, Ended, Follower, RunView};
+use scenarios::Error;
+
+use crate::ending::Ending;
+use crate::error::StepError;
+use crate::run::Run;
+
+/// Runs a scenario to its end for whoever `begin` makes from its start, who sees at least as much as `detail` requires.
+/// `goes_on` is asked at the start and after every step, and may stop the run: one more step then ends it as
+/// [interrupted](Ended::Interrupted). If there is a `record`, the run is written to it as an [`Archive`].
+///
+/// # Errors
+/// A file that could not be written; the reason why the run cannot continue; an error of who follows.
+pub fn conduct<F: Follower, E: From<Error> + From<F::Error>>(
+    run: Run,
+    detail: Detail,
+    record: Option<&Path>,
+    begin: impl FnOnce(&RunView) -> Result<F, E>,
+    mut goes_on: impl FnMut(&RunView) -> ControlFlow<()>,
+) -> Result<(F, RunView), E> {
+    let detail = if record.is_some() { detail.max(Detail::Full) } else { detail };
+    let mut conducted = Conducted::begin(run, detail);
+    let archive = record.map(|path| Archive::begin(path, &conducted.view)).transpose();
+    let mut archive = archive.map_err(Error::from)?;
+    let mut follower = begin(&conducted.view)?;
+    loop {
+        let is_stopped = goes_on(&conducted.view).is_break();
+        if conducted.view.end().is_some() {
+            break;
+        }
+        let stepped = conducted.step(detail, is_stopped);
+        // A failed step is also recorded: it may show the reason.
+        archive.follow(&conducted.view).map_err(Error::from)?;
+        if let Err(failure) = stepped {
+            archive.map_or(Ok(()), Archive::finish).map_err(Error::from)?;
+            return Err(Error::from(failure).into());
+        }
+        follower.follow(&conducted.view)?;
+    }
+    archive.map_or(Ok(()), Archive::finish).map_err(Error::from)?;
+    Ok((follower, conducted.view))
+}
+
+/// A run with the view that its records add up to.
+pub(crate) struct Conducted {
+    pub(crate) run: Run,
+    pub(crate) view: RunView,
+    ending: Ending,
+}
+
+/// The invariant of the records of a run in progress.
+pub const FITS: &str = "a run's records refer only to what its header contains";
+
+impl Conducted {
+    /// A run at its start.
+    pub(crate) fn begin(mut run: Run, detail: Detail) -> Self {
+        let view = RunView::new(run.header(), run.record(detail)).expect(FITS);
+        Self { run, view, ending: Ending::default() }
+    }
+
+    /// Performs a step, and ends the run if its scenario or its schedule ends it there, or if it `is_stopped`. The view
+    /// has the step even if it fails.
+    pub(crate) fn step(&mut self, detail: Detail, is_stopped: bool) -> Result<(), StepError> {
+        let stepped = self.run.step();
+        self.view.apply(self.run.record(detail)).expect(FITS);
+        stepped?;
+        let over = self.run.is_over().then_some(Ended::Scheduled);
+        let stopped = is_stopped.then_some(Ended::Interrupted);
+        if let Some(why) = self.ending.reached(&self.run.scenario().file, &self.view).or(over).or(stopped) {
+            self.end(why, detail);
+        }
+        Ok(())
+    }
+
+    /// Ends the run here.
+    pub(crate) fn end(&mut self, why: Ended, detail: Detail) {
+        self.view.finish(self.run.end(why, detail)).expect(FITS);
+    }
+}

@@ -1,0 +1,38 @@
+//! Runs of scenarios: the simulated world, the channel system and its monitors, step by step.
+//!
+//! A [`Run`] advances step by step and describes itself in records; [`conduct()`] takes one from start to end, and a
+//! [`Session`] is one in which a person intervenes.
+//!
+//! # Inside
+//! `wiring` makes the processes of a scenario and chooses the scheduler. `injector` applies the faults that `timetable`
+//! begins and ends: in the simulated world (`sim::Faults`), on a channel (`channels::Disturbance`), in a component
+//! (`components::Outages`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
+//! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
+//! move; a scenario without a map has a `World` that is only the time. `player` performs the steps of a schedule
+//! instead of drivers and physics. `ending` decides when a run ends.
+
+mod conduct;
+mod ending;
+mod error;
+mod given_up;
+mod injector;
+mod machines;
+mod player;
+mod run;
+mod session;
+mod skill_errors;
+mod switched;
+mod tick_clock;
+mod timetable;
+mod tree_errors;
+mod wiring;
+mod world;
+
+pub use conduct::{FITS, conduct};
+pub use error::StepError;
+pub use injector::opposite;
+pub use machines::record as machine_record;
+pub use run::Run;
+pub use session::Session;
+pub use switched::{Switched, SwitchedEffect, restart};
+pub use wiring::{Ids, Wired, topology, wire};

@@ -1,0 +1,411 @@
+//! A running scenario: the world, the channel system and the monitors, step by step.
+
+mod record;
+
+use std::any::Any;
+use std::sync::Arc;
+use std::time::Duration;
+
+use bt::{Outcome, Status};
+use channels::{ChannelSystem, Event, Scheduler, Verdict};
+use monitors::{ScopeMonitor, Warnings, scope_monitor};
+use recording::{Decision, Happening, SceneClock, TraceHash, event_line};
+use roaml::{Model, PropertyMonitor};
+use robot::Streams;
+use scenarios::names::unknown;
+use scenarios::scenario::{Monitoring, STEP, Scenario, TreeIds};
+use scenarios::{Complaints, Error};
+
+use self::record::Recorded;
+use crate::error::StepError;
+use crate::injector::{self, Injector, SystemUnderTest};
+use crate::player::{Part, Player};
+use crate::skill_errors::SkillErrors;
+use crate::tick_clock::{AFTER_THE_START, TickClock};
+use crate::tree_errors::TreeErrors;
+use crate::wiring::{Ids, start_programs, wire};
+use crate::world::{SimulatedRobot, World};
+
+/// A running scenario.
+///
+/// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. In a RoAML model,
+/// each step happens at the time of an event. A run is described by its records: a [`header`](Self::header), a
+/// [`record`](Self::record) before the first step and after each, and an [`end`](Self::end).
+pub struct Run {
+    scenario: Arc<Scenario>,
+    seed: u64,
+    world: World,
+    system: ChannelSystem,
+    scheduler: Box<dyn Scheduler>,
+    ids: Ids,
+    kind: Kind,
+    /// The events of the last step.
+    events: Vec<Event>,
+    /// Whether a timer or a fault moved a process in the last step.
+    stirred: bool,
+    /// `None` in a run without monitors.
+    monitoring: Option<Arc<Monitoring>>,
+    injector: Injector,
+    /// The faults that were added since the last step.
+    added: Vec<Arc<recording::Fault>>,
+    /// The events of the last step.
+    happenings: Vec<Happening>,
+    tree_errors: TreeErrors,
+    skill_errors: SkillErrors,
+    /// Whether each monitor has reached its verdict.
+    decided: Vec<bool>,
+    overruns: u64,
+    /// `None` if the tree gets no further ticks.
+    tick_clock: Option<TickClock>,
+    /// Whether the first step has been made.
+    begun: bool,
+    /// Whether no step may be longer than [`STEP`].
+    is_fine: bool,
+    hash: TraceHash,
+    scene_clock: SceneClock,
+    recorded: Recorded,
+}
+
+/// What makes a run go on.
+#[derive(Debug)]
+enum Kind {
+    /// Physics, sensors and drivers, every [`STEP`].
+    Application,
+    /// The timers and ticks of a RoAML model: each step happens at the time of one.
+    Model(Arc<Model>),
+    /// A schedule, which takes the place of scheduler, drivers and physics.
+    Schedule(Player),
+}
+
+impl Kind {
+    fn has_schedule(&self) -> bool {
+        matches!(self, Self::Schedule(_))
+    }
+}
+
+impl Run {
+    /// The scenario at its start, with this root seed. Without monitors if `watch` is false.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the scenario's parts do not fit together.
+    pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        let mut run = Self::prepare(scenario, seed, watch)?;
+        start_programs(&run.scenario, &mut run.system)?;
+        Ok(run)
+    }
+
+    /// The same, but the programs of its components are not started: for everything short of a run.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the scenario's parts do not fit together.
+    pub fn prepare(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        let streams = Streams::new(seed);
+        let mut wired = wire(&scenario, &streams)?;
+        let mut complaints = Complaints::default();
+        let kind = match (&scenario.schedule, scenario.model()) {
+            (Some(schedule), _) => {
+                let generator = wired.ids.tree.map(|ids| ids.tick_generator);
+                Kind::Schedule(Player::new(schedule, &scenario, &wired.system, generator, &mut complaints))
+            }
+            (None, Some(model)) => Kind::Model(Arc::clone(model)),
+            (None, None) => Kind::Application,
+        };
+        let robot = scenario.premises.as_ref().zip(wired.ids.robot).filter(|_| !kind.has_schedule());
+        let world = World::new(robot, &wired.system, &streams)?;
+        let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
+        let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
+        complaints.check()?;
+        let tick = scenario.file.execution.tick;
+        let first_tick = if let Kind::Model(_) = kind { tick } else { AFTER_THE_START };
+        Ok(Self {
+            decided: vec![false; wired.system.monitors().len()],
+            skill_errors: SkillErrors::of(&wired.system),
+            tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
+            begun: false,
+            is_fine: !scenario.file.faults.is_empty(),
+            scene_clock: SceneClock::new(&scenario.file.snapshots),
+            scenario,
+            seed,
+            world,
+            system: wired.system,
+            scheduler: wired.scheduler,
+            ids: wired.ids,
+            kind,
+            events: Vec::new(),
+            stirred: false,
+            monitoring,
+            injector,
+            added: Vec::new(),
+            happenings: Vec::new(),
+            tree_errors: TreeErrors::default(),
+            overruns: 0,
+            hash: TraceHash::default(),
+            recorded: Recorded::default(),
+        })
+    }
+
+    /// Performs one step. The events of a failed step can still be recorded.
+    ///
+    /// # Errors
+    /// [`StepError`] if the processes cannot continue.
+    pub fn step(&mut self) -> Result<(), StepError> {
+        self.happenings.clear();
+        self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
+        if self.kind.has_schedule() {
+            self.follow_schedule()?;
+        } else {
+            self.act()?;
+        }
+        let now = self.time();
+        self.note_tree_errors();
+        self.skill_errors.note(&self.system, now);
+        let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
+        self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
+        let speeches = self.world.new_speeches(&self.system);
+        self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
+        self.note_verdicts();
+        self.note_arrivals();
+        Ok(())
+    }
+
+    /// Performs a step of the schedule.
+    fn follow_schedule(&mut self) -> Result<(), StepError> {
+        let Self { kind: Kind::Schedule(player), system, world, events, hash, .. } = self else { return Ok(()) };
+        let mut part = Part::default();
+        let performed = player.perform_part(system, &mut part);
+        world.step(player.now(), system);
+        part.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
+        *events = part.events;
+        self.overruns += part.overruns;
+        self.happenings.extend(part.words.into_iter().map(|words| Happening::Moved { words }));
+        (self.begun, self.stirred) = (true, true);
+        performed
+    }
+
+    /// Performs a step with faults, physics and drivers.
+    fn act(&mut self) -> Result<(), StepError> {
+        self.apply_faults();
+        let now = self.next_time();
+        self.begun = true;
+        self.world.step(now, &mut self.system);
+        if let Some(robot) = self.world.robot() {
+            robot.enter_into_trace(&mut self.hash);
+        }
+        self.events.clear();
+        self.happen(now)?;
+        // In a model, everything that is due at the same time happens one by one, and the tick comes last.
+        while matches!(self.kind, Kind::Model(_)) && self.next_event().is_some_and(|next| next <= now) {
+            self.happen(now)?;
+        }
+        Ok(())
+    }
+
+    /// The time of the next step. The first step of a model is at the start, and each later one at the time of the next
+    /// event. If there are faults, or if somebody sees the details of the run, there is also a step at every multiple
+    /// of [`STEP`].
+    fn next_time(&self) -> Duration {
+        let now = self.world.time();
+        if !matches!(self.kind, Kind::Model(_)) {
+            return now + STEP;
+        }
+        if !self.begun {
+            return now;
+        }
+        let steps = u32::try_from(now.as_nanos() / STEP.as_nanos()).unwrap_or(u32::MAX).saturating_add(1);
+        let regular = self.is_fine.then(|| STEP.saturating_mul(steps));
+        let end = self.scenario.file.execution.max_time;
+        self.next_event().into_iter().chain(regular).fold(end, Duration::min).max(now)
+    }
+
+    /// The time of the next timer or tick.
+    fn next_event(&self) -> Option<Duration> {
+        self.system.next_timer().into_iter().chain(self.tick_clock.as_ref().map(TickClock::next)).min()
+    }
+
+    /// Lets everything happen that is due now; in a model, timers come before the tick.
+    fn happen(&mut self, now: Duration) -> Result<(), StepError> {
+        let fired = self.system.advance(now);
+        self.stirred |= fired;
+        if self.communicate(now, !fired || !matches!(self.kind, Kind::Model(_)))? {
+            self.follow_tree();
+        }
+        Ok(())
+    }
+
+    fn apply_faults(&mut self) {
+        let Self { world, system, events, injector, .. } = self;
+        let changes = injector.act(&mut SystemUnderTest { world, system, events });
+        self.stirred = !changes.is_empty();
+        let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
+        let position = self.world.robot().map(|robot| robot.sim.truth().pose().translation.vector.into());
+        self.happenings.extend(changes.into_iter().map(|change| match change {
+            injector::Happening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
+            injector::Happening::Ended(fault) => Happening::FaultEnded { fault, time },
+            injector::Happening::LeftUndone(fault, reason) => Happening::FaultLeftUndone { fault, time, reason },
+        }));
+    }
+
+    /// Generates a tick if one is due and `may` come, and runs the channel system until it is quiet. Returns whether
+    /// there was a tick.
+    fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
+        let topology = Arc::clone(self.system.topology());
+        let Self { system, scheduler, events, hash, .. } = self;
+        let mut enter = |event: Event| {
+            hash.line(&event_line(&event, &topology));
+            events.push(event);
+        };
+        let clock = self.tick_clock.as_mut().filter(|_| may);
+        let is_due = clock.is_some_and(|clock| clock.is_due(now, || self.injector.delay_of_tick()));
+        let ticked = self.ids.tree.filter(|_| is_due);
+        if let Some(TreeIds { tick_generator, tree }) = ticked {
+            if let (Some(robot), Some(of)) = (self.world.robot(), self.scenario.tree()) {
+                robot.tell(of, system, tree);
+            }
+            let (event, delivered) = system.generate_tick(tick_generator);
+            self.overruns += u64::from(!delivered);
+            enter(event);
+        }
+        let budget = self.scenario.file.execution.step_budget;
+        let mut failure = None;
+        for event in system.run(scheduler.as_mut(), budget) {
+            match event {
+                Ok(event) => enter(event),
+                Err(error) => failure = Some(error),
+            }
+        }
+        let limit = self.scenario.file.execution.run_budget;
+        match failure {
+            Some(error) => Err(error.into()),
+            None if self.system.steps() > limit => Err(StepError::Budget(limit)),
+            None => Ok(ticked.is_some()),
+        }
+    }
+
+    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model
+    /// requires it.
+    fn follow_tree(&mut self) {
+        let Self { kind: Kind::Model(model), system, ids: Ids { tree: Some(ids), .. }, .. } = self else { return };
+        let (Some(of), Some(last)) = (&model.tree, self.events.last()) else { return };
+        if !system.is_ready_for_tick(ids.tick_generator) {
+            return;
+        }
+        let (states, step) = (bt::states_in(of, system, ids.tree), system.steps());
+        system.inform_monitors(last, |monitor| {
+            if let Some(property) = (monitor as &mut dyn Any).downcast_mut::<PropertyMonitor>() {
+                property.see_tree(&states, step);
+            }
+        });
+        let is_running = states.first().is_some_and(|root| root.outcome == Some(Outcome::Answered(Status::Running)));
+        if !is_running && !model.parameters.tick_if_not_running {
+            self.tick_clock = None;
+        }
+    }
+
+    fn note_tree_errors(&mut self) {
+        if let Some(TreeIds { tree, .. }) = self.ids.tree.filter(|_| !self.events.is_empty()) {
+            let tick = self.system.ticks().saturating_sub(1);
+            let new = self.tree_errors.note(bt::faults_in(&self.system, tree));
+            self.happenings.extend(new.into_iter().map(|error| Happening::TreeError {
+                node: error.node.index(),
+                message: error.message,
+                tick,
+            }));
+        }
+    }
+
+    fn note_verdicts(&mut self) {
+        for (monitor, (decided, attached)) in self.decided.iter_mut().zip(self.system.monitors()).enumerate() {
+            if let Some(event) = attached.decided.as_ref().filter(|_| !*decided) {
+                let verdict = attached.monitor.verdict();
+                let witness = scope_monitor(attached.monitor.as_ref()).and_then(ScopeMonitor::witness);
+                let witness = witness.filter(|_| verdict == Verdict::False).cloned();
+                let decision = Decision { verdict, event: event.clone(), witness };
+                self.happenings.push(Happening::Verdict { monitor, decision });
+                *decided = true;
+            }
+        }
+    }
+
+    fn note_arrivals(&mut self) {
+        let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
+        let arrivals = robot.note_arrivals(premises);
+        self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
+    }
+
+    /// Continues with a scenario that differs from the present one only in its faults: there are more at its end, which
+    /// are due now or later, or active ones have other durations. The rest of the run is then the same as in a run of
+    /// this scenario from the start. After an error, nothing has changed.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if a new fault does not fit the run.
+    pub fn adopt(&mut self, scenario: Arc<Scenario>) -> Result<(), Error> {
+        self.injector.extend(&scenario, &self.world, &self.system, &Streams::new(self.seed))?;
+        let known = self.scenario.file.faults.len();
+        self.added.extend(scenario.file.faults[known..].iter().map(|fault| Arc::new(fault.record())));
+        self.is_fine = true;
+        self.scenario = scenario;
+        Ok(())
+    }
+
+    /// Whether the schedule that it follows has ended.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        matches!(&self.kind, Kind::Schedule(player) if player.is_over())
+    }
+
+    /// The channel system.
+    #[must_use]
+    pub fn system(&self) -> &ChannelSystem {
+        &self.system
+    }
+
+    /// The events of the last step.
+    #[must_use]
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Time since the start of the run.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.world.time()
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
+    }
+
+    /// The names of the monitored properties, in the order of the scenario.
+    pub fn properties(&self) -> impl Iterator<Item = &str> {
+        let monitors = self.monitoring.iter().flat_map(|monitoring| monitoring.monitors());
+        monitors.map(|(watched, _)| watched.name.as_str())
+    }
+
+    /// The warnings about the property files.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warnings] {
+        self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
+    }
+}
+
+/// Attaches the monitors of the scenario's properties.
+fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitoring>, Error> {
+    let monitoring = scenario.monitoring(system.topology())?;
+    let mut complaints = Complaints::default();
+    let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
+    let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
+    let named = expected.chain(scenario.file.stop.on_violation.names());
+    let is_missing =
+        |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
+    for name in named.filter(is_missing) {
+        complaints.push(unknown("property", name, known()));
+    }
+    complaints.check()?;
+    for (_, monitor) in monitoring.monitors() {
+        system.attach(monitor.clone());
+    }
+    Ok(monitoring)
+}

@@ -1,0 +1,212 @@
+//! The records of a run.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Monitor, ProcessId};
+use maps::Place;
+use programs::ProgramProcess;
+use recording::{
+    Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, RobotState, Scene, Step,
+};
+use robot::RobotModel;
+use scenarios::scenario::schedule::DriverData;
+use scenarios::scenario::{MachineMonitor, Premises, STEP, Scenario, settings};
+
+use super::Run;
+use crate::machines;
+
+/// The contents of earlier records: only changes must be recorded again.
+#[derive(Debug, Default)]
+pub(super) struct Recorded {
+    outcomes: Vec<Option<bt::Outcome>>,
+    /// The locations of skills and components, in the order of their names in the header.
+    locations: Vec<Option<String>>,
+    monitors: Vec<MonitorState>,
+    navigation: Navigation,
+    robot: RobotState,
+    /// Whether the record of the last step had a scene.
+    scene: bool,
+}
+
+/// The records of a run.
+impl Run {
+    /// The constant data of the run.
+    #[must_use]
+    pub fn header(&self) -> Header {
+        let Scenario { name, file, origin, premises, .. } = &*self.scenario;
+        // A schedule has no map.
+        let premises = premises.as_ref().filter(|_| !self.kind.has_schedule());
+        Header {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: name.clone(),
+            about: file.about.clone(),
+            origin: origin.clone(),
+            settings: settings::in_effect(
+                file.premises.as_ref().map(|entry| &entry.sim),
+                file.behavior.model().is_some(),
+                &file.execution,
+            ),
+            seed: self.seed,
+            tick: file.execution.tick,
+            dt: if file.behavior.model().is_some() { Duration::ZERO } else { STEP },
+            unwatched: self.decided.is_empty() && !file.properties.is_empty(),
+            topology: Arc::clone(self.system.topology()),
+            tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
+            skills: self.scenario.skills.keys().cloned().collect(),
+            components: self.scenario.component_names().map(str::to_owned).collect(),
+            machines: self
+                .scenario
+                .machine_processes()
+                .map(|(name, skill)| machines::record(name, &skill.machine))
+                .collect(),
+            monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.records()),
+            faults: file.faults.iter().map(|fault| Arc::new(fault.record())).collect(),
+            premises: premises.map(premises_record),
+            robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
+            snapshots: file.snapshots.clone(),
+            expected: file.expect.record(),
+        }
+    }
+
+    /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
+    /// and once after each.
+    pub fn record(&mut self, detail: Detail) -> Step {
+        self.is_fine |= detail > Detail::Verdicts;
+        let mut robot = self.world.robot_state();
+        if self.kind.has_schedule() {
+            let known = DriverData::of(&self.system).battery;
+            robot.battery = known.map(|(charge_pct, charging)| recording::Battery { charge_pct, charging });
+        }
+        let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
+        let is_start = time.is_zero();
+        let wants_scene = match detail {
+            Detail::Verdicts => false,
+            // The clock advances even if a scene is recorded anyway.
+            Detail::Full => (!is_start && self.scene_clock.is_any(time, robot.is_charging())) || !happenings.is_empty(),
+            Detail::Scenes => true,
+        };
+        let details = (detail > Detail::Verdicts || is_start).then(|| self.details(wants_scene));
+        self.recorded.scene = wants_scene;
+        let changes = robot.since(&self.recorded.robot);
+        self.recorded.robot = robot;
+        Step {
+            time,
+            ticks: self.system.ticks(),
+            overruns: self.overruns,
+            communications: self.system.steps(),
+            robot: changes,
+            happenings,
+            details: details.filter(|details| !details.is_empty()).map(Box::new),
+        }
+    }
+
+    /// The changes since the last record.
+    fn details(&mut self, with_scene: bool) -> Details {
+        let mut details = Details {
+            events: self.events.clone(),
+            navigation: self.new_navigation(),
+            scene: if with_scene { self.scene() } else { None },
+            ..Details::default()
+        };
+        let is_quiet = self.events.is_empty() && !self.time().is_zero();
+        // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
+        let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
+        let Scenario { skills, components, .. } = &*self.scenario;
+        if let Some((tree, ids)) = self.scenario.tree().zip(self.ids.tree).filter(|_| stirs) {
+            let states = bt::states_in(tree, &self.system, ids.tree);
+            let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
+            if self.recorded.outcomes != outcomes {
+                self.recorded.outcomes.clone_from(&outcomes);
+                details.outcomes = Some(outcomes);
+            }
+        }
+        let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
+        let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
+        let names = skills.keys().map(String::as_str).chain(self.scenario.component_names()).enumerate();
+        self.recorded.locations.resize(skills.len() + self.scenario.component_names().count(), None);
+        for (index, name) in names.filter(|(_, name)| moves(name)) {
+            let recorded = &mut self.recorded.locations[index];
+            let Some(process) = self.system.topology().find_process(name) else { continue };
+            let Some(location) = self.system.location(process) else { continue };
+            if recorded.as_ref() != Some(&location) {
+                details.locations.push((process.index(), location.clone()));
+                *recorded = Some(location);
+            }
+        }
+        // Monitors move only when a message is received or a tick is generated.
+        if is_quiet {
+            return details;
+        }
+        let is_start = self.recorded.monitors.is_empty();
+        self.recorded.monitors.resize(self.decided.len(), MonitorState::default());
+        for (index, (attached, recorded)) in self.system.monitors().iter().zip(&mut self.recorded.monitors).enumerate()
+        {
+            let state = MonitorState::of(attached.monitor.as_ref());
+            if is_start || *recorded != state {
+                details.monitors.push((index, state.clone()));
+                *recorded = state;
+            }
+        }
+        details
+    }
+
+    fn new_navigation(&mut self) -> Option<Navigation> {
+        let new = self.world.robot()?.new_navigation(&self.recorded.navigation)?;
+        self.recorded.navigation.clone_from(&new);
+        Some(new)
+    }
+
+    fn scene(&self) -> Option<Arc<Scene>> {
+        self.world.scene().map(Arc::new)
+    }
+
+    /// Ends the run, and with it the programs of its components. Returns the end record with the given detail.
+    #[must_use]
+    pub fn end(&mut self, ended: Ended, detail: Detail) -> End {
+        let processes: Vec<ProcessId> = self.system.topology().processes().collect();
+        for id in processes {
+            if let Some(program) = self.system.process_mut::<ProgramProcess>(id) {
+                program.conclude();
+            }
+        }
+        self.skill_errors.note(&self.system, self.time());
+        // Faults that were added since the last step are not part of the run.
+        let faults = 0..self.scenario.file.faults.len() - self.added.len();
+        End {
+            ended,
+            trace_hash: self.hash.finish(),
+            monitors: self.system.monitors().iter().map(|attached| monitor_end(attached.monitor.as_ref())).collect(),
+            skill_errors: self.skill_errors.all(&self.system),
+            messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),
+            scene: if detail > Detail::Verdicts && !self.recorded.scene { self.scene() } else { None },
+        }
+    }
+}
+
+fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
+    let errors = MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec());
+    MonitorEnd { errors, ..MonitorEnd::of(monitor) }
+}
+
+fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {
+    recording::Premises {
+        map: Arc::clone(map),
+        places: places.iter().map(place_record).collect(),
+        start: *start,
+        station: *station,
+        destination: entry.sites.destination.as_ref().map(|name| name.value.clone()),
+    }
+}
+
+fn robot_record(model: &RobotModel) -> RobotBody {
+    RobotBody { radius_m: model.radius_m, lasers: model.lasers.clone() }
+}
+
+fn place_record((name, place): (&str, &Place)) -> recording::Place {
+    let (corners, tolerance_m) = match place {
+        Place::Area { corners } => (corners.clone(), 0.0),
+        Place::Point { position_tolerance_m, .. } => (vec![place.goal_position()], *position_tolerance_m),
+    };
+    recording::Place { name: name.to_owned(), corners, tolerance_m }
+}

@@ -1,0 +1,245 @@
+//! A run in which a person intervenes, and the scenario that repeats it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use diagnostics::FileProblems;
+use recording::{Detail, Ended, Record, RunView};
+use scenarios::Error;
+use scenarios::faults::Fault;
+use scenarios::scenario::{Found, STEP, Scenario, ScenarioFile, find};
+use toml::{Table, Value};
+
+use crate::conduct::Conducted;
+use crate::run::Run;
+
+/// A run in which a person intervenes.
+///
+/// Each act is a fault at the present moment; a lasting one lasts until it is [released](Self::release). The session is
+/// always a scenario, as it could be in a file, with all acts so far. So an act is checked like a fault in a file, and
+/// the [saved](Self::saved) scenario gives the same run.
+pub struct Session {
+    found: Found,
+    conducted: Conducted,
+    /// The scenario without its faults.
+    written: Table,
+    /// The faults of the scenario, followed by the acts.
+    faults: Vec<Value>,
+    /// The number of faults that are not acts.
+    given: usize,
+    /// The records since they were last requested.
+    records: Vec<Record>,
+}
+
+impl Session {
+    /// A session with a scenario at its start, changed by `overrides` as for `--set`. Without `seed`, the scenario's
+    /// own seed is used.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong with the scenario.
+    pub fn new(found: &Found, overrides: &[String], seed: Option<u64>) -> Result<Self, Error> {
+        let base = Scenario::load(found, overrides)?;
+        let seed = seed.unwrap_or(base.file.seed);
+        let (written, faults) = without_faults(found, overrides, seed).map_err(Error::bad_input)?;
+        let given = faults.len();
+        let scenario = load(&base, found, &written, &faults)?;
+        let conducted = Conducted::begin(Run::new(Arc::new(scenario), seed, true)?, Detail::Scenes);
+        Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new() })
+    }
+
+    /// The run so far.
+    #[must_use]
+    pub fn view(&self) -> &RunView {
+        &self.conducted.view
+    }
+
+    /// Performs one step; does nothing if the run has ended. The scenario ends the run as it would without acts.
+    ///
+    /// # Errors
+    /// The reason why the run cannot continue.
+    pub fn step(&mut self, detail: Detail) -> Result<(), Error> {
+        if self.view().end().is_some() {
+            return Ok(());
+        }
+        let stepped = self.conducted.step(detail, false);
+        self.records.push(Record::Step(self.view().step().clone()));
+        self.record_end();
+        Ok(stepped?)
+    }
+
+    /// Ends the run here, if it has not ended.
+    pub fn end(&mut self) {
+        if self.view().end().is_none() {
+            self.conducted.end(Ended::Interrupted, Detail::Full);
+            self.record_end();
+        }
+    }
+
+    fn record_end(&mut self) {
+        let end = self.view().end().cloned();
+        self.records.extend(end.map(|end| Record::End(Box::new(end))));
+    }
+
+    /// The records since the start, or since the last call. They stay in memory until they are taken.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
+    }
+
+    /// The lasting faults that somebody caused during the run and that are still active, each with its index.
+    pub fn lasting(&self) -> impl Iterator<Item = (usize, &Fault)> {
+        let acts = self.conducted.run.scenario().file.faults.iter().map(Arc::as_ref).enumerate().skip(self.given);
+        acts.filter(|(_, act)| !act.kind().momentary && act.timing.lasts.is_none())
+    }
+
+    /// Does something now: `fault` is an entry of `[[faults]]` without a trigger. Returns the index of the fault in the
+    /// run. After an error, nothing has changed.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the fault is wrong or does not fit the run.
+    pub fn act(&mut self, fault: Table) -> Result<usize, Error> {
+        let faults = self.faults.clone();
+        self.act_after(faults, fault)
+    }
+
+    /// Replaces a lasting act: it ends, and `fault` begins now. After an error, nothing has changed.
+    ///
+    /// # Errors
+    /// As for [`release`](Self::release) and [`act`](Self::act).
+    pub fn replace(&mut self, act: usize, fault: Table) -> Result<usize, Error> {
+        let faults = self.released(act)?;
+        self.act_after(faults, fault)
+    }
+
+    fn act_after(&mut self, mut faults: Vec<Value>, mut fault: Table) -> Result<usize, Error> {
+        if self.view().end().is_some() {
+            return Err(Error::refused("the run has ended", "start the session again"));
+        }
+        fault.insert("at_s".to_owned(), seconds(self.conducted.run.time()));
+        faults.push(Value::Table(fault));
+        self.adopt(faults)?;
+        Ok(self.faults.len() - 1)
+    }
+
+    /// Ends a lasting act: now, or after the next step if it has only just begun.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the fault with this index is no act, or already has an end.
+    pub fn release(&mut self, act: usize) -> Result<(), Error> {
+        let faults = self.released(act)?;
+        self.adopt(faults)
+    }
+
+    /// The faults after this act has been given an end.
+    fn released(&self, act: usize) -> Result<Vec<Value>, Error> {
+        let mut faults = self.faults.clone();
+        let fault = faults.get_mut(act).filter(|_| act >= self.given).and_then(Value::as_table_mut);
+        let Some(fault) = fault.filter(|fault| !fault.contains_key("lasts_s")) else {
+            let help = "only a lasting act of this session that is still in effect can be ended";
+            return Err(Error::refused(format!("fault {act} cannot be ended"), help));
+        };
+        let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
+        fault.insert("lasts_s".to_owned(), seconds(self.conducted.run.time().saturating_sub(begun).max(STEP)));
+        Ok(faults)
+    }
+
+    /// Continues with these faults.
+    fn adopt(&mut self, faults: Vec<Value>) -> Result<(), Error> {
+        let scenario = load(self.conducted.run.scenario(), &self.found, &self.written, &faults)?;
+        if scenario.file.faults[self.faults.len()..].iter().any(|new| !new.kind().can_begin_later()) {
+            let help = "write this fault into the scenario, with `at_s = 0`";
+            return Err(Error::refused("the software's map can be wrong only from the start of a run", help));
+        }
+        self.conducted.run.adopt(Arc::new(scenario))?;
+        self.faults = faults;
+        Ok(())
+    }
+
+    /// The text of a scenario that repeats the session up to now, and expects its results. It names the scenario on
+    /// which it is based: one that is shipped by its name, so that it can be stored anywhere, and a user's own by the
+    /// name of its file, so that it belongs into the same folder.
+    #[must_use]
+    pub fn saved(&self) -> String {
+        let (mut written, view) = (self.written.clone(), self.view());
+        let mut set = |table: &str, key: &str, value: Value| {
+            let table = written.entry(table).or_insert_with(|| Value::Table(Table::new()));
+            table.as_table_mut().map(|table| table.insert(key.to_owned(), value));
+        };
+        if view.end().is_none_or(|end| end.ended == Ended::Interrupted) {
+            set("execution", "max_time_s", seconds(view.time().max(STEP)));
+        }
+        for monitor in view.monitors() {
+            set("expect", monitor.name(), monitor.outcome().name().into());
+        }
+        let expect = &self.conducted.run.scenario().file.expect;
+        let reached: Vec<Value> = view.visits().filter(|(_, at)| at.is_some()).map(|(name, _)| name.into()).collect();
+        let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
+        let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);
+        let error_m = view.tally().localization_error().map_or(0.0, |error| error.max_m);
+        for (key, value, matters) in [
+            ("reached", reached.into(), !expect.reached.is_empty()),
+            ("not_reached", Value::Array(Vec::new()), !expect.not_reached.is_empty()),
+            (
+                "max_collisions",
+                Value::Integer(i64::try_from(collisions).unwrap_or(i64::MAX)),
+                expect.max_collisions.is_some(),
+            ),
+            ("min_battery_pct", lowest_pct.floor().into(), expect.min_battery_pct.is_some()),
+            ("max_localization_m", (error_m + 0.01).into(), expect.max_localization_m.is_some()),
+        ] {
+            if matters {
+                set("expect", key, value);
+            }
+        }
+        if let Some(Value::String(model)) = written.get_mut("model") {
+            *model = file_name(model);
+        }
+        text(&written, &self.faults)
+    }
+}
+
+/// The text of a session's scenario apart from its faults, and these faults.
+fn without_faults(found: &Found, overrides: &[String], seed: u64) -> Result<(Table, Vec<Value>), FileProblems> {
+    let overridden = overrides.iter().filter_map(|one| one.split(['.', '=']).next()).map(str::trim);
+    let mut written = ScenarioFile::values(found, overrides, overridden.chain(["about", "faults"]))?;
+    let faults = match written.remove("faults") {
+        Some(Value::Array(faults)) => faults,
+        _ => Vec::new(),
+    };
+    let mut set = |key: &str, value: Value| written.insert(key.to_owned(), value);
+    set("seed", Value::Integer(i64::try_from(seed).unwrap_or(i64::MAX)));
+    if find::shipped(&found.argument).is_some() {
+        set("base", found.argument.clone().into());
+    } else {
+        let is_model = Path::new(&found.path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+        // A model's path is relative to the working directory, a base's to the scenario.
+        let path = if is_model { found.path.clone() } else { file_name(&found.path) };
+        set(if is_model { "model" } else { "base" }, path.into());
+    }
+    Ok((written, faults))
+}
+
+/// The name of a path's file. A whole path would be wrong on another computer, and elsewhere on this one.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Loads the session's scenario, sharing as much as possible with the one before.
+fn load(before: &Scenario, found: &Found, written: &Table, faults: &[Value]) -> Result<Scenario, Error> {
+    Scenario::load_like(before, &Found { text: text(written, faults), ..found.clone() }, &[])
+}
+
+/// The text of a scenario with these faults, even if there are none: its base may have others.
+fn text(written: &Table, faults: &[Value]) -> String {
+    let mut written = written.clone();
+    written.insert("faults".to_owned(), faults.to_vec().into());
+    written.to_string()
+}
+
+/// A time in seconds, as scenarios write it.
+fn seconds(time: Duration) -> Value {
+    time.as_secs_f64().into()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,339 @@
+//! The world in which a run takes place: time, and a simulated robot with its software if the scenario has a map.
+
+use std::time::Duration;
+
+use bt::Tree;
+use channels::{ChannelSystem, ProcessId};
+use components::{Processes, Software};
+use devices::{DeviceProcess, Surroundings};
+use maps::{Point, pose};
+use nav::{GiveUpReason, InitialPose};
+use recording::{Battery, Body, BodyShape, Navigation, RobotState, Scene, TraceHash, Truth};
+use robot::{Reading, Robot, Streams};
+use scenarios::Error;
+use scenarios::scenario::Premises;
+use sim::{ObstacleConfig, ObstacleMotion, Simulation};
+
+use crate::given_up::GivenUps;
+
+/// A robot slower than this counts as at rest, in m/s and rad/s.
+const AT_REST: f64 = 1e-3;
+
+/// The gap between the robot and a box that it has put down, in meters.
+const BESIDE_M: f64 = 0.05;
+
+/// The world of a run.
+pub(crate) struct World {
+    now: Duration,
+    robot: Option<SimulatedRobot>,
+    devices: Vec<Device>,
+}
+
+/// A device of the world.
+struct Device {
+    process: ProcessId,
+    /// Its spoken text.
+    speech: Option<String>,
+    /// When the last audible speech began.
+    last: Option<Duration>,
+}
+
+impl World {
+    /// The world at the start of a run, with these components of its robot, if there is one, and the devices of a
+    /// system.
+    pub(crate) fn new(
+        robot: Option<(&Premises, Processes)>,
+        system: &ChannelSystem,
+        streams: &Streams,
+    ) -> Result<Self, Error> {
+        let robot = robot.map(|(premises, processes)| SimulatedRobot::new(premises, processes, streams));
+        let devices = system.topology().processes().filter(|id| system.process::<DeviceProcess>(*id).is_some());
+        let devices = devices.map(|process| Device { process, speech: None, last: None }).collect();
+        Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
+    }
+
+    /// Advances to a time, by one step if there is a robot: physics and sensors, then the robot's software and the
+    /// devices.
+    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem) {
+        self.now = to;
+        if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
+            sim.step();
+            software.step(sim, system, self.now);
+        }
+        let Some(robot) = &mut self.robot else { return };
+        for Device { process, .. } in &self.devices {
+            if !system.is_suspended(*process)
+                && let Some(device) = system.process_mut::<DeviceProcess>(*process)
+            {
+                device.act(&mut robot.around());
+            }
+        }
+    }
+
+    /// The texts that speakers have begun to say since the last call, with their processes.
+    pub(crate) fn new_speeches(&mut self, system: &ChannelSystem) -> Vec<(ProcessId, String)> {
+        let mut new = Vec::new();
+        for Device { process, speech, last } in &mut self.devices {
+            let device = system.process::<DeviceProcess>(*process).filter(|_| !system.is_suspended(*process));
+            let heard = device.and_then(DeviceProcess::speech);
+            *speech = heard.map(|(_, text)| text.to_owned());
+            if let Some((since, text)) = heard.filter(|(since, _)| *last != Some(*since)) {
+                *last = Some(since);
+                new.push((*process, text.to_owned()));
+            }
+        }
+        new
+    }
+
+    /// The visible and audible scene.
+    pub(crate) fn scene(&self) -> Option<Scene> {
+        let scene = self.robot.as_ref().map(SimulatedRobot::scene)?;
+        Some(Scene { speeches: self.devices.iter().filter_map(|device| device.speech.clone()).collect(), ..scene })
+    }
+
+    /// Time since the start of the run.
+    pub(crate) fn time(&self) -> Duration {
+        self.now
+    }
+
+    pub(crate) fn robot(&self) -> Option<&SimulatedRobot> {
+        self.robot.as_ref()
+    }
+
+    pub(crate) fn robot_mut(&mut self) -> Option<&mut SimulatedRobot> {
+        self.robot.as_mut()
+    }
+
+    /// The state of the robot.
+    pub(crate) fn robot_state(&self) -> RobotState {
+        self.robot.as_ref().map_or_else(RobotState::default, SimulatedRobot::state)
+    }
+}
+
+/// A simulated robot with its software.
+pub(crate) struct SimulatedRobot {
+    pub(crate) sim: Simulation,
+    pub(crate) software: Software,
+    given_up: GivenUps,
+    /// The bodies of the world, as they were described.
+    bodies: Vec<ObstacleConfig>,
+    /// Whether it has been at each place.
+    reached: Vec<bool>,
+}
+
+impl SimulatedRobot {
+    fn new(premises: &Premises, processes: Processes, streams: &Streams) -> Result<Self, Error> {
+        Ok(Self {
+            sim: simulate(premises, streams)?,
+            software: software(premises, processes, streams)?,
+            given_up: GivenUps::default(),
+            bodies: premises.entry.sim.obstacles.clone(),
+            reached: vec![false; premises.places.iter().count()],
+        })
+    }
+
+    /// Records what the robot did and sensed in the last step.
+    pub(crate) fn enter_into_trace(&self, hash: &mut TraceHash) {
+        let truth = self.sim.truth();
+        hash.pose(&truth.pose());
+        hash.odometry(&truth.odometry());
+        hash.battery(&truth.battery());
+        for reading in self.software.readings() {
+            if let Reading::Scan(scan) = reading {
+                hash.scan(scan);
+            }
+        }
+    }
+
+    /// Tells a tree that needs it where the robot is and how fast it drives, as far as the software knows.
+    pub(crate) fn tell(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
+        let position = self.software.estimate().pose.translation.vector;
+        let speed = self.software.odometry().map(|odometry| odometry.linear_mps.abs());
+        let entries = [
+            ("robot_pose", Some(bt::Value::from(&*format!("{};{}", position.x, position.y)))),
+            ("robot_speed", speed.map(bt::Value::Real)),
+        ];
+        for (key, value) in entries.into_iter().filter(|(key, _)| tree.names_entry(key)) {
+            if let (Some(board), Some(value)) = (bt::blackboard_in_mut(system, bt), value) {
+                // An entry that the tree uses for something else keeps its value.
+                let _ = board.set(key, value);
+            }
+        }
+    }
+
+    /// The reason, if navigation has just given up.
+    pub(crate) fn note_given_up(&mut self) -> Option<GiveUpReason> {
+        self.given_up.note(&self.software)
+    }
+
+    /// The places, by index, at which it has come to rest for the first time.
+    pub(crate) fn note_arrivals(&mut self, premises: &Premises) -> Vec<usize> {
+        let truth = self.sim.truth();
+        if truth.linear_mps().abs() > AT_REST || truth.angular_radps().abs() > AT_REST {
+            return Vec::new();
+        }
+        let pose = truth.pose();
+        let places = premises.places.iter().zip(&mut self.reached).enumerate();
+        let new = places.filter(|(_, ((_, there), reached))| !**reached && there.contains(&pose));
+        let new = new.map(|(place, (_, reached))| {
+            *reached = true;
+            place
+        });
+        new.collect()
+    }
+
+    fn state(&self) -> RobotState {
+        let truth = self.sim.truth();
+        let battery = truth.battery();
+        RobotState {
+            truth: Some(Truth { pose: truth.pose(), distance_m: truth.distance_m(), collisions: truth.collisions() }),
+            estimate: Some(self.software.estimate().pose),
+            battery: Some(Battery { charge_pct: battery.charge_pct, charging: battery.charging }),
+        }
+    }
+
+    /// The status of navigation, if it differs from the last report.
+    pub(crate) fn new_navigation(&self, recorded: &Navigation) -> Option<Navigation> {
+        let software = &self.software;
+        let (status, reason, recovery) =
+            (software.navigation_status().name(), software.navigation_reason(), software.recovery());
+        let same = recorded.status == status
+            && recorded.recovery.as_deref() == recovery.map(nav::Recovery::name)
+            && recorded.reason == reason.map(|reason| reason.to_string());
+        (!same).then(|| Navigation {
+            status: status.to_owned(),
+            reason: reason.map(|reason| reason.to_string()),
+            recovery: recovery.map(|recovery| recovery.name().to_owned()),
+        })
+    }
+
+    fn around(&mut self) -> Around<'_> {
+        Around { sim: &mut self.sim, bodies: &self.bodies }
+    }
+
+    /// Makes the box of a tray fall, or says why it cannot.
+    pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) -> Result<(), &'static str> {
+        let tray = system.process_mut::<DeviceProcess>(tray).expect("the fault is that of a tray");
+        tray.drop_box(&mut self.around())
+    }
+
+    /// What is visible now.
+    fn scene(&self) -> Scene {
+        let (truth, software) = (self.sim.truth(), &self.software);
+        let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);
+        Scene {
+            scans: truth.scans().cloned().collect(),
+            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
+            path: software.path().to_vec(),
+            bodies: truth.obstacles().map(|obstacle| body_record(&obstacle)).collect(),
+            speeches: Vec::new(),
+        }
+    }
+}
+
+/// The robot and its surroundings, for devices.
+struct Around<'a> {
+    sim: &'a mut Simulation,
+    bodies: &'a [ObstacleConfig],
+}
+
+impl Around<'_> {
+    /// The description of a body; `None` for an unknown one.
+    fn config(&self, name: &str) -> Option<&ObstacleConfig> {
+        self.bodies.iter().chain(&self.sim.faults().bodies).find(|body| body.name == name)
+    }
+
+    fn is_person(&self, name: &str) -> bool {
+        self.config(name).is_some_and(|body| match body.motion {
+            ObstacleMotion::Person(_) | ObstacleMotion::Follower(_) => true,
+            // The people of the fault `people`, unless they give way.
+            ObstacleMotion::Route { .. } => matches!(body.shape, sim::Shape::Disc { .. }),
+            _ => false,
+        })
+    }
+
+    fn is_movable(&self, name: &str) -> bool {
+        self.config(name).is_some_and(|body| matches!(body.motion, ObstacleMotion::Movable { .. }))
+    }
+
+    fn position(&self) -> Point {
+        self.sim.truth().pose().translation.vector.into()
+    }
+
+    /// Puts a lifted box down beside the robot and in its view, as near as possible to this direction from its heading,
+    /// in degrees.
+    fn put_down_towards(&mut self, name: &str, direction_deg: f64) -> bool {
+        let robot = self.sim.truth().pose();
+        let half_m = self.config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
+        let reach_m = self.sim.model().radius_m + half_m + BESIDE_M;
+        [0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0].into_iter().any(|turn_deg: f64| {
+            let there = robot * pose(0.0, 0.0, (direction_deg + turn_deg).to_radians()) * pose(reach_m, 0.0, 0.0);
+            self.sim.truth().sees(&there.translation.vector.into()) && self.sim.put_down(name, there).is_ok()
+        })
+    }
+}
+
+impl Surroundings for Around<'_> {
+    fn door_opening(&self, door: &str) -> Option<f64> {
+        self.sim.truth().door_opening(door)
+    }
+
+    fn move_door(&mut self, door: &str, open: bool) {
+        self.sim.command_door(door, open);
+    }
+
+    fn people_in_view(&self, names: &[String]) -> Vec<f64> {
+        let (truth, robot) = (self.sim.truth(), self.position());
+        let people = truth.obstacles().filter(|body| self.is_person(body.name));
+        let wanted = people.filter(|body| names.is_empty() || names.iter().any(|name| name == body.name));
+        let at = wanted.map(|body| Point::from(body.pose.translation.vector));
+        at.filter(|at| truth.sees(at)).map(|at| (at - robot).norm()).collect()
+    }
+
+    fn take_box(&mut self, reach_m: f64) -> Option<String> {
+        let (truth, robot) = (self.sim.truth(), self.position());
+        let within_m = self.sim.model().radius_m + reach_m;
+        let boxes = truth.obstacles().filter(|body| self.is_movable(body.name));
+        let boxes = boxes.filter(|body| truth.sees(&body.pose.translation.vector.into()));
+        let boxes = boxes.map(|body| (body.distance_m(&robot), body.name));
+        let nearest = boxes.filter(|(distance_m, _)| *distance_m <= within_m).min_by(|a, b| a.0.total_cmp(&b.0));
+        let name = nearest?.1.to_owned();
+        self.sim.pick_up(&name).is_ok().then_some(name)
+    }
+
+    fn put_down(&mut self, name: &str) -> bool {
+        self.put_down_towards(name, 0.0)
+    }
+
+    fn drop_box(&mut self, name: &str) -> bool {
+        self.put_down_towards(name, 180.0)
+    }
+}
+
+/// The record of a body.
+fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
+    let shape = match obstacle.shape {
+        sim::Shape::Disc { radius_m } => BodyShape::Disc { radius_m },
+        sim::Shape::Box { length_m, width_m } => BodyShape::Box { length_m, width_m },
+    };
+    Body { name: obstacle.name.to_owned(), shape, pose: obstacle.pose }
+}
+
+fn simulate(premises: &Premises, streams: &Streams) -> Result<Simulation, Error> {
+    let Premises { entry, start, station, .. } = premises;
+    Simulation::within(premises.building(), &entry.sim, *start, *station, streams).map_err(|error| {
+        let problem = entry.sites.start.span.problem(format!("the world cannot be set up: {error}"));
+        Error::bad_input(
+            problem.with_label("the start").with_help("the whole body of the robot must be on free floor at the start"),
+        )
+    })
+}
+
+fn software(premises: &Premises, processes: Processes, streams: &Streams) -> Result<Software, Error> {
+    let Premises { entry, places, start, .. } = premises;
+    let refused =
+        |error: nav::Error| Error::bad_input(entry.map.span.problem(error.to_string()).with_label("this map"));
+    let atlas = premises.atlas().map_err(refused)?;
+    let rng = streams.stream("nav/localization");
+    Software::new(&atlas, places, &InitialPose::at(*start), processes, rng).map_err(refused)
+}

@@ -1,0 +1,301 @@
+//! The processes and channels of a scenario: which component a skill asks, and with which messages.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use bt::Tree;
+use channels::{Capacity, Domain, Process, ProcessId, Shape, Topology, Use, Value, WiringError};
+use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Operation, Processes, operations};
+use diagnostics::Problem;
+use interfaces::Interface;
+use maps::Places;
+use recording::TREE;
+use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
+
+use super::{Component, Runs, Scenario, Skill};
+use crate::error::Complaints;
+use crate::processes::{BUILTIN, TICK_GENERATOR};
+
+/// The tree and what generates its ticks.
+#[derive(Clone, Copy, Debug)]
+pub struct TreeIds {
+    /// The process that generates ticks.
+    pub tick_generator: ProcessId,
+    /// The tree.
+    pub tree: ProcessId,
+}
+
+impl TreeIds {
+    /// Declares the two processes.
+    ///
+    /// # Errors
+    /// [`WiringError`] if there are already processes with these names.
+    pub fn declare(topology: &mut Topology) -> Result<Self, WiringError> {
+        Ok(Self { tick_generator: topology.process(TICK_GENERATOR)?, tree: topology.process(TREE)? })
+    }
+}
+
+impl Scenario {
+    /// Declares all processes except the tree's nodes, and all channels except those between nodes: of the tree, and of
+    /// the robot's components if there is a robot. A model declares its own.
+    ///
+    /// # Errors
+    /// [`WiringError`] if two parts do not fit together.
+    pub fn declare(&self, tree: &Tree, topology: &mut Topology) -> Result<(TreeIds, Option<Processes>), WiringError> {
+        let machines = self.machine_processes().map(|(name, skill)| Client::new(name, self.machines_of(name, skill)));
+        let clients: Vec<Client<'_>> = machines.chain(self.components.iter().filter_map(Client::of_program)).collect();
+        let parts = Parts { tree, skills: &self.skills, components: &self.components };
+        declare(&parts, &clients, self.premises.as_ref().map(|premises| &premises.places), topology)
+    }
+}
+
+/// The problem of parts that cannot be wired: the message names the files by their processes.
+#[must_use]
+pub fn misfit(error: &WiringError) -> Problem {
+    Problem::new(error.to_string())
+        .with_help("the tree, the skills and the components must agree on their channels and messages")
+}
+
+/// The parts to be wired: the tree, the skills of its leaves, and the components from files.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) skills: &'a BTreeMap<String, Skill>,
+    pub(crate) components: &'a BTreeMap<String, Component>,
+}
+
+/// A process that may ask components and read their topics.
+struct Client<'a> {
+    name: &'a str,
+    /// All machines that it may run, which determine what it asks and reads.
+    machines: Vec<&'a Arc<Chart>>,
+    /// The components that a program may ask for anything, and whose topics it all reads.
+    components: &'a [String],
+}
+
+impl<'a> Client<'a> {
+    fn new(name: &'a str, machines: impl Iterator<Item = &'a Arc<Chart>>) -> Self {
+        Self { name, machines: machines.collect(), components: &[] }
+    }
+
+    fn of_program((name, component): (&'a String, &'a Component)) -> Option<Self> {
+        match &component.runs {
+            Runs::Program { asks, .. } => Some(Self { name, machines: Vec::new(), components: asks }),
+            Runs::Machine(_) | Runs::Device(_) => None,
+        }
+    }
+
+    fn uses_all(&self, component: &str) -> bool {
+        self.components.iter().any(|used| used == component)
+    }
+
+    /// The first symbols of its messages to a process.
+    fn asks(&self, component: &str) -> Vec<&'a str> {
+        let messages = self.machines.iter().flat_map(|chart| chart.channel_messages());
+        messages.filter(|(to, _)| *to == component).map(|(_, head)| head).collect()
+    }
+
+    /// Whether it has a transition for a message of another process.
+    fn reads(&self, component: &str, head: &str) -> bool {
+        let event = format!("{component}.{head}");
+        self.machines.iter().any(|chart| chart.names(&event))
+    }
+}
+
+/// Records all problems of skills and components that do not fit together or do not fit the tree. Leaves whose machines
+/// could not be loaded are reported elsewhere. Without `places`, there is no robot. Returns the places to which skills
+/// always drive, each with one such skill.
+pub(crate) fn check_machines(
+    parts: &Parts<'_>,
+    places: Option<&Places>,
+    complaints: &mut Complaints,
+) -> BTreeMap<String, String> {
+    let mut topology = Topology::default();
+    let of_components = parts.components.iter().filter_map(|(name, component)| Some((name, component.machine()?)));
+    let machines: Vec<(&String, &Skill)> = parts.skills.iter().chain(of_components).collect();
+    let clients = machines.iter().map(|&(name, skill)| Client::new(name, std::iter::once(&skill.machine)));
+    let clients: Vec<Client<'_>> = clients.chain(parts.components.iter().filter_map(Client::of_program)).collect();
+    // A leaf with the name of a component is reported elsewhere.
+    if parts.tree.leaves().any(|leaf| parts.components.contains_key(leaf.process())) {
+        return BTreeMap::new();
+    }
+    if let Err(error) = declare(parts, &clients, places, &mut topology) {
+        complaints.push(misfit(&error));
+        return BTreeMap::new();
+    }
+    for (name, Component { interface, .. }) in parts.components {
+        for client in &clients {
+            let asked = client.asks(name);
+            let used = interface.restricted_to(|operation| match operation {
+                interfaces::Operation::Service(service) => asked.contains(&service.name.as_str()),
+                _ => false,
+            });
+            if let Err(problem) = used.replies() {
+                complaints.push(problem);
+            }
+        }
+    }
+    let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
+    let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
+    let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
+    let data: Vec<Vec<(&str, Datum)>> =
+        machines.iter().map(|(_, skill)| skill.data_of(&skill.machine).collect()).collect();
+    let machines: Vec<SkillOfSystem<'_>> =
+        machines.iter().zip(&data).map(|((name, skill), data)| (name.as_str(), &skill.machine, &data[..])).collect();
+    for error in check_system(&leaves, &machines, &topology) {
+        complaints.push(error);
+    }
+    let mut driven_to = BTreeMap::new();
+    for (name, machine, data) in machines {
+        let Ok(skill) = SkillProcess::new(name, machine, &topology, data.iter().cloned()) else { continue };
+        let navigation = topology.find_channel(name, NAVIGATION);
+        for used in skill.uses() {
+            if let Use::Sends(channel, Some(message)) = used
+                && Some(channel) == navigation
+                && let [Value::Symbol(request), Value::Symbol(place)] = message.fields()
+                && request.name() == "start_navigation"
+            {
+                driven_to.entry(place.name().to_owned()).or_insert_with(|| name.to_owned());
+            }
+        }
+    }
+    driven_to
+}
+
+/// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
+/// is no robot, and therefore none of its components.
+fn declare(
+    parts: &Parts<'_>,
+    clients: &[Client<'_>],
+    places: Option<&Places>,
+    topology: &mut Topology,
+) -> Result<(TreeIds, Option<Processes>), WiringError> {
+    let tree = TreeIds::declare(topology)?;
+    for name in parts.tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
+        topology.process(name)?;
+    }
+    // Only the skills of the paper's published system take turns in navigating.
+    let takes_turns = clients.iter().any(|client| !client.asks(BLACKBOARD).is_empty());
+    let of_robot = BUILTIN.into_iter().filter(|_| places.is_some());
+    let builtin = of_robot.chain(takes_turns.then_some(BLACKBOARD));
+    let builtin: Vec<&str> = builtin.filter(|name| !parts.components.contains_key(*name)).collect();
+    let components = builtin.iter().copied().chain(parts.components.keys().map(String::as_str));
+    let components: Vec<(&str, ProcessId)> =
+        components.map(|name| Ok((name, topology.process(name)?))).collect::<Result<_, WiringError>>()?;
+    bt::declare_channels(parts.tree, topology, tree.tree, tree.tick_generator)?;
+    let operations = operations(places.unwrap_or(&Places::default()));
+    let mut lines = Lines::default();
+    for (name, component) in components {
+        let offers: Vec<Offer> = match parts.components.get(name) {
+            Some(Component { interface, .. }) => {
+                interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
+                interface.requests().into_iter().for_each(|request| topology.understand(component, request));
+                Offer::of_interface(interface)
+            }
+            None => operations.iter().filter(|operation| operation.component == name).map(Offer::from).collect(),
+        };
+        for client in clients.iter().filter(|client| client.name != name) {
+            let id = topology.find_process(client.name).expect("every machine's process has just been declared");
+            declare_offers(client, id, name, component, &offers, &mut lines);
+        }
+    }
+    lines.declare(topology)?;
+    let id = |name| topology.find_process(name).expect("it has just been declared, or a component has its name");
+    let robot = places.map(|_| Processes {
+        battery_reader: id(BATTERY_READER),
+        localization: id(LOCALIZATION),
+        navigation: id(NAVIGATION),
+    });
+    Ok((tree, robot))
+}
+
+/// Something that a component does for others: the messages that they send and receive.
+struct Offer {
+    requests: Vec<Shape>,
+    replies: Vec<Shape>,
+}
+
+impl From<&Operation> for Offer {
+    fn from(operation: &Operation) -> Self {
+        Self { requests: vec![operation.request.clone()], replies: operation.replies.clone() }
+    }
+}
+
+impl Offer {
+    fn of_interface(interface: &Interface) -> Vec<Self> {
+        let services = interface
+            .services
+            .iter()
+            .map(|service| Self { requests: vec![service.request()], replies: service.replies().to_vec() });
+        let actions = interface
+            .actions
+            .iter()
+            .map(|action| Self { requests: action.requests().to_vec(), replies: action.answers().to_vec() });
+        let topics = interface.topics.iter().map(|topic| Self { requests: Vec::new(), replies: vec![topic.message()] });
+        services.chain(actions).chain(topics).collect()
+    }
+
+    /// Whether one of these messages begins with the symbol.
+    fn has(shapes: &[Shape], head: &str) -> bool {
+        shapes.iter().flat_map(Shape::heads).any(|symbol| symbol.name() == head)
+    }
+}
+
+/// The channels to be declared, with their messages, in the order in which their first messages are known.
+#[derive(Default)]
+struct Lines(Vec<((ProcessId, ProcessId), Vec<Shape>)>);
+
+impl Lines {
+    /// Adds messages to a channel, each shape once.
+    fn add<'s>(&mut self, from: ProcessId, to: ProcessId, shapes: impl Iterator<Item = &'s Shape>) {
+        let index = self.0.iter().position(|(ends, _)| *ends == (from, to)).unwrap_or_else(|| {
+            self.0.push(((from, to), Vec::new()));
+            self.0.len() - 1
+        });
+        let known = &mut self.0[index].1;
+        for shape in shapes {
+            if !known.contains(shape) {
+                known.push(shape.clone());
+            }
+        }
+    }
+
+    fn declare(self, topology: &mut Topology) -> Result<(), WiringError> {
+        for ((from, to), shapes) in self.0 {
+            topology.channel(from, to, Capacity::One, Domain::new(shapes))?;
+        }
+        Ok(())
+    }
+}
+
+/// The channels between a component and a client. They carry only the client's requests (with any machine that a fault
+/// may give it), the answers to these, and the topics that it reads.
+fn declare_offers(
+    client: &Client<'_>,
+    id: ProcessId,
+    name: &str,
+    component: ProcessId,
+    offers: &[Offer],
+    lines: &mut Lines,
+) {
+    let asked = client.asks(name);
+    // Requests that the component does not understand are refused by the machine's own check, at their locations in the
+    // file and with all known requests.
+    let is_offered = |head: &&str| offers.iter().any(|offer| Offer::has(&offer.requests, head));
+    let uses_all = client.uses_all(name);
+    let asks_all = !asked.iter().all(is_offered);
+    let is_used = |offer: &&Offer| {
+        asked.iter().any(|head| asks_all && !offer.requests.is_empty() || Offer::has(&offer.requests, head))
+    };
+    let is_read = |offer: &&Offer| {
+        let heads = || offer.replies.iter().flat_map(Shape::heads);
+        offer.requests.is_empty() && heads().any(|head| client.reads(name, head.name()))
+    };
+    let used: Vec<&Offer> = offers.iter().filter(|offer| uses_all || is_used(offer) || is_read(offer)).collect();
+    if !asked.is_empty() || uses_all && offers.iter().any(|offer| !offer.requests.is_empty()) {
+        lines.add(id, component, used.iter().flat_map(|offer| &offer.requests));
+    }
+    if !used.is_empty() {
+        lines.add(component, id, used.iter().flat_map(|offer| &offer.replies));
+    }
+}

@@ -1,0 +1,170 @@
+//! The monitors of a scenario: built once for its channels, and shared by all runs on them. Most are built from
+//! properties; the scenario may also attach ready-made ones.
+
+mod machine;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use channels::{Monitor, Topology};
+use diagnostics::Span;
+use monitors::{Property, ScopeMonitor, Warnings, scope_monitor};
+use recording::Graph;
+use roaml::Model;
+use skills::Chart;
+
+use super::file::ScenarioFile;
+use super::ready_made::{ReadyMade, ReadyMadeKind};
+use crate::error::{Complaints, Error};
+
+pub use machine::MachineMonitor;
+
+/// A monitored property.
+#[derive(Debug)]
+pub struct Watched {
+    /// The property's name.
+    pub name: String,
+    /// Its formula, as written.
+    formula: String,
+    /// Its requirement, in a few words.
+    summary: String,
+}
+
+/// A scenario's settings for its monitors.
+#[derive(Clone, Copy, Debug)]
+pub struct Described<'a> {
+    pub file: &'a ScenarioFile,
+    pub model: Option<&'a Model>,
+    pub properties: &'a [(String, String)],
+    pub watching: &'a BTreeMap<usize, Arc<Chart>>,
+}
+
+/// The monitors of a scenario in their initial state.
+#[derive(Debug)]
+pub struct Monitoring {
+    topology: Arc<Topology>,
+    tick: Duration,
+    monitors: Vec<(Watched, Box<dyn Monitor>)>,
+    warnings: Vec<Warnings>,
+    /// Their records, once requested.
+    records: OnceLock<Arc<[recording::Monitor]>>,
+}
+
+impl Monitoring {
+    /// Builds the monitors of a model's properties, then those of the property files, given by their names and texts,
+    /// then the ready-made ones; `watching` contains the machines among these, by index.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong with the files.
+    pub fn new(
+        Described { file, model, properties, watching }: Described<'_>,
+        topology: &Arc<Topology>,
+    ) -> Result<Self, Error> {
+        let tick = file.execution.tick;
+        let mut complaints = Complaints::default();
+        let mut made = Self {
+            topology: Arc::clone(topology),
+            tick,
+            monitors: Vec::new(),
+            warnings: Vec::new(),
+            records: OnceLock::new(),
+        };
+        if let (Some(model), Some(entry)) = (model, file.behavior.model()) {
+            for (property, monitor) in model.properties.iter().zip(model.monitors(topology)) {
+                let roaml::Property { name, formula, .. } = property.clone();
+                let summary = formula.clone();
+                made.add(
+                    Property { name, formula, summary, monitor: Box::new(monitor) },
+                    &entry.path.span,
+                    &mut complaints,
+                );
+            }
+        }
+        for ((name, text), place) in properties.iter().zip(&file.properties) {
+            let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
+            for property in file.properties {
+                made.add(property, &place.span, &mut complaints);
+            }
+            made.warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
+        }
+        for (index, entry) in file.monitors.iter().enumerate() {
+            if let Some(property) = ready_made(entry, watching.get(&index), topology, &mut complaints) {
+                made.add(property, &entry.span, &mut complaints);
+            }
+        }
+        complaints.check()?;
+        Ok(made)
+    }
+
+    fn add(&mut self, property: Property, place: &Span, complaints: &mut Complaints) {
+        let Property { name, formula, summary, monitor } = property;
+        if self.monitors.iter().any(|(watched, _)| watched.name == name) {
+            let problem = place.problem(format!("there is already a property `{name}`"));
+            complaints
+                .push(problem.with_label("this one has the same name").with_help("give each property its own name"));
+        }
+        self.monitors.push((Watched { name, formula, summary }, monitor));
+    }
+
+    /// Whether the monitors were built for systems with this topology and tick period.
+    pub fn fits(&self, topology: &Topology, tick: Duration) -> bool {
+        self.tick == tick && *self.topology == *topology
+    }
+
+    /// The monitored properties, each with a monitor for a new run.
+    pub fn monitors(&self) -> &[(Watched, Box<dyn Monitor>)] {
+        &self.monitors
+    }
+
+    /// Their records: computed on first use, and then shared by all runs.
+    pub fn records(&self) -> Arc<[recording::Monitor]> {
+        let record = |(watched, monitor): &(Watched, Box<dyn Monitor>)| recording::Monitor {
+            name: watched.name.clone(),
+            property: watched.formula.clone(),
+            summary: watched.summary.clone(),
+            formula: scope_monitor(monitor.as_ref()).map(ScopeMonitor::formula).cloned(),
+            graph: Graph::of(monitor.as_ref(), &self.topology),
+        };
+        Arc::clone(self.records.get_or_init(|| self.monitors.iter().map(record).collect()))
+    }
+
+    /// The warnings about the files.
+    pub fn warnings(&self) -> &[Warnings] {
+        &self.warnings
+    }
+}
+
+/// An entry of the scenario's `[[monitors]]`, with its machine if one could be loaded.
+fn ready_made(
+    entry: &ReadyMade,
+    machine: Option<&Arc<Chart>>,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Property> {
+    let name = || entry.name.as_ref().map(|name| name.value.clone());
+    match &entry.kind {
+        ReadyMadeKind::Figure(figure) => {
+            let made = figure.monitor(topology).map_err(|error| {
+                let problem = entry.span.problem(format!("the paper's monitor does not fit this scenario: {error}"));
+                problem.with_label("this monitor").with_help("it watches the channels of the paper's system")
+            });
+            let made = made.map_err(|problem| complaints.push(problem)).ok()?;
+            let (formula, summary) = (format!("the monitor of {figure}"), made.summary);
+            Some(Property { name: name().unwrap_or_else(|| figure.name().to_owned()), formula, summary, ..made })
+        }
+        ReadyMadeKind::Machine(file) => {
+            let chart = machine?;
+            let name = name().unwrap_or_else(|| chart.name().to_owned());
+            let monitor = MachineMonitor::new(&name, chart, file, topology, complaints)?;
+            let states: Vec<&str> = file.violated_in.iter().map(|state| state.value.as_str()).collect();
+            let path = file.machine.value.display();
+            Some(Property {
+                formula: format!("{path}, violated in {}", states.join(", ")),
+                summary: format!("its machine never enters {}", states.join(" or ")),
+                monitor: Box::new(monitor),
+                name,
+            })
+        }
+    }
+}
