@@ -35,28 +35,31 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let (mut bad, mut refused, mut reports) = (false, false, Vec::new());
     let several = args.logs.len() > 1;
     for log in &args.logs {
-        let told =
-            if args.list { bag::list(log).map(Told::Contents) } else { verify_log(args, log).map(Told::Verdicts) };
-        let told = match told {
-            Ok(told) => told,
+        let inspected = if args.list {
+            bag::list(log).map(Inspected::Contents)
+        } else {
+            verify_log(args, log).map(Inspected::Verdicts)
+        };
+        let inspected = match inspected {
+            Ok(inspected) => inspected,
             Err(error) => {
                 complain(&error);
                 refused = true;
                 continue;
             }
         };
-        bad |= told.is_bad();
+        bad |= inspected.is_bad();
         if args.json {
-            reports.push(told.as_json(log));
+            reports.push(inspected.as_json(log));
             continue;
         }
         if several {
             say(format!("{}:\n", log.display()))?;
         }
-        match told {
-            Told::Verdicts(verified) => say(in_words(&verified))?,
+        match inspected {
+            Inspected::Verdicts(verified) => say(in_words(&verified))?,
             // It is meant to be pasted, so its lines are not wrapped.
-            Told::Contents(contents) => print(&bag::in_words(&contents))?,
+            Inspected::Contents(contents) => print(&bag::in_words(&contents))?,
         }
     }
     match reports.as_slice() {
@@ -67,13 +70,13 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
 }
 
-/// A notice about a log.
-enum Told {
+/// What was asked about a log.
+enum Inspected {
     Verdicts(Verified),
     Contents(Contents),
 }
 
-impl Told {
+impl Inspected {
     fn is_bad(&self) -> bool {
         matches!(self, Self::Verdicts(verified) if verified.is_bad())
     }
@@ -277,12 +280,12 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     };
-    let mut told = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });
+    let mut inspected = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });
     if let Some(start_ns) = start_ns {
-        told["start_s"] = bags::seconds(*start_ns).into();
-        told["notes"] = notes.as_slice().into();
+        inspected["start_s"] = bags::seconds(*start_ns).into();
+        inspected["notes"] = notes.as_slice().into();
     }
-    told
+    inspected
 }
 
 #[cfg(test)]

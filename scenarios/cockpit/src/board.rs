@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 
+use crate::broadcast::Broadcast;
 use crate::clock::{FRAME, now};
-use crate::outlet::Outlet;
 use crate::server::{Cockpit, Error};
 
 /// How many of the latest unexpected runs are named.
@@ -30,11 +30,11 @@ pub struct Tally {
 /// A page that shows the progress of many runs and their results so far. Nobody can control anything there.
 pub struct Board {
     cockpit: Cockpit,
-    outlet: Outlet,
-    told: Mutex<Told>,
+    broadcast: Broadcast,
+    so_far: Mutex<SoFar>,
 }
 
-struct Told {
+struct SoFar {
     begun: Instant,
     last: Option<Instant>,
     /// How many runs were already done at the start.
@@ -49,14 +49,14 @@ impl Board {
     /// # Errors
     /// If the port is not available.
     pub fn open(title: &str, port: u16) -> Result<Self, Error> {
-        let outlet = Outlet::new();
-        outlet.greet(&json!({ "greeting": { "title": title } }));
-        let cockpit = Cockpit::board(outlet.clone(), port)?;
+        let broadcast = Broadcast::new();
+        broadcast.greet(&json!({ "greeting": { "title": title } }));
+        let cockpit = Cockpit::board(broadcast.clone(), port)?;
         let served = cockpit.clone();
         // The runs go on even if the page cannot be served.
         std::thread::spawn(move || drop(served.serve()));
-        let told = Told { begun: now(), last: None, before: 0, unexpected: 0, named: Vec::new() };
-        Ok(Self { cockpit, outlet, told: Mutex::new(told) })
+        let so_far = SoFar { begun: now(), last: None, before: 0, unexpected: 0, named: Vec::new() };
+        Ok(Self { cockpit, broadcast, so_far: Mutex::new(so_far) })
     }
 
     /// The address of the page.
@@ -68,36 +68,36 @@ impl Board {
     /// Shows that `done` of `all` runs are done. `unexpected` names the latest run if it was not as expected; `tallies`
     /// is called only if browsers get an update.
     pub fn show(&self, done: u64, all: u64, unexpected: Option<String>, tallies: impl FnOnce() -> Vec<Tally>) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if told.last.is_none() {
+        let mut so_far = self.so_far.lock().unwrap_or_else(PoisonError::into_inner);
+        if so_far.last.is_none() {
             // Runs from before an interruption say nothing about the present speed.
-            (told.begun, told.before) = (now(), done);
+            (so_far.begun, so_far.before) = (now(), done);
         }
         if let Some(name) = unexpected {
-            told.unexpected += 1;
-            told.named.push(name);
-            let surplus = told.named.len().saturating_sub(NAMED);
-            told.named.drain(..surplus);
+            so_far.unexpected += 1;
+            so_far.named.push(name);
+            let surplus = so_far.named.len().saturating_sub(NAMED);
+            so_far.named.drain(..surplus);
         }
-        if done < all && told.last.is_some_and(|last| last.elapsed() < 5 * FRAME) {
+        if done < all && so_far.last.is_some_and(|last| last.elapsed() < 5 * FRAME) {
             return;
         }
-        told.last = Some(now());
+        so_far.last = Some(now());
         let tally = |Tally { name, happened, of, interval }| json!({ "name": name, "happened": happened, "of": of, "interval": interval });
         let frame = json!({
-            "done": done, "all": all, "before": told.before, "elapsed_s": told.begun.elapsed().as_secs_f64(),
-            "unexpected": told.unexpected, "named": told.named,
+            "done": done, "all": all, "before": so_far.before, "elapsed_s": so_far.begun.elapsed().as_secs_f64(),
+            "unexpected": so_far.unexpected, "named": so_far.named,
             "tallies": tallies().into_iter().map(tally).collect::<Vec<_>>(),
         });
         if let Value::Object(frame) = frame {
-            self.outlet.tell(frame);
+            self.broadcast.send(frame);
         }
     }
 
     /// Tells browsers that the runs are over, and waits a moment until they know.
     pub fn finish(self) {
-        self.outlet.tell(Map::from_iter([("over".to_owned(), true.into())]));
-        self.outlet.close();
+        self.broadcast.send(Map::from_iter([("over".to_owned(), true.into())]));
+        self.broadcast.close();
         let begun = now();
         while self.cockpit.has_viewers() && begun.elapsed() < FAREWELL {
             pause();

@@ -97,7 +97,7 @@ impl Happened {
 
 /// What has happened since the last frame.
 #[derive(Default)]
-pub(crate) struct News {
+pub(crate) struct Update {
     messages: Vec<Value>,
     happenings: Vec<Value>,
     /// Whether this replaces what the page has, instead of adding to it.
@@ -108,7 +108,7 @@ pub(crate) struct News {
     pub(crate) decided: bool,
 }
 
-impl News {
+impl Update {
     /// Everything that the page shows of a moment.
     pub(crate) fn anew(moment: &Moment, happened: &[Happened]) -> Self {
         let topology = moment.view.topology();
@@ -168,7 +168,7 @@ fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)
 }
 
 /// The state of the run: small, and part of every frame.
-pub(crate) fn state(view: &RunView, news: News) -> Value {
+pub(crate) fn state(view: &RunView, update: Update) -> Value {
     let robot = view.robot();
     let truth = robot.truth.map(|truth| pose(&truth.pose));
     let battery = robot.battery.map(|battery| json!({ "pct": battery.charge_pct, "charging": battery.charging }));
@@ -179,14 +179,14 @@ pub(crate) fn state(view: &RunView, news: News) -> Value {
         "estimate": robot.estimate.as_ref().map(pose),
         "battery": battery,
         "scene": scene(view, view.scene()),
-        "messages": news.messages,
-        "happenings": news.happenings,
+        "messages": update.messages,
+        "happenings": update.happenings,
         "end": view.end().map(|end| json!({ "words": end.ended.to_string(), "trace_hash": end.trace_hash })),
     });
-    if news.anew {
+    if update.anew {
         state["anew"] = true.into();
     }
-    if news.stirred {
+    if update.stirred {
         state["doing"] = view.doing().into();
         state["navigation"] = view.navigation().map(recording::Navigation::words).into();
         let header = view.header();

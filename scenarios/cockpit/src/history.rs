@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use recording::{Follower, Record, RunView, Tape};
+use recording::{Follower, Record, RecordStore, RunView};
 use reports::timeline::Timeline;
 
 use crate::frame::Happened;
@@ -11,13 +11,13 @@ use crate::moment::Moment;
 
 /// Time between the scenes that are kept.
 const SCENES: Duration = Duration::from_millis(500);
-/// The maximum number of moments in memory from which the tape can be played.
+/// The maximum number of moments in memory from which the store can be played.
 const MARKS: usize = 48;
 
-/// A moment from which the tape can be played.
+/// A moment from which the store can be played.
 struct Mark {
     moment: Moment,
-    /// The next chunk of the tape.
+    /// The next chunk of the store.
     chunk: usize,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct History {
     newest: Moment,
     timeline: Timeline,
     happened: Vec<Happened>,
-    tape: Tape,
+    store: RecordStore,
     marks: Vec<Mark>,
     /// How many chunks there are between the moments kept.
     spacing: usize,
@@ -43,7 +43,7 @@ impl History {
         Ok(Self {
             timeline: Timeline::new(&newest.view),
             happened: Vec::new(),
-            tape: Tape::new(tempfile::tempfile()?),
+            store: RecordStore::new(tempfile::tempfile()?),
             marks: vec![Mark { moment: newest.clone(), chunk: 0 }],
             newest,
             spacing: 1,
@@ -69,9 +69,9 @@ impl History {
                 }
             }
         }
-        let complete = self.tape.chunks();
-        self.tape.push(record.borrowed())?;
-        let chunk = self.tape.chunks();
+        let complete = self.store.chunks();
+        self.store.push(record.borrowed())?;
+        let chunk = self.store.chunks();
         if chunk > complete && chunk.is_multiple_of(self.spacing) {
             self.marks.push(Mark { moment: self.newest.clone(), chunk });
         }
@@ -108,7 +108,7 @@ impl History {
 /// Plays the past of a run.
 pub(crate) struct Player {
     moment: Moment,
-    /// The next chunk of the tape.
+    /// The next chunk of the store.
     chunk: usize,
     /// The records before that chunk that are still to be played.
     records: std::vec::IntoIter<Record>,
@@ -134,10 +134,10 @@ impl Player {
     /// The time of the next record, if there is one.
     ///
     /// # Errors
-    /// If the tape cannot be read.
+    /// If the store cannot be read.
     pub(crate) fn next_time(&mut self, history: &mut History) -> io::Result<Option<Duration>> {
         if self.records.as_slice().is_empty() {
-            self.records = history.tape.read(self.chunk)?.into_iter();
+            self.records = history.store.read(self.chunk)?.into_iter();
             self.chunk += usize::from(!self.records.as_slice().is_empty());
         }
         Ok(self.records.as_slice().first().map(|record| match record {
@@ -165,20 +165,20 @@ mod tests {
     use scenarios::scenario::find;
 
     use super::*;
-    use crate::frame::{self, News};
+    use crate::frame::{self, Update};
 
     /// What the page gets for a moment, without what may differ: only some scenes are kept, the battery's curve has
     /// other points, and points of the trail may occur twice.
-    fn told(moment: &Moment, timeline: &Timeline, history: &History) -> [serde_json::Value; 2] {
-        let news = News::anew(moment, history.happened(moment.view.time()));
-        let mut told = [frame::state(&moment.view, news), frame::parts(&moment.view, timeline)];
-        assert!(told[0]["scene"].take().is_object());
-        assert!(told[1]["course"].take().is_string());
-        let trail: Vec<f64> = serde_json::from_value(told[1]["trail"].take()).unwrap();
+    fn shown(moment: &Moment, timeline: &Timeline, history: &History) -> [serde_json::Value; 2] {
+        let update = Update::anew(moment, history.happened(moment.view.time()));
+        let mut shown = [frame::state(&moment.view, update), frame::parts(&moment.view, timeline)];
+        assert!(shown[0]["scene"].take().is_object());
+        assert!(shown[1]["course"].take().is_string());
+        let trail: Vec<f64> = serde_json::from_value(shown[1]["trail"].take()).unwrap();
         let mut trail: Vec<&[f64]> = trail.chunks(2).collect();
         trail.dedup();
-        told[1]["trail"] = serde_json::json!(trail);
-        told
+        shown[1]["trail"] = serde_json::json!(trail);
+        shown
     }
 
     #[test]
@@ -188,7 +188,7 @@ mod tests {
         let mut then = Vec::new();
         for number in 0_usize.. {
             if number.is_multiple_of(101) || session.view().end().is_some() {
-                then.push((history.newest.view.time(), told(&history.newest, &history.timeline, &history)));
+                then.push((history.newest.view.time(), shown(&history.newest, &history.timeline, &history)));
             }
             if session.view().end().is_some() {
                 break;
@@ -209,7 +209,7 @@ mod tests {
                 there.advance().unwrap();
             }
             let view = &there.moment.view;
-            let is = told(&there.moment, &history.timeline.until(view), &history);
+            let is = shown(&there.moment, &history.timeline.until(view), &history);
             for (is, was) in is.iter().zip(was) {
                 for (key, was) in was.as_object().unwrap() {
                     assert_eq!(is[key], *was, "{key} at {time:?}");

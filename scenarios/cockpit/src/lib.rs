@@ -18,24 +18,24 @@
 //! address, gets nothing. The user's texts are escaped, and the page runs no scripts but its own.
 //!
 //! # Inside
-//! A `runner` on its own thread takes records from a `Session` of `scenarios` (`steered`) or from files that may still
-//! grow (`reel`). Each run that is shown is a `side`: its `history` keeps all records on a `Tape`, a temporary file,
-//! and a player shows any moment of it. The `server` passes frames on to pages, and the pilot's actions back to the
-//! runner. A page gets what the records contain (`frame`), and the report's own cards and charts (`html/live.rs` in
-//! `reports`). Each act is a fault at the current step, so a session is always a scenario. A `Board` shows the progress
-//! of a campaign.
+//! A `runner` on its own thread takes records from a `Session` (`steered`) or from files that may still grow
+//! (`open_recording`). Each run on the page is a `shown_run`: its `history` keeps all records in a `RecordStore`, a
+//! temporary file, and a player shows any moment of it. The `server` passes frames on to pages (`broadcast`), and the
+//! pilot's actions back to the runner. A page gets what the records contain (`frame`), and the report's own cards and
+//! charts (`html/live.rs` in `reports`). Each act is a fault at the current step, so a session is always a scenario. A
+//! `Board` shows the progress of a campaign.
 
 mod board;
+mod broadcast;
 mod clock;
 mod command;
 mod frame;
 mod history;
 mod moment;
-mod outlet;
-mod reel;
+mod open_recording;
 mod runner;
 mod server;
-mod side;
+mod shown_run;
 mod steered;
 mod suggestions;
 

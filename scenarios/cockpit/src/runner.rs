@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 
+use crate::broadcast::Broadcast;
 use crate::clock::{Clock, FRAME, now};
 use crate::command::Command;
-use crate::outlet::Outlet;
-use crate::reel::Reel;
-use crate::side::{PARTS, Side};
+use crate::open_recording::OpenRecording;
+use crate::shown_run::{PARTS, ShownRun};
 use crate::steered::Steered;
 
 /// A request, and where its answer goes.
@@ -22,16 +22,16 @@ pub(crate) struct Request {
 /// Where the records come from.
 pub(crate) enum Source {
     Session(Box<Steered>),
-    /// One per side.
-    Recordings(Vec<Reel>),
+    /// One per run.
+    Recordings(Vec<OpenRecording>),
 }
 
 /// Drives what is shown, on its own thread.
 pub(crate) struct Runner {
     source: Source,
-    sides: Vec<Side>,
-    /// The outlet to the page around several sides, for what they have in common.
-    around: Option<Outlet>,
+    runs: Vec<ShownRun>,
+    /// The broadcast to the page around several runs, for what they have in common.
+    around: Option<Broadcast>,
     requests: Receiver<Request>,
     /// The moment of the past that is shown; none while the newest moment is shown.
     past: Option<Duration>,
@@ -40,19 +40,24 @@ pub(crate) struct Runner {
     /// Whether recordings have just been opened: those that are still being written are then followed.
     opens: bool,
     last_frame: Instant,
-    /// How far the runs were at the latest request; none once they have gone on and that has been told.
+    /// How far the runs were at the latest request; none once they have gone on and that has been sent.
     asked: Option<Duration>,
     /// How far the runs were in the last frame, and whether they were over; none if another frame is due.
-    told: Option<(Duration, bool)>,
+    sent: Option<(Duration, bool)>,
 }
 
 impl Runner {
     /// A session at the present, or recordings that are played from their start.
-    pub(crate) fn new(source: Source, sides: Vec<Side>, around: Option<Outlet>, requests: Receiver<Request>) -> Self {
+    pub(crate) fn new(
+        source: Source,
+        runs: Vec<ShownRun>,
+        around: Option<Broadcast>,
+        requests: Receiver<Request>,
+    ) -> Self {
         let is_recorded = matches!(source, Source::Recordings(_));
         let mut runner = Self {
             source,
-            sides,
+            runs,
             around,
             requests,
             past: None,
@@ -60,7 +65,7 @@ impl Runner {
             opens: is_recorded,
             last_frame: now(),
             asked: None,
-            told: None,
+            sent: None,
         };
         if is_recorded {
             runner.seek(Duration::ZERO);
@@ -70,14 +75,14 @@ impl Runner {
 
     /// Runs until no more requests can come.
     pub(crate) fn run(mut self) {
-        self.tell();
+        self.send();
         loop {
             match self.requests.recv_timeout(self.wait()) {
                 Ok(Request { command, answer }) => {
                     let done = self.obey(command);
                     answer(done.unwrap_or_else(|error| refused(&error.to_string())));
-                    self.sides.iter_mut().for_each(Side::stir);
-                    (self.opens, self.told, self.asked) = (false, None, Some(self.end()));
+                    self.runs.iter_mut().for_each(ShownRun::stir);
+                    (self.opens, self.sent, self.asked) = (false, None, Some(self.end()));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -86,12 +91,12 @@ impl Runner {
                 self.fail(&error.to_string());
             }
             if self.last_frame.elapsed() >= self.gap() {
-                self.tell();
+                self.send();
             }
         }
     }
 
-    /// The time between the last frame and the next. What follows a request is told sooner: a person waits for it.
+    /// The time between the last frame and the next. What follows a request is sent sooner: a person waits for it.
     fn gap(&self) -> Duration {
         if self.asked.is_some_and(|then| self.end() > then) { FRAME / 4 } else { FRAME }
     }
@@ -100,11 +105,14 @@ impl Runner {
     fn wait(&self) -> Duration {
         let source = match &self.source {
             Source::Session(steered) => steered.wait(PARTS),
-            Source::Recordings(reels) => reels.iter().map(|reel| reel.wait(PARTS)).min().unwrap_or(PARTS),
+            Source::Recordings(recordings) => {
+                recordings.iter().map(|recording| recording.wait(PARTS)).min().unwrap_or(PARTS)
+            }
         };
         let plays = self.past.is_some() && !self.clock.is_paused();
-        let jumps = self.sides.iter().any(Side::jumps);
-        let frame = if self.has_news() || plays { self.gap().saturating_sub(self.last_frame.elapsed()) } else { PARTS };
+        let jumps = self.runs.iter().any(ShownRun::jumps);
+        let frame =
+            if self.has_update() || plays { self.gap().saturating_sub(self.last_frame.elapsed()) } else { PARTS };
         if jumps { Duration::ZERO } else { source.min(frame) }
     }
 
@@ -112,10 +120,10 @@ impl Runner {
     fn go_on(&mut self) -> io::Result<()> {
         let deadline = now() + FRAME / 2;
         let failures: Vec<String> = match &mut self.source {
-            Source::Session(steered) => steered.go_on(&mut self.sides[0], deadline)?.into_iter().collect(),
-            Source::Recordings(reels) => {
-                let read = reels.iter_mut().zip(&mut self.sides);
-                read.filter_map(|(reel, side)| reel.read(side, deadline)).collect()
+            Source::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
+            Source::Recordings(recordings) => {
+                let read = recordings.iter_mut().zip(&mut self.runs);
+                read.filter_map(|(recording, run)| recording.read(run, deadline)).collect()
             }
         };
         if self.grows() && std::mem::take(&mut self.opens) {
@@ -133,8 +141,8 @@ impl Runner {
             *time = self.clock.target().min(end);
         }
         let mut is_there = true;
-        for side in &mut self.sides {
-            is_there &= side.play(*time, deadline)?;
+        for run in &mut self.runs {
+            is_there &= run.play(*time, deadline)?;
         }
         if !is_there {
             // A moment that takes longer to reach is played from there, without catching up.
@@ -147,11 +155,11 @@ impl Runner {
             }
             return Ok(());
         }
-        let ticks = |sides: &[Side]| sides.iter().map(|side| side.shown().ticks()).max().unwrap_or(0);
-        while self.clock.allows(*time, ticks(&self.sides)) && now() < deadline {
+        let ticks = |runs: &[ShownRun]| runs.iter().map(|run| run.shown().ticks()).max().unwrap_or(0);
+        while self.clock.allows(*time, ticks(&self.runs)) && now() < deadline {
             let mut next = None;
-            for side in &mut self.sides {
-                let other = side.next_time()?;
+            for run in &mut self.runs {
+                let other = run.next_time()?;
                 next = [next, other].into_iter().flatten().min();
             }
             let Some(next) = next else {
@@ -159,10 +167,10 @@ impl Runner {
                 break;
             };
             *time = next;
-            for side in &mut self.sides {
-                side.play(next, deadline + FRAME)?;
+            for run in &mut self.runs {
+                run.play(next, deadline + FRAME)?;
             }
-            self.clock.stepped(ticks(&self.sides));
+            self.clock.stepped(ticks(&self.runs));
         }
         Ok(())
     }
@@ -175,23 +183,24 @@ impl Runner {
             Source::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
             _ => self.follow(),
         }
-        self.sides.iter_mut().for_each(Side::stir);
+        self.runs.iter_mut().for_each(ShownRun::stir);
     }
 
     /// How far the runs are.
     fn end(&self) -> Duration {
-        self.sides.iter().map(|side| side.newest().time()).max().unwrap_or_default()
+        self.runs.iter().map(|run| run.newest().time()).max().unwrap_or_default()
     }
 
     /// Whether a recording is still being written, and everything there has been read.
     fn grows(&self) -> bool {
-        let Source::Recordings(reels) = &self.source else { return false };
-        reels.iter().any(Reel::grows) && reels.iter().all(|reel| reel.grows() || reel.has_ended())
+        let Source::Recordings(recordings) = &self.source else { return false };
+        recordings.iter().any(OpenRecording::grows)
+            && recordings.iter().all(|recording| recording.grows() || recording.has_ended())
     }
 
     /// Whether nothing will be added to the recordings.
     fn is_over(&self) -> bool {
-        matches!(&self.source, Source::Recordings(reels) if reels.iter().all(Reel::has_ended))
+        matches!(&self.source, Source::Recordings(recordings) if recordings.iter().all(OpenRecording::has_ended))
     }
 
     /// Shows the past.
@@ -201,13 +210,13 @@ impl Runner {
             _ => self.clock.at(time),
         };
         self.past = Some(time);
-        self.sides.iter_mut().for_each(|side| side.seek(time));
+        self.runs.iter_mut().for_each(|run| run.seek(time));
     }
 
     /// Shows the present.
     fn follow(&mut self) {
         self.past = None;
-        self.sides.iter_mut().for_each(Side::follow);
+        self.runs.iter_mut().for_each(ShownRun::follow);
     }
 
     /// Does what the pilot asks, and returns the answer.
@@ -224,7 +233,7 @@ impl Runner {
                 let time = self.past.unwrap_or(end);
                 let starts_over = matches!(command, Command::Resume) && time >= end && self.is_over();
                 let time = if starts_over { Duration::ZERO } else { time };
-                let ticks = self.sides.iter().map(|side| side.shown().ticks()).max();
+                let ticks = self.runs.iter().map(|run| run.shown().ticks()).max();
                 if !command.is_of_pace() {
                     return Ok(refused("a recording cannot be changed"));
                 }
@@ -238,7 +247,7 @@ impl Runner {
             }
             command => {
                 let Source::Session(steered) = &mut self.source else { return Ok(Value::Null) };
-                return steered.obey(command, &mut self.sides[0]);
+                return steered.obey(command, &mut self.runs[0]);
             }
         }
         Ok(Value::Null)
@@ -253,22 +262,22 @@ impl Runner {
         }
     }
 
-    fn has_news(&self) -> bool {
-        self.told.is_none() || self.sides.iter().any(Side::has_news)
+    fn has_update(&self) -> bool {
+        self.sent.is_none() || self.runs.iter().any(ShownRun::has_update)
     }
 
     /// Sends what is new.
-    fn tell(&mut self) {
+    fn send(&mut self) {
         let (end, over, rests) = (self.end(), self.is_over(), self.rests());
-        // While its past is shown, the page is told now and then how far a run is.
-        if self.told != Some((end, over)) && self.last_frame.elapsed() >= PARTS {
-            self.told = None;
+        // While its past is shown, the page gets now and then how far a run is.
+        if self.sent != Some((end, over)) && self.last_frame.elapsed() >= PARTS {
+            self.sent = None;
         }
-        if !self.has_news() {
+        if !self.has_update() {
             return;
         }
-        if self.told.is_none() {
-            self.sides.iter_mut().for_each(Side::stir);
+        if self.sent.is_none() {
+            self.runs.iter_mut().for_each(ShownRun::stir);
         }
         let clock = match &self.source {
             Source::Session(steered) if self.past.is_none() => steered.clock(),
@@ -285,20 +294,20 @@ impl Runner {
         if let Source::Session(steered) = &self.source {
             steered.describe(&mut common);
         }
-        for side in &mut self.sides {
-            side.tell(&common, rests);
+        for run in &mut self.runs {
+            run.send(&common, rests);
         }
-        if let Some(outlet) = &self.around {
-            outlet.tell(common);
+        if let Some(broadcast) = &self.around {
+            broadcast.send(common);
         }
-        (self.last_frame, self.told) = (now(), Some((end, over)));
+        (self.last_frame, self.sent) = (now(), Some((end, over)));
         self.asked = self.asked.filter(|then| *then == end);
     }
 
     fn fail(&self, reason: &str) {
         let failed = Map::from_iter([("failed".to_owned(), reason.into())]);
-        self.around.iter().for_each(|outlet| outlet.tell(failed.clone()));
-        self.sides.iter().for_each(|side| side.say(failed.clone()));
+        self.around.iter().for_each(|broadcast| broadcast.send(failed.clone()));
+        self.runs.iter().for_each(|run| run.send_alone(failed.clone()));
     }
 }
 

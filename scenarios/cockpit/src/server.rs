@@ -29,12 +29,12 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, broadcast, oneshot};
 
+use crate::broadcast::Broadcast;
 use crate::command::Command;
 use crate::history::History;
-use crate::outlet::Outlet;
-use crate::reel::Reel;
+use crate::open_recording::OpenRecording;
 use crate::runner::{self, Runner, Source};
-use crate::side::Side;
+use crate::shown_run::ShownRun;
 use crate::steered::Steered;
 use crate::token::Token;
 
@@ -113,9 +113,9 @@ struct Shared {
     viewer: Token,
     page: &'static str,
     /// What is sent to the page.
-    outlet: Outlet,
+    broadcast: Broadcast,
     /// What is sent about each run, if the page shows several side by side.
-    sides: Vec<Outlet>,
+    sides: Vec<Broadcast>,
     requests: mpsc::Sender<runner::Request>,
     /// Whoever holds the only permit is the pilot.
     helm: Semaphore,
@@ -132,18 +132,18 @@ impl Cockpit {
     where
         F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,
     {
-        let outlet = Outlet::new();
+        let broadcast = Broadcast::new();
         let failed = move |source| Error::Io { port, source };
         let begin = {
-            let outlet = outlet.clone();
+            let broadcast = broadcast.clone();
             move || {
                 let session = session()?;
                 let history = History::begin(session.view().clone()).map_err(failed)?;
-                let side = Side::new(history, outlet, None);
-                Ok((Source::Session(Box::new(Steered::new(session))), vec![side], None))
+                let shown = ShownRun::new(history, broadcast, None);
+                Ok((Source::Session(Box::new(Steered::new(session))), vec![shown], None))
             }
         };
-        Self::start(outlet, Vec::new(), begin, port)
+        Self::start(broadcast, Vec::new(), begin, port)
     }
 
     /// Opens recordings, finished or growing, and listens as [`open`](Self::open) does. Several are shown side by side.
@@ -151,41 +151,45 @@ impl Cockpit {
     /// # Errors
     /// If the port is not available, or a recording cannot be read.
     pub fn replay(recordings: &[PathBuf], port: u16) -> Result<Self, Error> {
-        let outlet = Outlet::new();
+        let broadcast = Broadcast::new();
         let beside = if recordings.len() > 1 { recordings } else { &[] };
-        let sides: Vec<Outlet> = beside.iter().map(|_| Outlet::new()).collect();
+        let sides: Vec<Broadcast> = beside.iter().map(|_| Broadcast::new()).collect();
         let failed = move |source| Error::Io { port, source };
         let begin = {
-            let (outlet, outlets, recordings) = (outlet.clone(), sides.clone(), recordings.to_vec());
+            let (broadcast, broadcasts, recordings) = (broadcast.clone(), sides.clone(), recordings.to_vec());
             move || {
-                let (mut reels, mut sides) = (Vec::new(), Vec::new());
+                let (mut opened, mut sides) = (Vec::new(), Vec::new());
                 for (index, path) in recordings.iter().enumerate() {
-                    let (reel, start) = Reel::open(path)?;
+                    let (recording, start) = OpenRecording::open(path)?;
                     let history = History::begin(start).map_err(failed)?;
                     let name = path.file_name().unwrap_or_default().to_string_lossy();
-                    sides.push(Side::new(history, outlets.get(index).unwrap_or(&outlet).clone(), Some(&name)));
-                    reels.push(reel);
+                    sides.push(ShownRun::new(
+                        history,
+                        broadcasts.get(index).unwrap_or(&broadcast).clone(),
+                        Some(&name),
+                    ));
+                    opened.push(recording);
                 }
-                let around = (!outlets.is_empty()).then(|| {
-                    outlet.greet(&json!({ "greeting": { "sides": recordings.len() } }));
-                    outlet
+                let around = (!broadcasts.is_empty()).then(|| {
+                    broadcast.greet(&json!({ "greeting": { "sides": recordings.len() } }));
+                    broadcast
                 });
-                Ok((Source::Recordings(reels), sides, around))
+                Ok((Source::Recordings(opened), sides, around))
             }
         };
-        Self::start(outlet, sides, begin, port)
+        Self::start(broadcast, sides, begin, port)
     }
 
-    /// A page that only shows what an outlet sends.
-    pub(crate) fn board(outlet: Outlet, port: u16) -> Result<Self, Error> {
-        Self::listen(BOARD, outlet, Vec::new(), port).map(|(cockpit, _)| cockpit)
+    /// A page that only shows what a broadcast sends.
+    pub(crate) fn board(broadcast: Broadcast, port: u16) -> Result<Self, Error> {
+        Self::listen(BOARD, broadcast, Vec::new(), port).map(|(cockpit, _)| cockpit)
     }
 
-    fn start<F>(outlet: Outlet, sides: Vec<Outlet>, begin: F, port: u16) -> Result<Self, Error>
+    fn start<F>(broadcast: Broadcast, sides: Vec<Broadcast>, begin: F, port: u16) -> Result<Self, Error>
     where
-        F: FnOnce() -> Result<(Source, Vec<Side>, Option<Outlet>), Error> + Send + 'static,
+        F: FnOnce() -> Result<(Source, Vec<ShownRun>, Option<Broadcast>), Error> + Send + 'static,
     {
-        let (cockpit, requests) = Self::listen(RUNS, outlet, sides, port)?;
+        let (cockpit, requests) = Self::listen(RUNS, broadcast, sides, port)?;
         let (made, is_made) = mpsc::channel();
         std::thread::spawn(move || {
             let (runner, made_well) = match begin() {
@@ -201,8 +205,8 @@ impl Cockpit {
 
     fn listen(
         page: &'static str,
-        outlet: Outlet,
-        sides: Vec<Outlet>,
+        broadcast: Broadcast,
+        sides: Vec<Broadcast>,
         port: u16,
     ) -> Result<(Self, mpsc::Receiver<runner::Request>), Error> {
         let failed = |source| Error::Io { port, source };
@@ -215,7 +219,7 @@ impl Cockpit {
             pilot: Token::new().map_err(failed)?,
             viewer: Token::new().map_err(failed)?,
             page,
-            outlet,
+            broadcast,
             sides,
             requests,
             helm: Semaphore::new(1),
@@ -340,10 +344,10 @@ async fn socket(
     if !shared.knows(&access) || !headers.contains_key(ORIGIN) {
         return StatusCode::FORBIDDEN.into_response();
     }
-    let outlet = match access.side {
-        None => shared.outlet.clone(),
+    let broadcast = match access.side {
+        None => shared.broadcast.clone(),
         Some(side) => match shared.sides.get(side) {
-            Some(outlet) => outlet.clone(),
+            Some(broadcast) => broadcast.clone(),
             None => return StatusCode::NOT_FOUND.into_response(),
         },
     };
@@ -353,7 +357,7 @@ async fn socket(
         let viewers = shared.viewers.fetch_add(1, Ordering::AcqRel);
         if viewers < MOST_VIEWERS {
             // A broken connection needs no answer.
-            let _ = attend(socket, &shared, &outlet, may_steer).await;
+            let _ = attend(socket, &shared, &broadcast, may_steer).await;
         }
         shared.viewers.fetch_sub(1, Ordering::AcqRel);
     })
@@ -367,11 +371,16 @@ impl Shared {
 
 /// Sends everything to a browser, and takes the pilot's requests. A browser that may steer becomes the pilot once there
 /// is no other pilot.
-async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_steer: bool) -> Result<(), axum::Error> {
+async fn attend(
+    mut socket: WebSocket,
+    shared: &Shared,
+    broadcast: &Broadcast,
+    may_steer: bool,
+) -> Result<(), axum::Error> {
     let pilot = |is_pilot: bool| json!({ "pilot": is_pilot }).to_string();
     let mut helm = may_steer.then(|| shared.helm.try_acquire().ok()).flatten();
-    let mut frames = outlet.listen();
-    let (greeting, present) = outlet.present();
+    let mut frames = broadcast.listen();
+    let (greeting, present) = broadcast.present();
     for text in greeting.into_iter().chain([present, pilot(helm.is_some()).into()]) {
         send(&mut socket, &text).await?;
     }
@@ -382,7 +391,7 @@ async fn attend(mut socket: WebSocket, shared: &Shared, outlet: &Outlet, may_ste
                 Ok(frame) => send(&mut socket, &frame).await?,
                 Err(broadcast::error::RecvError::Lagged(_)) => {
                     frames = frames.resubscribe();
-                    send(&mut socket, &outlet.present().1).await?;
+                    send(&mut socket, &broadcast.present().1).await?;
                 }
                 Err(broadcast::error::RecvError::Closed) => return Ok(()),
             },

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::clock::{Clock, FRAME, now};
 use crate::command::Command;
-use crate::side::Side;
+use crate::shown_run::ShownRun;
 use crate::things;
 
 /// A session that goes on at the pilot's pace.
@@ -52,7 +52,7 @@ impl Steered {
     ///
     /// # Errors
     /// If a record cannot be stored.
-    pub(crate) fn go_on(&mut self, side: &mut Side, deadline: Instant) -> io::Result<Option<String>> {
+    pub(crate) fn go_on(&mut self, shown: &mut ShownRun, deadline: Instant) -> io::Result<Option<String>> {
         let mut failure = None;
         while self.is_due() && now() < deadline {
             // One scene per frame is enough.
@@ -66,7 +66,7 @@ impl Steered {
                 self.session.end();
             }
             self.clock.stepped(self.session.view().ticks());
-            self.tell(side)?;
+            self.send(shown)?;
         }
         self.clock.arrive(self.session.view().time());
         Ok(failure)
@@ -77,15 +77,15 @@ impl Steered {
         view.end().is_none() && self.clock.allows(self.next(), view.ticks())
     }
 
-    fn tell(&mut self, side: &mut Side) -> io::Result<()> {
-        self.session.take_records().into_iter().try_for_each(|record| side.push(record))
+    fn send(&mut self, shown: &mut ShownRun) -> io::Result<()> {
+        self.session.take_records().into_iter().try_for_each(|record| shown.push(record))
     }
 
     /// Obeys the command, and returns the answer.
     ///
     /// # Errors
     /// If a record cannot be stored.
-    pub(crate) fn obey(&mut self, command: Command, side: &mut Side) -> io::Result<Value> {
+    pub(crate) fn obey(&mut self, command: Command, shown: &mut ShownRun) -> io::Result<Value> {
         let (time, ticks) = (self.session.view().time(), self.session.view().ticks());
         if self.clock.obey(&command, time, ticks) {
             return Ok(Value::Null);
@@ -99,7 +99,7 @@ impl Steered {
             Command::Save => Ok(json!({ "scenario": self.session.saved() })),
             Command::End => {
                 self.session.end();
-                self.tell(side)?;
+                self.send(shown)?;
                 Ok(json!({ "trace_hash": self.session.view().end().map(|end| &end.trace_hash) }))
             }
             _ => Ok(Value::Null),

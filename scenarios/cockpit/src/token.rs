@@ -16,9 +16,9 @@ impl Token {
     }
 
     /// Whether somebody knows it. The time that this takes reveals nothing about it.
-    pub(crate) fn is(&self, said: &str) -> bool {
-        let differences = self.0.bytes().zip(said.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
-        self.0.len() == said.len() && differences == 0
+    pub(crate) fn is(&self, given: &str) -> bool {
+        let differences = self.0.bytes().zip(given.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
+        self.0.len() == given.len() && differences == 0
     }
 
     /// Its text.

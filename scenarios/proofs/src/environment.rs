@@ -265,11 +265,11 @@ impl RobotEnvironment {
     }
 
     /// The changes for the processes, in words.
-    fn in_words(&self, before: State, leg: Leg, reading: Option<Reading>, told: &Told<'_>) -> String {
+    fn in_words(&self, before: State, leg: Leg, reading: Option<Reading>, driven: &Driven<'_>) -> String {
         let mut parts = Vec::new();
         let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
-        let to = told.navigation.and_then(Navigation::trip_place);
-        let was_running = told.navigation.and_then(Navigation::trip_status) == Some(TripStatus::Running);
+        let to = driven.navigation.and_then(Navigation::trip_place);
+        let was_running = driven.navigation.and_then(Navigation::trip_status) == Some(TripStatus::Running);
         match (leg.status, to) {
             (Some(TripStatus::Success), Some(to)) if was_running => {
                 parts.push(format!("the robot arrives at {}", to.name()))
@@ -287,7 +287,7 @@ impl RobotEnvironment {
             }
         }
         if let Some((Reading { class, is_charging, .. }, Battery { levels, .. })) = reading.zip(self.battery.as_ref()) {
-            let was = told.battery.and_then(BatteryReader::reading);
+            let was = driven.battery.and_then(BatteryReader::reading);
             let level_pct = levels.level_pct(class);
             if was.is_none_or(|(was_pct, _)| was_pct.total_cmp(&level_pct).is_ne()) {
                 parts.push(format!("the level is {}", levels.words(class)));
@@ -302,8 +302,8 @@ impl RobotEnvironment {
     }
 }
 
-/// What the processes have been told so far.
-struct Told<'a> {
+/// The built-in components that the environment drives.
+struct Driven<'a> {
     battery: Option<&'a BatteryReader>,
     navigation: Option<&'a Navigation>,
 }
@@ -382,9 +382,9 @@ impl Environment for RobotEnvironment {
         let state = State::decoded(state);
         let navigation = self.process(driven, self.trips.process);
         let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
-        let told = Told { battery, navigation };
+        let known = Driven { battery, navigation };
         let choices = self.choices(state, driven, instant);
-        choices.map(|(leg, reading)| self.in_words(state, leg, reading, &told)).collect()
+        choices.map(|(leg, reading)| self.in_words(state, leg, reading, &known)).collect()
     }
 
     /// Components move when they receive a request or have an answer to send.

@@ -113,10 +113,10 @@ mod mcap_file;
 mod monitor;
 mod plain;
 mod record;
+mod record_store;
 mod recording;
 mod scene_clock;
 mod step;
-mod tape;
 mod topics;
 mod trace_hash;
 mod view;
@@ -136,12 +136,12 @@ pub use judge::Judge;
 pub use logged::LoggedRecording;
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use record::{FORMAT, Record, RecordRef};
+pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
 pub use step::{
     Battery, Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
 };
-pub use tape::Tape;
 pub use trace_hash::TraceHash;
 pub use view::{
     BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,

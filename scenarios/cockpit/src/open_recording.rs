@@ -7,13 +7,13 @@ use diagnostics::Unfinished;
 use recording::{Record, Recording, RecordingError, RunView};
 
 use crate::clock::now;
-use crate::side::Side;
+use crate::shown_run::ShownRun;
 
 /// How often a growing file is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A recording that is being read.
-pub(crate) struct Reel {
+pub(crate) struct OpenRecording {
     recording: Recording,
     state: State,
 }
@@ -26,7 +26,7 @@ enum State {
     Ended,
 }
 
-impl Reel {
+impl OpenRecording {
     /// Opens a recording, with the start of its run. If it is still being written, its file has a temporary name; this
     /// waits until the start of the run is there.
     ///
@@ -69,7 +69,7 @@ impl Reel {
     }
 
     /// Reads what is there, until the deadline. Returns the reason if it cannot read on.
-    pub(crate) fn read(&mut self, side: &mut Side, deadline: Instant) -> Option<String> {
+    pub(crate) fn read(&mut self, shown: &mut ShownRun, deadline: Instant) -> Option<String> {
         if self.has_ended() || !self.wait(LOOK).is_zero() {
             return None;
         }
@@ -79,7 +79,7 @@ impl Reel {
                 match record {
                     Some(record) => {
                         let is_end = matches!(record, Record::End(_));
-                        side.push(record).map(|()| if is_end { State::Ended } else { State::Reading })
+                        shown.push(record).map(|()| if is_end { State::Ended } else { State::Reading })
                     }
                     None => Ok(State::Waiting(now())),
                 }

@@ -1,4 +1,4 @@
-//! A run on the page: what is known about it, which moment is shown, and who is told.
+//! A run on the page: what is known about it, which moment is shown, and who is sent.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -6,45 +6,45 @@ use std::time::{Duration, Instant};
 use recording::{Record, RunView};
 use serde_json::{Map, Value};
 
+use crate::broadcast::Broadcast;
 use crate::clock::now;
-use crate::frame::{self, News};
+use crate::frame::{self, Update};
 use crate::history::{History, Player};
-use crate::outlet::Outlet;
 
 /// Time between drawings of what takes longer: cards and the time axis.
 pub(crate) const PARTS: Duration = Duration::from_millis(1000);
 
 /// A run on the page.
-pub(crate) struct Side {
+pub(crate) struct ShownRun {
     history: History,
-    outlet: Outlet,
+    broadcast: Broadcast,
     /// Plays the past; none while the newest moment is shown.
     player: Option<Player>,
     /// Whether the player is jumping to another moment: browsers do not see what is in between.
     jumps: bool,
-    news: News,
+    update: Update,
     /// Whether anything is new since the last frame or drawing.
     is_new: bool,
     parts_are_old: bool,
     last_parts: Instant,
 }
 
-impl Side {
+impl ShownRun {
     /// A run. `file` is the recording that it comes from, if any.
-    pub(crate) fn new(history: History, outlet: Outlet, file: Option<&str>) -> Self {
-        outlet.greet(&frame::greeting(&history.newest().view, file));
-        let mut side = Self {
+    pub(crate) fn new(history: History, broadcast: Broadcast, file: Option<&str>) -> Self {
+        broadcast.greet(&frame::greeting(&history.newest().view, file));
+        let mut shown = Self {
             history,
-            outlet,
+            broadcast,
             player: None,
             jumps: false,
-            news: News::default(),
+            update: Update::default(),
             is_new: true,
             parts_are_old: true,
             last_parts: now(),
         };
-        side.show_anew();
-        side
+        shown.show_anew();
+        shown
     }
 
     /// Adds the next record.
@@ -56,7 +56,7 @@ impl Side {
         self.history.push(record)?;
         if self.player.is_none() {
             if is_step {
-                self.news.note(&self.history.newest().view);
+                self.update.note(&self.history.newest().view);
             }
             (self.is_new, self.parts_are_old) = (true, true);
         }
@@ -75,7 +75,7 @@ impl Side {
 
     fn show_anew(&mut self) {
         let moment = self.player.as_ref().map_or(self.history.newest(), Player::moment);
-        self.news = News::anew(moment, self.history.happened(moment.view.time()));
+        self.update = Update::anew(moment, self.history.happened(moment.view.time()));
         (self.is_new, self.parts_are_old) = (true, true);
     }
 
@@ -96,7 +96,7 @@ impl Side {
     /// The time of the next record of the past; none at the end, or while the newest moment is shown.
     ///
     /// # Errors
-    /// If the tape cannot be read.
+    /// If the store cannot be read.
     pub(crate) fn next_time(&mut self) -> io::Result<Option<Duration>> {
         self.player.as_mut().map_or(Ok(None), |player| player.next_time(&mut self.history))
     }
@@ -104,7 +104,7 @@ impl Side {
     /// Plays the past up to `time`, but stops at the `deadline`. Returns whether it got there.
     ///
     /// # Errors
-    /// If the tape cannot be read.
+    /// If the store cannot be read.
     pub(crate) fn play(&mut self, time: Duration, deadline: Instant) -> io::Result<bool> {
         let Some(player) = &mut self.player else { return Ok(true) };
         while player.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
@@ -114,7 +114,7 @@ impl Side {
             let is_step = player.advance()?;
             if !self.jumps {
                 if is_step {
-                    self.news.note(&player.moment().view);
+                    self.update.note(&player.moment().view);
                 }
                 (self.is_new, self.parts_are_old) = (true, true);
             }
@@ -136,23 +136,23 @@ impl Side {
     }
 
     /// Whether there is something to send.
-    pub(crate) fn has_news(&self) -> bool {
+    pub(crate) fn has_update(&self) -> bool {
         !self.jumps && (self.is_new || self.parts_are_old)
     }
 
-    /// Sends what is shown, and what is `common` to all sides. What takes longer to draw is sent now and then, but
+    /// Sends what is shown, and what is `common` to all runs. What takes longer to draw is sent now and then, but
     /// immediately if the run `rests`.
-    pub(crate) fn tell(&mut self, common: &Map<String, Value>, rests: bool) {
+    pub(crate) fn send(&mut self, common: &Map<String, Value>, rests: bool) {
         if self.jumps {
             return;
         }
         let mut frame = Map::new();
         let mut is_due = rests || self.last_parts.elapsed() >= PARTS;
         if std::mem::take(&mut self.is_new) {
-            let news = std::mem::take(&mut self.news);
+            let update = std::mem::take(&mut self.update);
             // A violation is shown as soon as it happens.
-            is_due |= news.decided;
-            add(&mut frame, frame::state(self.shown(), news));
+            is_due |= update.decided;
+            add(&mut frame, frame::state(self.shown(), update));
             frame.extend(common.clone());
         }
         if is_due && std::mem::take(&mut self.parts_are_old) {
@@ -160,7 +160,7 @@ impl Side {
             self.last_parts = now();
         }
         if !frame.is_empty() {
-            self.outlet.tell(frame);
+            self.broadcast.send(frame);
         }
     }
 
@@ -172,8 +172,8 @@ impl Side {
     }
 
     /// Sends something else.
-    pub(crate) fn say(&self, what: Map<String, Value>) {
-        self.outlet.tell(what);
+    pub(crate) fn send_alone(&self, what: Map<String, Value>) {
+        self.broadcast.send(what);
     }
 }
 

@@ -40,12 +40,12 @@ impl Present {
 
 /// Sends frames to browsers.
 #[derive(Clone)]
-pub(crate) struct Outlet {
+pub(crate) struct Broadcast {
     frames: broadcast::Sender<Frame>,
     present: Arc<Mutex<Present>>,
 }
 
-impl Outlet {
+impl Broadcast {
     pub(crate) fn new() -> Self {
         Self { frames: broadcast::channel(BACKLOG).0, present: Arc::default() }
     }
@@ -60,7 +60,7 @@ impl Outlet {
     }
 
     /// Sends what has changed.
-    pub(crate) fn tell(&self, frame: Map<String, Value>) {
+    pub(crate) fn send(&self, frame: Map<String, Value>) {
         let mut present = self.lock();
         present.take(&frame);
         // It is not an error if nobody is listening.

@@ -9,7 +9,7 @@ use crate::{Record, RecordRef};
 /// The records of a run so far, in a file, so that memory does not grow. They are read chunk by chunk, starting
 /// anywhere.
 #[derive(Debug)]
-pub struct Tape {
+pub struct RecordStore {
     file: File,
     /// Where each chunk of the file ends.
     ends: Vec<u64>,
@@ -17,8 +17,8 @@ pub struct Tape {
     chunk: Chunk,
 }
 
-impl Tape {
-    /// A tape in an empty file that can be written and read.
+impl RecordStore {
+    /// A store in an empty file that can be written and read.
     #[must_use]
     pub fn new(file: File) -> Self {
         Self { file, ends: Vec::new(), chunk: Chunk::default() }
@@ -95,20 +95,20 @@ mod tests {
     }
 
     #[test]
-    fn a_tape_can_be_read_while_it_grows() {
-        let mut tape = Tape::new(tempfile::tempfile().unwrap());
-        assert!(tape.read(0).unwrap().is_empty());
+    fn a_store_can_be_read_while_it_grows() {
+        let mut store = RecordStore::new(tempfile::tempfile().unwrap());
+        assert!(store.read(0).unwrap().is_empty());
         for number in 0..100_000 {
-            tape.push(RecordRef::Step(&step(number))).unwrap();
+            store.push(RecordRef::Step(&step(number))).unwrap();
         }
-        let complete = tape.chunks();
+        let complete = store.chunks();
         assert!(complete > 2, "{complete} chunks");
         // Backward, including the current chunk.
-        let mut parts: Vec<Vec<u64>> = (0..=complete).rev().map(|chunk| ticks(&tape.read(chunk).unwrap())).collect();
+        let mut parts: Vec<Vec<u64>> = (0..=complete).rev().map(|chunk| ticks(&store.read(chunk).unwrap())).collect();
         parts.reverse();
         assert_eq!(parts.concat(), (0..100_000).collect::<Vec<_>>());
-        tape.push(RecordRef::Step(&step(100_000))).unwrap();
-        assert_eq!(ticks(&tape.read(complete + 1).unwrap()), [100_000]);
-        assert!(tape.read(complete + 2).unwrap().is_empty());
+        store.push(RecordRef::Step(&step(100_000))).unwrap();
+        assert_eq!(ticks(&store.read(complete + 1).unwrap()), [100_000]);
+        assert!(store.read(complete + 2).unwrap().is_empty());
     }
 }
