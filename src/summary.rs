@@ -123,14 +123,17 @@ fn collisions(count: u64) -> String {
 /// The places where the robot came to rest, in the order of their times. Where it stood from the start is told only if
 /// it came to rest nowhere else.
 fn reached(report: &Report) -> String {
-    let places = report.places.iter().filter_map(|place| Some((place.reached_at_s?, place.name.as_str())));
-    let (mut reached, first): (Vec<_>, Vec<_>) = places.partition(|(at, _)| *at > 0.1);
-    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let names: Vec<&str> = first.iter().map(|(_, name)| *name).collect();
-    match (reached.as_slice(), names.as_slice()) {
+    let arrivals = report.places.iter().filter_map(|place| Some((place.arrived_at_s()?, place.name.as_str())));
+    let mut arrivals: Vec<(f64, &str)> = arrivals.collect();
+    arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let start = report.places.iter().filter(|place| place.reached_at_s.is_some() && place.arrived_at_s().is_none());
+    let start: Vec<&str> = start.map(|place| place.name.as_str()).collect();
+    match (arrivals.as_slice(), start.as_slice()) {
         ([], []) => "no place".to_owned(),
         ([], names) => format!("only {}, where it started", names.join(", ")),
-        (reached, _) => reached.iter().map(|(at, name)| format!("{name} at {at:.1} s")).collect::<Vec<_>>().join(", "),
+        (arrivals, _) => {
+            arrivals.iter().map(|(at, name)| format!("{name} at {at:.1} s")).collect::<Vec<_>>().join(", ")
+        }
     }
 }
 

@@ -7,16 +7,15 @@ use channels::{Event, EventKind, Topology, Verdict};
 use monitors::{EventTime, LogEnd, Property};
 
 use crate::{
-    Decision, Details, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorState, Origin, RobotState,
-    Snapshots, Step, TraceHash, event_line,
+    Details, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin,
+    RobotState, Snapshots, Step, TraceHash, event_line,
 };
 
 /// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
 #[derive(Debug)]
 pub struct Judge {
     topology: Arc<Topology>,
-    told: Vec<MonitorState>,
-    decided: Vec<bool>,
+    monitors: MonitorLog,
     /// Why the verdict of a property is unsure.
     unsure: Vec<Option<String>>,
     hash: TraceHash,
@@ -34,9 +33,10 @@ impl Judge {
         tick: Duration,
         properties: &[Property],
     ) -> (Self, Header, Step) {
-        let told: Vec<MonitorState> =
-            properties.iter().map(|property| MonitorState::of(property.monitor.as_ref())).collect();
-        let start = Details { monitors: told.iter().cloned().enumerate().collect(), ..Details::default() };
+        let mut monitors = MonitorLog::new(properties.len());
+        let states = properties.iter().map(|property| MonitorState::of(property.monitor.as_ref())).enumerate();
+        let states = states.filter_map(|(index, state)| monitors.change(index, state)).collect();
+        let start = Details { monitors: states, ..Details::default() };
         let header = Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scenario: name,
@@ -59,12 +59,10 @@ impl Judge {
             snapshots: Snapshots::default(),
             expected: Expected::default(),
         };
-        let (decided, unsure) = (vec![false; properties.len()], vec![None; properties.len()]);
         let judge = Self {
             topology: Arc::clone(topology),
-            told,
-            decided,
-            unsure,
+            monitors,
+            unsure: vec![None; properties.len()],
             hash: TraceHash::default(),
             end: LogEnd::default(),
         };
@@ -87,16 +85,10 @@ impl Judge {
             if self.unsure[index].is_some() {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
             }
-            if state.verdict != Verdict::Inconclusive && !std::mem::replace(&mut self.decided[index], true) {
-                let witness = property.scope_monitor().and_then(|monitor| monitor.witness());
-                let witness = witness.filter(|_| state.verdict == Verdict::False).cloned();
-                let decision = Decision { verdict: state.verdict, event: event.clone(), witness };
-                happenings.push(Happening::Verdict { monitor: index, decision });
+            if state.verdict != Verdict::Inconclusive {
+                happenings.extend(self.monitors.verdict(index, property.monitor.as_ref(), &event));
             }
-            if self.told[index] != state {
-                self.told[index] = state.clone();
-                monitors.push((index, state));
-            }
+            monitors.extend(self.monitors.change(index, state));
         }
         let time = event.time;
         self.record(time, happenings, Details { events: vec![event], monitors, ..Details::default() })

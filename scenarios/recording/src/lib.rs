@@ -111,6 +111,7 @@ mod judge;
 mod logged;
 mod mcap_file;
 mod monitor;
+mod monitor_log;
 mod plain;
 mod record;
 mod record_store;
@@ -135,6 +136,7 @@ pub use heard::{HeardLevels, LEVEL};
 pub use judge::Judge;
 pub use logged::LoggedRecording;
 pub use monitor::{Graph, Location, MonitorState, Transition};
+pub use monitor_log::MonitorLog;
 pub use record::{FORMAT, Record, RecordRef};
 pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
@@ -145,5 +147,5 @@ pub use step::{
 pub use trace_hash::TraceHash;
 pub use view::{
     BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,
-    Said, Tally, TreeError, UndoneFault,
+    Said, Tally, TreeError, UndoneFault, is_arrival,
 };

@@ -463,6 +463,11 @@ impl RunView {
         self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
     }
 
+    /// The places to which the robot has come, with the time at which it first came to rest at each.
+    pub fn arrivals(&self) -> impl Iterator<Item = (&str, Duration)> {
+        self.visits().filter_map(|(place, at)| Some((place, at.filter(|at| is_arrival(*at))?)))
+    }
+
     /// The places by name, with the time at which the robot was first at each, at rest or on its way: its true position
     /// was within the area, or within the tolerance of the point. Headings do not matter.
     pub fn entries(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
@@ -484,6 +489,13 @@ impl RunView {
 
 fn check(fits: bool) -> Result<(), Inconsistent> {
     if fits { Ok(()) } else { Err(Inconsistent) }
+}
+
+/// Whether a robot that first came to rest at a place at this time has arrived there: one that stands there from the
+/// start is at rest there in the first step of the simulation.
+#[must_use]
+pub fn is_arrival(reached: Duration) -> bool {
+    reached > Duration::from_millis(20)
 }
 
 /// A watched property, with the results of its monitor.

@@ -1,6 +1,9 @@
 //! The report of a run: `report.json`.
 
+use std::time::Duration;
+
 use monitors::Outcome;
+use recording::is_arrival;
 use serde::Serialize;
 
 /// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
@@ -302,6 +305,14 @@ pub struct PlaceReport {
     pub reached_at_s: Option<f64>,
     /// When its true position was first there, at rest or on its way, in seconds.
     pub entered_at_s: Option<f64>,
+}
+
+impl PlaceReport {
+    /// When the robot arrived there, in seconds, unless it stood there from the start.
+    #[must_use]
+    pub fn arrived_at_s(&self) -> Option<f64> {
+        self.reached_at_s.filter(|at_s| is_arrival(Duration::from_secs_f64(*at_s)))
+    }
 }
 
 /// A picture of the run.

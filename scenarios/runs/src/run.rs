@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Outcome, Status};
-use channels::{ChannelSystem, Event, Scheduler, Verdict};
-use monitors::{ScopeMonitor, Warnings, scope_monitor};
-use recording::{Decision, Happening, SceneClock, TraceHash, event_line};
+use channels::{ChannelSystem, Event, Scheduler};
+use monitors::Warnings;
+use recording::{Happening, SceneClock, TraceHash, event_line};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
@@ -53,8 +53,6 @@ pub struct Run {
     happenings: Vec<Happening>,
     tree_errors: TreeErrors,
     skill_errors: SkillErrors,
-    /// Whether each monitor has reached its verdict.
-    decided: Vec<bool>,
     overruns: u64,
     /// `None` if the tree gets no further ticks.
     tick_clock: Option<TickClock>,
@@ -119,7 +117,7 @@ impl Run {
         let tick = scenario.file.execution.tick;
         let first_tick = if let Kind::Model(_) = kind { tick } else { AFTER_THE_START };
         Ok(Self {
-            decided: vec![false; wired.system.monitors().len()],
+            recorded: Recorded::of(wired.system.monitors().len()),
             skill_errors: SkillErrors::of(&wired.system),
             tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
             begun: false,
@@ -141,7 +139,6 @@ impl Run {
             tree_errors: TreeErrors::default(),
             overruns: 0,
             hash: TraceHash::default(),
-            recorded: Recorded::default(),
         })
     }
 
@@ -315,14 +312,10 @@ impl Run {
     }
 
     fn note_verdicts(&mut self) {
-        for (monitor, (decided, attached)) in self.decided.iter_mut().zip(self.system.monitors()).enumerate() {
-            if let Some(event) = attached.decided.as_ref().filter(|_| !*decided) {
-                let verdict = attached.monitor.verdict();
-                let witness = scope_monitor(attached.monitor.as_ref()).and_then(ScopeMonitor::witness);
-                let witness = witness.filter(|_| verdict == Verdict::False).cloned();
-                let decision = Decision { verdict, event: event.clone(), witness };
-                self.happenings.push(Happening::Verdict { monitor, decision });
-                *decided = true;
+        for (index, attached) in self.system.monitors().iter().enumerate() {
+            if let Some(event) = &attached.decided {
+                let verdict = self.recorded.monitors.verdict(index, attached.monitor.as_ref(), event);
+                self.happenings.extend(verdict);
             }
         }
     }

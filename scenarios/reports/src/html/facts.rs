@@ -9,9 +9,6 @@ use super::markup::{breakable, row, table, text};
 use super::words;
 use crate::report::Report;
 
-/// An arrival before this time, in seconds, is where the robot stood from the start.
-const FROM_THE_START_S: f64 = 1.0;
-
 /// If there are more stages than this, the table has only this many of the first and the last ones.
 const MOST_STAGES: usize = 40;
 const FIRST_STAGES: usize = 32;
@@ -38,8 +35,8 @@ pub(super) fn numbers(report: &Report) -> Markup {
         facts.push(("localization error", words));
     }
     facts.push(("ended because", report.ended_because.clone()));
-    let reached = report.places.iter().filter_map(|place| Some((place.reached_at_s?, &place.name)));
-    let mut reached: Vec<(f64, &String)> = reached.filter(|(at_s, _)| *at_s > FROM_THE_START_S).collect();
+    let reached = report.places.iter().filter_map(|place| Some((place.arrived_at_s()?, &place.name)));
+    let mut reached: Vec<(f64, &String)> = reached.collect();
     reached.sort_by(|a, b| a.0.total_cmp(&b.0));
     let reached = reached.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));
     let reached: Vec<String> = reached.collect();

@@ -7,7 +7,8 @@ use channels::{Monitor, ProcessId};
 use maps::Place;
 use programs::ProgramProcess;
 use recording::{
-    Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, RobotState, Scene, Step,
+    Detail, Details, End, Ended, Header, MonitorEnd, MonitorLog, MonitorState, Navigation, RobotBody, RobotState,
+    Scene, Step,
 };
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
@@ -22,11 +23,18 @@ pub(super) struct Recorded {
     outcomes: Vec<Option<bt::Outcome>>,
     /// The locations of skills and components, in the order of their names in the header.
     locations: Vec<Option<String>>,
-    monitors: Vec<MonitorState>,
+    pub(super) monitors: MonitorLog,
     navigation: Navigation,
     robot: RobotState,
     /// Whether the record of the last step had a scene.
     scene: bool,
+}
+
+impl Recorded {
+    /// Nothing has been recorded of a run with this many monitors.
+    pub(super) fn of(monitors: usize) -> Self {
+        Self { monitors: MonitorLog::new(monitors), ..Self::default() }
+    }
 }
 
 /// The records of a run.
@@ -50,7 +58,7 @@ impl Run {
             seed: self.seed,
             tick: file.execution.tick,
             dt: if file.behavior.model().is_some() { Duration::ZERO } else { STEP },
-            unwatched: self.decided.is_empty() && !file.properties.is_empty(),
+            unwatched: self.recorded.monitors.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
             tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
@@ -138,15 +146,9 @@ impl Run {
         if is_quiet {
             return details;
         }
-        let is_start = self.recorded.monitors.is_empty();
-        self.recorded.monitors.resize(self.decided.len(), MonitorState::default());
-        for (index, (attached, recorded)) in self.system.monitors().iter().zip(&mut self.recorded.monitors).enumerate()
-        {
+        for (index, attached) in self.system.monitors().iter().enumerate() {
             let state = MonitorState::of(attached.monitor.as_ref());
-            if is_start || *recorded != state {
-                details.monitors.push((index, state.clone()));
-                *recorded = state;
-            }
+            details.monitors.extend(self.recorded.monitors.change(index, state));
         }
         details
     }

@@ -11,9 +11,6 @@ use recording::{FaultCourse, RunView};
 use super::sheet::Chart;
 use crate::timeline::Timeline;
 
-/// An arrival before this time is where the robot stood from the start.
-const FROM_THE_START: Duration = Duration::from_secs(1);
-
 /// Something that happened at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Happening {
@@ -56,8 +53,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
         times: vec![episode.decided.time],
         held: Vec::new(),
     });
-    let visits = view.visits().filter_map(|(place, at)| Some((place, at?)));
-    let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(place, at)| Happening {
+    let arrivals = view.arrivals().map(|(place, at)| Happening {
         time: at,
         words: format!("at {place}"),
         icon: Icon::Check,
