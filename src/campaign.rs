@@ -21,7 +21,7 @@ use crate::counted::counted;
 use crate::live::BoardArgs;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
-use crate::progress::CampaignBar;
+use crate::progress::CampaignProgress;
 use crate::{interrupt, summary};
 
 /// The campaign, and how many of its runs to run.
@@ -142,14 +142,14 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     if args.fresh {
         campaigns::start_over(&plan, part, &folder)?;
     }
-    let mut bar = CampaignBar::new(args.quiet);
+    let mut bar = CampaignProgress::new(args.quiet);
     let board = args.board.open(&format!("campaign {}", file.display()))?;
     let interrupted = interrupt::listen();
     let ran = campaigns::run(&plan, part, &folder, batch::threads(), interrupted, |progress| {
         bar.show(progress);
         board.iter().for_each(|board| show(progress, board));
     });
-    bar.finish();
+    drop(bar);
     board.into_iter().for_each(Board::finish);
     let ran = ran?;
     if !ran.complete {

@@ -17,7 +17,7 @@ use scenarios::scenario::{Scenario, find};
 
 use crate::live::BoardArgs;
 use crate::output::{print_json, say};
-use crate::progress::Bar;
+use crate::progress::CountProgress;
 
 /// Counts in how many runs each property was violated, and of how many.
 fn count(counts: &mut BTreeMap<String, [u64; 2]>, report: Option<&Report>) -> Vec<Tally> {
@@ -75,7 +75,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     let fault_free = load(&args.fault_free);
     complaints.check()?;
     let fault_free = fault_free.expect("a file that could not be loaded was reported");
-    let bar = Bar::new(args.quiet || args.json, "runs");
+    let bar = CountProgress::new(args.quiet || args.json, "runs");
     let board = args.board.open("matrix")?;
     let counts = Mutex::default();
     let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all, report| {
@@ -88,7 +88,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
             board.show(done as u64, all as u64, unexpected.map(named), || tallies);
         }
     })?;
-    bar.finish();
+    drop(bar);
     board.into_iter().for_each(Board::finish);
     matrix.write(&args.out)?;
     if args.json {

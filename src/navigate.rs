@@ -14,7 +14,7 @@ use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture
 
 use crate::named_files;
 use crate::output::{print, say};
-use crate::progress::Bar;
+use crate::progress::CountProgress;
 
 /// The name of the results' file.
 const DATA: &str = "navigate.json";
@@ -81,9 +81,9 @@ pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
         Pictures::None => Scenes::None,
     };
     let settings = Settings { seeds, about, scenes };
-    let bar = Bar::new(args.quiet || args.json, "trips");
+    let bar = CountProgress::new(args.quiet || args.json, "trips");
     let benchmark = Benchmark::run(&courses, &settings, |done, all| bar.show(done, all));
-    bar.finish();
+    drop(bar);
     let json = serde_json::to_string_pretty(&benchmark).expect("a benchmark is always JSON") + "\n";
     let pictures = write(args, &benchmark, &json)?;
     if args.json {

@@ -242,7 +242,7 @@ impl ProveArgs {
         let began = Instant::now();
         let mut shown = ProofProgress::new((!self.quiet).then_some(self.progress), &question.property);
         let answer = proof.prove(question, &limits, &mut |round| shown.show(round));
-        shown.finish();
+        drop(shown);
         let answer = answer?;
         if let Some(folder) = self.promela.as_ref().filter(|_| interrupt::flow().is_continue()) {
             let monitor = proof.monitor(question);

@@ -9,7 +9,7 @@ use clap::Args;
 use scenarios::scenario::TreeForm;
 
 use crate::output::{print_json, say};
-use crate::progress::Bar;
+use crate::progress::CountProgress;
 
 /// How often to run the experiments.
 #[derive(Debug, Args)]
@@ -42,12 +42,12 @@ pub(crate) struct ReproduceArgs {
 
 /// Runs everything and prints the table. Exit status 1 if a claim did not hold in every run.
 pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
-    let bar = Bar::new(args.quiet || args.json, "runs");
+    let bar = CountProgress::new(args.quiet || args.json, "runs");
     let tree = args.tree.as_ref().map(|form| if form == "nodes" { TreeForm::Nodes } else { TreeForm::Whole });
     let settings =
         Settings { seeds: args.seeds, map: args.map.clone(), places: args.places.clone(), start: args.start, tree };
     let reproduction = Reproduction::run(&settings, |done, all| bar.show(done, all))?;
-    bar.finish();
+    drop(bar);
     reproduction.write(&args.out)?;
     if args.json {
         print_json(&reproduction)?;

@@ -20,7 +20,7 @@ use monitors::Warnings;
 
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
-use crate::progress::{Bar, Progress};
+use crate::progress::{CountProgress, RunProgress};
 use crate::run::table::Table;
 use crate::{browser, interrupt, summary};
 
@@ -182,9 +182,9 @@ fn check_folders(jobs: &[Job]) -> Result<(), Error> {
 /// Runs a scenario alone, with a summary.
 fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
     let _ = interrupt::listen();
-    let progress = Progress::new(options.is_silent(), job.scenario.file.execution.max_time);
+    let progress = RunProgress::new(options.is_silent());
     let report = job.conduct(options, |warnings| warnings.iter().for_each(|one| warn(one)), |view| progress.show(view));
-    progress.finish();
+    drop(progress);
     let report = report?;
     write_junit(options, &[(job, &report)])?;
     if options.json {
@@ -200,7 +200,7 @@ fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
 /// Runs scenarios on all cores, and prints one line for each, in order.
 fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     let interrupted = interrupt::listen();
-    let bar = Bar::new(options.is_silent(), "runs");
+    let bar = CountProgress::new(options.is_silent(), "runs");
     let mut table = Table::new(options.is_silent());
     let mut reports: Vec<(&Job, Report)> = Vec::new();
     bar.show(0, jobs.len());
@@ -220,7 +220,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
         bar.show(place as usize + 1, jobs.len());
         Ok::<_, Error>(true)
     })?;
-    bar.finish();
+    drop(bar);
     let shown: Vec<(&Job, &Report)> = reports.iter().map(|(job, report)| (*job, report)).collect();
     write_junit(options, &shown)?;
     if options.json {

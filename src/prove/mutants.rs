@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::counted::counted;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
-use crate::progress::Bar;
+use crate::progress::CountProgress;
 
 /// The results for the mutants of a scenario.
 pub(super) struct Mutants {
@@ -87,7 +87,7 @@ impl Mutants {
             Ok(is_proved.then(|| Mutex::new(answer)))
         };
         let sound = proof.questions().iter().filter(counts).map(sound).collect::<Result<Vec<_>, Error>>()?;
-        let bar = Bar::new(silent, "mutants").or_lines(silent);
+        let bar = CountProgress::new(silent, "mutants").or_lines(silent);
         let mut fates = Vec::with_capacity(mutants.len());
         batch::in_order(
             0..mutants.len() as u64,
@@ -100,7 +100,7 @@ impl Mutants {
                 Ok::<bool, Error>(true)
             },
         )?;
-        bar.finish();
+        drop(bar);
         Ok(Self { proof, mutants: mutants.into_iter().zip(fates).collect() })
     }
 

@@ -1,0 +1,73 @@
+//! The progress of a campaign.
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use campaigns::statistics::{Confidence, Count};
+
+use super::{Line, now};
+
+/// How long the bar of a campaign shows the same estimates of probabilities.
+const ESTIMATES_STAY: Duration = Duration::from_millis(500);
+
+/// The progress of a campaign: runs per second, the remaining time, and the estimates so far.
+#[derive(Debug)]
+pub(crate) struct CampaignProgress {
+    line: Line,
+    /// When the estimates were last computed.
+    estimated: Option<Instant>,
+}
+
+impl CampaignProgress {
+    pub(crate) fn new(silent: bool) -> Self {
+        let template = "{bar:24} {pos} of {len} runs, {rate} per second, {eta} left\n{wide_msg}";
+        Self { line: Line::new(silent, template, 1), estimated: None }
+    }
+
+    pub(crate) fn show(&mut self, progress: &campaigns::Progress<'_>) {
+        let Some(bar) = &self.line.0 else { return };
+        let now = now();
+        bar.set_length(progress.all);
+        bar.set_position(progress.done);
+        let Some(estimated) = self.estimated else {
+            // Runs of earlier sessions say nothing about the speed of this one.
+            bar.reset_elapsed();
+            bar.reset_eta();
+            bar.set_message(estimates(progress));
+            self.estimated = Some(now);
+            return;
+        };
+        if now.duration_since(estimated) >= ESTIMATES_STAY {
+            bar.set_message(estimates(progress));
+            self.estimated = Some(now);
+        }
+    }
+}
+
+/// How often each property was violated and a run was not as expected so far, with exact 95 % intervals.
+fn estimates(progress: &campaigns::Progress<'_>) -> String {
+    let mut text = String::new();
+    let Ok(confidence) = Confidence::new(0.95) else { return text };
+    let happened = |count: &Count| Some((count.rate()?, count.interval(confidence)));
+    for (name, (rate, interval)) in
+        progress.asked.iter().zip(progress.counts).filter_map(|(name, count)| Some((name, happened(count)?)))
+    {
+        let name = if name == "expectation" { "unexpected" } else { name };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{name} {rate:.3} ({interval:.3})  ");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn estimates_include_what_has_been_counted() {
+        let asked = ["phi1".to_owned(), "phi2".to_owned(), "expectation".to_owned()];
+        let counts = [Count::new(5, 10), Count::default(), Count::new(10, 20)];
+        let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts, run: None };
+        assert_eq!(estimates(&progress), "phi1 0.500 (0.187 to 0.813)  unexpected 0.500 (0.272 to 0.728)  ");
+    }
+}
