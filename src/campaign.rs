@@ -20,7 +20,7 @@ use scenarios::scenario::Scenario;
 use crate::counted::counted;
 use crate::live::BoardArgs;
 use crate::names::CampaignName;
-use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
+use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, print_wrapped};
 use crate::progress::CampaignProgress;
 use crate::{interrupt, summary};
 
@@ -114,7 +114,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out }) => {
             let summary = campaigns::merge(shards, out)?;
-            say(in_words(&summary, out))?;
+            print_wrapped(in_words(&summary, out))?;
             return Ok(status(&summary));
         }
         Some(CampaignCommand::Compare { before, after, json }) => {
@@ -122,7 +122,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
             if *json {
                 print_json(&comparison)?
             } else {
-                say(comparison.to_string())?
+                print_wrapped(comparison.to_string())?
             }
             return Ok(ExitCode::SUCCESS);
         }
@@ -168,7 +168,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         }
     };
     if !args.quiet {
-        say(said)?;
+        print_wrapped(said)?;
     }
     Ok(status)
 }
@@ -211,7 +211,7 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     let _ = interrupt::listen();
     let report =
         run_and_report(Run::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
-    summary::tell(&report, folder, quiet)
+    summary::print(&report, folder, quiet)
 }
 
 /// The results of a campaign, for people.

@@ -22,7 +22,7 @@ use skills::{Chart, Strictness};
 use crate::counted::counted;
 use crate::monitor::System;
 use crate::named_files;
-use crate::output::{complain, print_json, say, warn};
+use crate::output::{complain, print_json, print_wrapped, warn};
 use crate::render::{Finding, findings};
 use crate::run::select;
 use crate::toml_subject::Toml;
@@ -119,15 +119,15 @@ pub(crate) fn each<F: AsRef<Path>>(
                 counted(problems(error).len(), "problem")
             }
         };
-        say(format!("{file}: {said}\n"))?;
+        print_wrapped(format!("{file}: {said}\n"))?;
         for program in checked.iter().flat_map(|checked| &checked.programs) {
-            say(format!("  {program}\n"))?;
+            print_wrapped(format!("  {program}\n"))?;
         }
     }
     if json {
         print_json(&report)?;
     } else if files.len() > 1 {
-        say(format!("{} checked, {refused} with problems\n", counted(files.len(), "file")))?;
+        print_wrapped(format!("{} checked, {refused} with problems\n", counted(files.len(), "file")))?;
     }
     Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
 }

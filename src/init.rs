@@ -11,7 +11,7 @@ use scenarios::files::{shipped_campaigns, shipped_paths};
 use scenarios::scenario::{Found, Scenario, ScenarioFile, find, keys};
 
 use crate::names::ScenarioName;
-use crate::output::say;
+use crate::output::print_wrapped;
 use crate::toml_subject::Toml;
 
 /// The template, and where to write it.
@@ -85,7 +85,7 @@ pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<()
         (None, Template::Recording) => {
             copy(dir, RECORDING.map(|(name, bytes)| (PathBuf::from(name), bytes.to_vec())).into(), RECORDING[0].0)?;
             let folder = dir.display();
-            return say(format!(
+            return print_wrapped(format!(
                 "wrote {folder}/nav2.mcap; check it with: steward verify {folder}/nav2.mcap --property {folder}/nav2.scope \
                  --map-channels {folder}/mapping.toml\n"
             ));
@@ -97,7 +97,7 @@ pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<()
     };
     application.describe();
     copy(dir, application.files, &application.start)?;
-    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
+    print_wrapped(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
 }
 
 /// Writes files into a new folder; the one to look at first comes last.

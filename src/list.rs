@@ -6,7 +6,7 @@ use campaigns::{CampaignFile, Error};
 use scenarios::files::{Files, scenario_names, shipped_campaigns, shipped_scenarios};
 use scenarios::scenario::ScenarioFile;
 
-use crate::output::say;
+use crate::output::print_wrapped;
 
 /// Prints one line per scenario and campaign.
 pub(crate) fn list() -> Result<(), Error> {
@@ -31,7 +31,7 @@ pub(crate) fn list() -> Result<(), Error> {
         let file = CampaignFile::parse(name, source).map_err(Error::bad_input)?;
         text.push_str(&format!("{name:<15}  {}\n", file.about));
     }
-    say(text)
+    print_wrapped(text)
 }
 
 /// A shipped scenario's description.

@@ -13,7 +13,7 @@ use scenarios::scenario::find;
 
 use crate::browser;
 use crate::names::ScenarioName;
-use crate::output::{note, say};
+use crate::output::{note, print_wrapped};
 
 /// The run or runs to show, and where their page is served.
 #[derive(Debug, Args)]
@@ -96,7 +96,7 @@ pub(crate) fn live(args: &LiveArgs) -> Result<ExitCode, Error> {
     };
     let cockpit = cockpit.map_err(refused)?;
     let address = cockpit.address();
-    say(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
+    print_wrapped(format!("{address}\nfor viewers: {}\nCtrl-C ends it.\n", cockpit.address_for_viewers()))?;
     if !args.page.no_open {
         browser::open(&address);
     }

@@ -20,7 +20,7 @@ use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
 use crate::named_files;
-use crate::output::{print_json, say};
+use crate::output::{print_json, print_wrapped};
 
 pub(crate) use log::{Log, TopicArgs, open_log};
 
@@ -109,7 +109,7 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
         if args.json {
             print_json(&starts_as_json(&starts))?
         } else {
-            say(starts_in_words(&starts))?
+            print_wrapped(starts_in_words(&starts))?
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -121,7 +121,7 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     if args.json {
         print_json(&as_json(args, &recording, &fit, &course, &score))?;
     } else {
-        say(in_words(args, &fit, &course, &score))?;
+        print_wrapped(in_words(args, &fit, &course, &score))?;
     }
     Ok(ExitCode::SUCCESS)
 }

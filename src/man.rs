@@ -6,7 +6,7 @@ use campaigns::Error;
 use clap::{Args, Command};
 use clap_mangen::Man;
 
-use crate::output::say;
+use crate::output::print_wrapped;
 
 /// Where they go.
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(crate) fn man(args: &ManArgs, command: Command) -> Result<(), Error> {
     let mut all = command.disable_help_subcommand(true);
     all.build();
     let count = pages(&args.dir, &all)?;
-    say(format!(
+    print_wrapped(format!(
         "wrote {count} pages to {}; read one with: man {}\n",
         args.dir.display(),
         args.dir.join("steward.1").display()

@@ -9,7 +9,7 @@ use maps::{Cell, ImageFormat};
 use trials::replay::mapping::{MappingParameters, map_of};
 
 use crate::localize::{Log, TopicArgs, open_log};
-use crate::output::say;
+use crate::output::print_wrapped;
 
 /// A log, and how to make a map from it.
 #[derive(Debug, Args)]
@@ -60,7 +60,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(scenarios::Error::from)?;
     let occupied = grid.cells().iter().filter(|cell| **cell == Cell::Occupied).count();
     let free = grid.cells().iter().filter(|cell| **cell == Cell::Free).count();
-    say(format!(
+    print_wrapped(format!(
         "{}: {} × {} cells of {} m from {} scans, {free} of them free and {occupied} occupied\n",
         path.display(),
         grid.width(),

@@ -16,7 +16,7 @@ use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
 
 use crate::live::BoardArgs;
-use crate::output::{print_json, say};
+use crate::output::{print_json, print_wrapped};
 use crate::progress::CountProgress;
 
 /// Counts in how many runs each property was violated, and of how many.
@@ -95,7 +95,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
         print_json(&matrix)?;
     } else {
         let page = args.out.join("index.html");
-        say(format!("{}wrote {}\n", table(&matrix), page.display()))?;
+        print_wrapped(format!("{}wrote {}\n", table(&matrix), page.display()))?;
     }
     let sound = matrix.false_alarms().is_empty() && matrix.rows.iter().all(|row| row.as_expected);
     Ok(ExitCode::from(u8::from(!sound)))

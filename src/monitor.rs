@@ -16,7 +16,7 @@ use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 
 use crate::named_files;
-use crate::output::{print, say, warn};
+use crate::output::{print, print_wrapped, warn};
 
 /// Property files: checks them, explains them, exports their monitors.
 #[derive(Debug, Subcommand)]
@@ -68,9 +68,9 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
     match command {
         MonitorCommand::Check(source) => {
             let method = |property: &Property| format!("{}: {}\n", property.name, method(property));
-            say(source.load()?.iter().map(method).collect::<String>())?;
+            print_wrapped(source.load()?.iter().map(method).collect::<String>())?;
         }
-        MonitorCommand::Explain(source) => say(source.load()?.iter().map(explained).collect::<String>())?,
+        MonitorCommand::Explain(source) => print_wrapped(source.load()?.iter().map(explained).collect::<String>())?,
         MonitorCommand::Export { source, format, property, out } => {
             let properties = source.load()?;
             let wanted = |name: &str| property.as_deref().is_none_or(|wanted| wanted == name);

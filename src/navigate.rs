@@ -13,7 +13,7 @@ use scenarios::Complaints;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
 use crate::named_files;
-use crate::output::{print, say};
+use crate::output::{print, print_wrapped};
 use crate::progress::CountProgress;
 
 /// The name of the results' file.
@@ -94,7 +94,7 @@ pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
             0 => String::new(),
             count => format!(" and {count} pictures"),
         };
-        say(format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
+        print_wrapped(format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
     }
     Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
 }

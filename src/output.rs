@@ -72,7 +72,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`print`].
-pub(crate) fn say(text: impl Into<Text>) -> Result<(), Error> {
+pub(crate) fn print_wrapped(text: impl Into<Text>) -> Result<(), Error> {
     write_in_lines(text.into(), width_of(&io::stdout()))
 }
 

@@ -26,7 +26,7 @@ use self::table::Table;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{note, print_json, say};
+use crate::output::{note, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::run::select::select;
 
@@ -125,11 +125,11 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     for (found_here, proof) in found.iter().zip(proofs) {
         let mut findings = Vec::new();
         if !args.json {
-            say(table::head(&proof))?;
+            print_wrapped(table::head(&proof))?;
         }
         let table = Table::of(proof.questions());
         if !args.json {
-            say(table.titles())?;
+            print_wrapped(table.titles())?;
         }
         for question in proof.questions() {
             let finding = match args.explore(&proof, question, found_here, stop) {
@@ -141,22 +141,24 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
                 }
             };
             if !args.json {
-                say(table.line(&finding))?;
+                print_wrapped(table.line(&finding))?;
             }
             findings.push(finding);
         }
         if !args.json {
             for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
-                say(violation.in_words(&finding.question.property, args.messages) + &written::physics(finding))?;
+                print_wrapped(
+                    violation.in_words(&finding.question.property, args.messages) + &written::physics(finding),
+                )?;
             }
-            say(table::unreached(&findings, args.unreached))?;
+            print_wrapped(table::unreached(&findings, args.unreached))?;
         }
         if let Some(out) = &args.out {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
             for written in findings.iter().filter_map(|finding| written::write(&proof, finding, &folder).transpose()) {
                 let written = written?;
                 if !args.json {
-                    say(written)?;
+                    print_wrapped(written)?;
                 }
             }
         }
@@ -182,11 +184,11 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
     for proof in proofs {
         let limits = args.limits(&proof, stop);
         if !args.json {
-            say(table::head(&proof))?;
+            print_wrapped(table::head(&proof))?;
         }
         let mutants = Mutants::of(proof, &limits, args.quiet, stop)?;
         if !args.json {
-            say(mutants.in_words())?;
+            print_wrapped(mutants.in_words())?;
         }
         all.push(mutants);
     }

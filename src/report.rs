@@ -47,7 +47,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Error> {
     };
     refuse_campaign(&outputs)?;
     let report = report_recording(&args.recording, &outputs, args.record.as_deref())?;
-    let status = summary::tell(&report, &out, args.quiet)?;
+    let status = summary::print(&report, &out, args.quiet)?;
     if args.open {
         browser::open(&out.join(html::FILE));
     }

@@ -8,7 +8,7 @@ use campaigns::reproduce::{Reproduction, Settings, table};
 use clap::Args;
 use scenarios::scenario::TreeForm;
 
-use crate::output::{print_json, say};
+use crate::output::{print_json, print_wrapped};
 use crate::progress::CountProgress;
 
 /// How often to run the experiments.
@@ -52,7 +52,7 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
     if args.json {
         print_json(&reproduction)?;
     } else {
-        say(format!("{}wrote {}\n", table(&reproduction), args.out.join("index.html").display()))?;
+        print_wrapped(format!("{}wrote {}\n", table(&reproduction), args.out.join("index.html").display()))?;
     }
     Ok(ExitCode::from(u8::from(!reproduction.all_hold())))
 }

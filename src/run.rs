@@ -190,7 +190,7 @@ fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
     if options.json {
         print_json(&report)?;
     }
-    let status = summary::tell(&report, &job.folder, options.is_silent())?;
+    let status = summary::print(&report, &job.folder, options.is_silent())?;
     if options.open {
         browser::open(&job.folder.join(html::FILE));
     }

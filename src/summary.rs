@@ -12,17 +12,17 @@ use reports::html;
 use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
 use crate::interrupt;
-use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
+use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, print_wrapped};
 
 /// Summarizes a run, and returns the matching exit status. In quiet mode, only a run that was not as expected or was
 /// interrupted is reported, on stderr.
-pub(crate) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
+pub(crate) fn print(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     let mut text = Text::default();
     // Writing to a string cannot fail.
     let _ = write_outcome(&mut text, report);
     if !quiet {
         let _ = write_summary(&mut text, report, folder);
-        say(text)?;
+        print_wrapped(text)?;
     } else if report.outcome != OutcomeReport::AsExpected {
         complain_of(text);
     }

@@ -25,7 +25,7 @@ use serde_json::json;
 
 use crate::counted::counted;
 use crate::monitor::System;
-use crate::output::{complain, note, print, print_json, say};
+use crate::output::{complain, note, print, print_json, print_wrapped};
 use judge::{Verified, judge, load, recorded};
 
 pub(crate) use args::VerifyArgs;
@@ -54,10 +54,10 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
             continue;
         }
         if several {
-            say(format!("{}:\n", log.display()))?;
+            print_wrapped(format!("{}:\n", log.display()))?;
         }
         match inspected {
-            Inspected::Verdicts(verified) => say(in_words(&verified))?,
+            Inspected::Verdicts(verified) => print_wrapped(in_words(&verified))?,
             // It is meant to be pasted, so its lines are not wrapped.
             Inspected::Contents(contents) => print(&bag::in_words(&contents))?,
         }

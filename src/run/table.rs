@@ -10,7 +10,7 @@ use campaigns::Error;
 use reports::report::{OutcomeReport, Report};
 
 use crate::interrupt;
-use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain, complain_of, say};
+use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain, complain_of, print_wrapped};
 
 /// The results of the runs so far.
 pub(super) struct Table {
@@ -56,7 +56,7 @@ impl Table {
                 complain_of(line);
                 Ok(())
             }
-            _ => say(line),
+            _ => print_wrapped(line),
         }
     }
 
@@ -80,7 +80,7 @@ impl Table {
         }
         let _ = writeln!(text, "\n     Reports  {}", page.display());
         if !self.quiet {
-            say(text)?;
+            print_wrapped(text)?;
         }
         let interrupted = interrupt::flow().is_break().then_some(interrupt::STATUS);
         Ok(ExitCode::from(interrupted.or(self.error_status).unwrap_or(u8::from(self.failed > 0))))

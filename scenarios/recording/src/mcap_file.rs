@@ -246,17 +246,17 @@ mod tests {
         let disk = Disk::default();
         let mut view = RunView::new(header(), step(Duration::ZERO)).unwrap();
         let mut writer = McapWriter::begin(disk.clone(), &view).unwrap();
-        let mut told = Vec::new();
+        let mut lengths = Vec::new();
         for number in 1..=150 {
             view.apply(step(Duration::from_millis(20 * number))).unwrap();
             writer.follow(&view).unwrap();
             let on_disk = disk.0.borrow().clone();
             let until = read(&on_disk).unwrap();
             assert!(view.time() - until < FLUSH, "at {:?}, the file ends at {until:?}", view.time());
-            told.push(until);
+            lengths.push(until);
         }
-        told.dedup();
-        assert_eq!(told, [0, 1, 2, 3].map(Duration::from_secs));
+        lengths.dedup();
+        assert_eq!(lengths, [0, 1, 2, 3].map(Duration::from_secs));
         let ended = Ended::TimeLimit(view.time());
         let end = End {
             ended,

@@ -115,6 +115,6 @@ fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<Transition> {
 fn what_passes(topology: &Topology, channel: ChannelId) -> String {
     let fields = topology.get(channel).domain.shapes().first().map_or(&[][..], |shape| shape.fields());
     let request = fields.first().filter(|(name, _)| name == "request");
-    let told = request.or(fields.last()).map(|(name, _)| name.clone());
-    told.unwrap_or_else(|| topology.ends(channel).0.to_owned())
+    let content = request.or(fields.last()).map(|(name, _)| name.clone());
+    content.unwrap_or_else(|| topology.ends(channel).0.to_owned())
 }

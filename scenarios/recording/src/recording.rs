@@ -43,12 +43,12 @@ pub enum RecordingError {
     #[error("{} is damaged", .0.display())]
     Damaged(PathBuf),
     /// The file ends before its run does.
-    #[error("{} ends before its run does, {told}", path.display())]
+    #[error("{} ends before its run does, {extent}", path.display())]
     Truncated {
         /// The file.
         path: PathBuf,
         /// How much of the run it contains, in words.
-        told: String,
+        extent: String,
     },
 }
 
@@ -122,8 +122,8 @@ impl Recording {
         RecordingError::Damaged(self.path.clone())
     }
 
-    fn truncated(&self, told: String) -> RecordingError {
-        RecordingError::Truncated { path: self.path.clone(), told }
+    fn truncated(&self, extent: String) -> RecordingError {
+        RecordingError::Truncated { path: self.path.clone(), extent }
     }
 
     pub(crate) fn unreadable(&self, source: io::Error) -> RecordingError {

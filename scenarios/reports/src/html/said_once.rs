@@ -17,13 +17,13 @@ pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topol
     let is_new = |event: &&&Event| inside.iter().filter(|other| says_the_same(event, other)).count() == 1;
     let once = inside.iter().filter(is_new).filter_map(|event| Seen::of(event, topology));
     let once: Vec<Seen> = once.filter(|seen| ![&seen.from, &seen.to].contains(&&recording::TREE.to_owned())).collect();
-    let told = |seen: &Seen| format!("{} told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
-    let mut told: Vec<String> = once.iter().take(MOST).map(told).collect();
+    let sent = |seen: &Seen| format!("{} told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
+    let mut all: Vec<String> = once.iter().take(MOST).map(sent).collect();
     if once.len() > MOST {
-        told.push(words::count(once.len() - MOST, "more message"));
+        all.push(words::count(once.len() - MOST, "more message"));
     }
-    (!told.is_empty())
-        .then(|| format!("These messages were sent only once in that time, in this order: {}.", told.join("; ")))
+    (!all.is_empty())
+        .then(|| format!("These messages were sent only once in that time, in this order: {}.", all.join("; ")))
 }
 
 fn says_the_same(a: &Event, b: &Event) -> bool {

@@ -213,8 +213,9 @@ fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &T
     for seen in heard.into_iter().filter(|seen| seen.from == teller) {
         count(&mut counts, seen.message);
     }
-    let told: Vec<String> = counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
-    (told.len() <= 4).then(|| format!("{teller} told {doing} {}.", words::list(&told)))
+    let messages: Vec<String> =
+        counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
+    (messages.len() <= 4).then(|| format!("{teller} told {doing} {}.", words::list(&messages)))
 }
 
 fn count(counts: &mut Vec<(String, usize)>, message: String) {

@@ -133,8 +133,8 @@ mod tests {
             trail.set_doing(at(step * 20), doing);
         }
         let stages = trail.stages(at(10_000));
-        let told: Vec<_> = stages.iter().map(|stage| (stage.doing.as_str(), stage.from, stage.to)).collect();
-        assert_eq!(told, [("Go", at(0), at(4000)), ("Wait", at(4000), at(10_000))]);
+        let found: Vec<_> = stages.iter().map(|stage| (stage.doing.as_str(), stage.from, stage.to)).collect();
+        assert_eq!(found, [("Go", at(0), at(4000)), ("Wait", at(4000), at(10_000))]);
         assert!((stages[0].distance_m() - 2.0).abs() < 1e-9);
         assert!(stages[1].distance_m() < 0.02);
         let halfway = trail.position(at(2000)).expect("there is a way");

@@ -68,9 +68,9 @@ impl Sequence {
     pub(crate) fn of(evidence: &Evidence<'_>, topology: &Topology, faults: &[FaultRecord], moves: &[Moved]) -> Self {
         let lifelines = lifelines(evidence, topology);
         let ticks = by_tick(evidence, topology, &lifelines);
-        let mut teller = Teller { evidence, topology, lifelines: &lifelines, faults, moves, rows: Vec::new() };
-        teller.tell(&ticks);
-        let rows = teller.rows;
+        let mut narrator = Teller { evidence, topology, lifelines: &lifelines, faults, moves, rows: Vec::new() };
+        narrator.narrate(&ticks);
+        let rows = narrator.rows;
         Self { lifelines, rows }.without_idle_lifelines()
     }
 
@@ -162,18 +162,18 @@ struct Teller<'a> {
 }
 
 impl Teller<'_> {
-    fn tell(&mut self, ticks: &[TickEvents<'_>]) {
+    fn narrate(&mut self, ticks: &[TickEvents<'_>]) {
         let shown = self.shown_ticks(ticks);
         let first = ticks.first().map_or(Duration::ZERO, |tick| tick.time);
-        let mut told = first;
+        let mut narrated = first;
         let mut skipped: Vec<&TickEvents<'_>> = Vec::new();
         for tick in ticks {
-            let strikes = self.faults.iter().any(|fault| fault.time > told && fault.time <= tick.time);
+            let strikes = self.faults.iter().any(|fault| fault.time > narrated && fault.time <= tick.time);
             let moves = self.moves.first().is_some_and(|moved| moved.time <= tick.time);
             if strikes || moves || shown.contains(&tick.tick) {
                 self.sum_up(&std::mem::take(&mut skipped));
-                self.tell_faults(told, tick.time);
-                told = tick.time;
+                self.narrate_faults(narrated, tick.time);
+                narrated = tick.time;
             }
             if shown.contains(&tick.tick) {
                 self.tell_tick(tick);
@@ -205,7 +205,7 @@ impl Teller<'_> {
         shown
     }
 
-    fn tell_faults(&mut self, after: Duration, until: Duration) {
+    fn narrate_faults(&mut self, after: Duration, until: Duration) {
         let new = self.faults.iter().filter(|fault| fault.time > after && fault.time <= until);
         let rows: Vec<Row> =
             new.map(|fault| Row::Fault { words: fault.fault.words.clone(), time: fault.time }).collect();

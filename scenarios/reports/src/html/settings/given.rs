@@ -82,10 +82,10 @@ mod tests {
     #[test]
     fn values_from_the_command_line_replace_those_from_the_file() {
         let given = of(&origin(&["battery.initial_pct=35", "faults.0.kind=other", "seed = 4"]));
-        let told: Vec<_> =
+        let shown: Vec<_> =
             given.iter().map(|given| (given.key.as_str(), given.value.as_str(), given.overridden)).collect();
         assert_eq!(
-            told,
+            shown,
             [
                 ("about", "\"a\"", false),
                 ("seed", "4", true),
