@@ -30,7 +30,7 @@ impl Host for Hall {
                 self.say(&format!("the bolt: {event}"));
                 Ok(())
             }
-            (target, _) => Err(Undelivered(format!("there is no target {target:?}"))), // `error.communication` in the chart
+            (target, _) => Err(Undelivered::Unfit(format!("there is no target {target:?}"))), // `error.communication` in the chart
         }
     }
 

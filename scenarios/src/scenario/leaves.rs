@@ -45,15 +45,22 @@ pub(super) fn read_data(table: Table<'_>) -> Data {
         let item = table.get::<Item<'_>>(name).optional()?;
         let value = datum(&item);
         if value.is_none() {
-            table.report(item.wrong("a string, a number, true or false"));
+            // The numbers of machines are those of ECMAScript.
+            let wanted = if item.as_integer().is_some() {
+                "an integer that a machine's numbers represent exactly, such as 9007199254740992"
+            } else {
+                "a string, a number, true or false"
+            };
+            table.report(item.wrong(wanted));
         }
         Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
     };
     table.keys().filter_map(value).collect()
 }
 
-/// A text, a number, true or false.
+/// A text, a number, true or false. An integer that would be rounded is none of them.
 pub(super) fn datum(item: &Item<'_>) -> Option<Datum> {
-    let number = || item.as_number().filter(|number| number.is_finite()).map(Datum::from);
+    let is_exact = |number: &f64| item.as_integer().is_none_or(|integer| *number as i128 == i128::from(integer));
+    let number = || item.as_number().filter(|number| number.is_finite()).filter(is_exact).map(Datum::from);
     item.as_text().map(Datum::from).or_else(|| item.as_boolean().map(Datum::from)).or_else(number)
 }

@@ -26,8 +26,14 @@ pub trait Host {
 
 /// Why an event could not be delivered.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Undelivered(pub String);
+pub enum Undelivered {
+    /// A mistake: there is no such receiver, or the event does not fit.
+    #[error("{0}")]
+    Unfit(String),
+    /// Nobody waits for it any longer, as happens to answers that come late.
+    #[error("{0}")]
+    Late(String),
+}
 
 /// A message from a machine to people.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,6 +52,8 @@ pub enum Note {
         event: &'static str,
         /// What went wrong.
         reason: String,
+        /// Whether it happens to correct machines, too, such as to one that answers late.
+        is_harmless: bool,
         /// The position: bytes of the machine's file.
         span: Range<usize>,
     },

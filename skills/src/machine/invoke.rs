@@ -190,6 +190,8 @@ impl Macrostep<'_, '_> {
                 self.raise_error(
                     "error.communication",
                     format!("{id} did not come to rest and was stopped"),
+                    // The invoked machine has a note of it.
+                    true,
                     span,
                     None,
                 );

@@ -258,19 +258,20 @@ impl<'c, 'm> Macrostep<'c, 'm> {
 
     /// Puts `error.execution` into the internal queue.
     pub(super) fn fail(&mut self, reason: String, span: SourceSpan, send_id: Option<Arc<str>>) {
-        self.raise_error("error.execution", reason, span, send_id);
+        self.raise_error("error.execution", reason, false, span, send_id);
     }
 
     pub(super) fn raise_error(
         &mut self,
         name: &'static str,
         reason: String,
+        is_harmless: bool,
         span: SourceSpan,
         send_id: Option<Arc<str>>,
     ) {
         let event = Event::new(name.into(), EventKind::Platform).with_data(Datum::text(&reason));
         let class = self.chart.events.class(name);
         self.raise(Event { send_id, ..event }, class);
-        self.host.note(Note::Error { event: name, reason, span: range(span) });
+        self.host.note(Note::Error { event: name, reason, is_harmless, span: range(span) });
     }
 }

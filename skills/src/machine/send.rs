@@ -8,7 +8,7 @@ use miette::SourceSpan;
 use super::execute::Aborted;
 use super::macrostep::{Macrostep, OuterEvent};
 use super::timer::{Parcel, Spot, Timer};
-use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, no_room};
+use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, Undelivered, no_room};
 use crate::Datum;
 use crate::chart::{ADDRESS, Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
 use crate::delay;
@@ -147,12 +147,13 @@ impl Macrostep<'_, '_> {
             Parcel::Away(outgoing, Spot(span)) => {
                 let send_id = outgoing.send_id.clone();
                 let result = if &*outgoing.processor == CHANNEL_PROCESSOR {
-                    self.host.send(&outgoing).map_err(|undelivered| undelivered.0)
+                    self.host.send(&outgoing)
                 } else {
-                    self.send_to_kin(outgoing)
+                    self.send_to_kin(outgoing).map_err(Undelivered::Unfit)
                 };
-                if let Err(reason) = result {
-                    self.raise_error("error.communication", reason, span, send_id);
+                if let Err(undelivered) = result {
+                    let is_harmless = matches!(undelivered, Undelivered::Late(_));
+                    self.raise_error("error.communication", undelivered.to_string(), is_harmless, span, send_id);
                 }
             }
         }

@@ -149,7 +149,7 @@ impl ChannelAdapter {
     pub fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
         let wiring = Arc::clone(&self.wiring);
         let Some(peer) = target else {
-            let refused = |problem| Undelivered(format!("{} cannot publish <{head}>: {problem}", wiring.name));
+            let refused = |problem| Undelivered::Unfit(format!("{} cannot publish <{head}>: {problem}", wiring.name));
             let message = wiring.published(head, data).map_err(refused)?;
             for out in wiring.subscribers(head) {
                 // A newer message replaces an older one here as it does in the channel.
@@ -164,10 +164,10 @@ impl ChannelAdapter {
             return Ok(());
         };
         let out = wiring.outgoing_to(peer);
-        let out = out.ok_or_else(|| Undelivered(format!("there is no channel {} → {peer}", wiring.name)))?;
+        let out = out.ok_or_else(|| Undelivered::Unfit(format!("there is no channel {} → {peer}", wiring.name)))?;
         let (message, role) = wiring.outgoing[out]
             .message(head, data)
-            .map_err(|problem| Undelivered(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
+            .map_err(|problem| Undelivered::Unfit(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
         self.check_room(out)?;
         let request = self.request_number(out, head, role)?;
         self.outboxes[out].push_back(Envelope { message, request });
@@ -176,7 +176,7 @@ impl ChannelAdapter {
 
     fn check_room(&self, out: usize) -> Result<(), Undelivered> {
         let peer = &self.wiring.outgoing[out].peer;
-        let full = || Undelivered(format!("{MAX_WAITING} messages to {peer} are already waiting"));
+        let full = || Undelivered::Unfit(format!("{MAX_WAITING} messages to {peer} are already waiting"));
         if self.outboxes[out].len() < MAX_WAITING { Ok(()) } else { Err(full()) }
     }
 
@@ -185,7 +185,7 @@ impl ChannelAdapter {
         let action = action(role, head);
         let Wiring { outgoing, incoming, .. } = &*self.wiring;
         let peer = &outgoing[out].peer;
-        let not_asked = || Undelivered(format!("{peer} is not waiting for an answer"));
+        let not_asked = || Undelivered::Late(format!("{peer} is not waiting for an answer"));
         let back = || incoming.iter().position(|incoming| incoming.peer == *peer).ok_or_else(not_asked);
         match role {
             Role::Request | Role::Goal => {
@@ -194,7 +194,7 @@ impl ChannelAdapter {
                 Ok(RequestNumber(self.last_request))
             }
             Role::Cancel => {
-                let nothing = || Undelivered(format!("{peer} has no goal of this process to cancel"));
+                let nothing = || Undelivered::Late(format!("{peer} has no goal of this process to cancel"));
                 find(&self.asked[out], action).ok_or_else(nothing)
             }
             Role::Reply | Role::Result => end(&mut self.pending[back()?], action).ok_or_else(not_asked),

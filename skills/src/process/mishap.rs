@@ -8,8 +8,9 @@ use crate::machine::Note;
 /// The maximum number of different mishaps; further ones are counted as one.
 const MAX_MISHAPS: usize = 100;
 
-/// An error of a skill's machine: an expression or a script failed (`error.execution`), or the machine did not come to
-/// rest and was stopped.
+/// An error of a skill's machine: an expression or a script failed (`error.execution`), a message could not be sent
+/// (`error.communication`) and not just because nobody waited for it any longer, or the machine did not come to rest and
+/// was stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mishap {
     /// The innermost state around the failed element; `None` outside of states, or in an invoked machine.
@@ -48,7 +49,7 @@ impl Mishaps {
 /// The position and description of a mishap, if the note is one.
 fn mishap<'c>(note: &Note, chart: &'c Chart) -> Option<(Option<&'c str>, String)> {
     match note {
-        Note::Error { event: "error.execution", reason, span } => {
+        Note::Error { reason, span, is_harmless: false, .. } => {
             let around = chart.states().map(|id| chart.state(id)).filter(|state| {
                 let whole = range(state.extent);
                 state.parent().is_some() && whole.start <= span.start && span.end <= whole.end

@@ -413,3 +413,30 @@ fn a_machine_without_a_normal_form_says_why() {
     let endless = NoNormalForm::Endless { what: "more than 32 delayed events are waiting in Arm".to_owned() };
     assert_eq!(system.normalize().map_err(|(_, why)| why), Err(endless));
 }
+
+/// Nothing tells the client, and properties see no message: the run must say that the machine has made a mistake.
+#[test]
+fn an_answer_that_does_not_fit_is_a_mistake_of_the_machine_and_a_late_one_is_not() {
+    let arm = |answers: &str| {
+        format!(
+            "<datamodel><data id='n' expr='9007199254740992'/></datamodel>
+            <state id='idle'><transition event='say'>{answers}</transition></state>"
+        )
+    };
+    let answer = |expr: &str| {
+        let param = format!("<param name='text' expr=\"{expr}\"/>");
+        format!("<send type='channel' targetexpr='_event.origin' event='ok'>{param}</send>")
+    };
+    let mistakes = |answers: &str| {
+        let (events, system) = run([TALKER, SILENT, &arm(answers)], 1);
+        let arm = system.topology().find_process("Arm").unwrap();
+        let mishaps = system.process::<SkillProcess>(arm).unwrap().mishaps();
+        let words: Vec<(Option<String>, String)> =
+            mishaps.iter().map(|mishap| (mishap.state.clone(), mishap.message.clone())).collect();
+        (words, count(&events, "Arm ok One"))
+    };
+    let unfit = "<ok> cannot be sent to One: the field text is text, and 9007199254740992 is not".to_owned();
+    assert_eq!(mistakes(&answer("n")), (vec![(Some("idle".to_owned()), unfit)], 0));
+    let (none, answered) = mistakes(&(answer("'a'") + &answer("'b'")));
+    assert!(none.is_empty() && answered > 0, "{none:?}");
+}

@@ -147,7 +147,7 @@ impl RosAdapter {
             values.push(match data.member(field) {
                 None => kind.default(),
                 Some(datum) => kind.value(datum).ok_or_else(|| {
-                    Undelivered(format!("the field {field} of {event} is {}, and {datum} is not", kind.field()))
+                    Undelivered::Unfit(format!("the field {field} of {event} is {}, and {datum} is not", kind.field()))
                 })?,
             });
         }
@@ -194,7 +194,8 @@ impl Adapter for RosAdapter {
     fn send(&mut self, target: Option<&str>, event: &str, data: &Datum) -> Result<(), Undelivered> {
         if target == Some(TREE) {
             let request = self.post.pending.take();
-            let request = request.ok_or_else(|| Undelivered("the tree is not waiting for an answer".to_owned()))?;
+            let request =
+                request.ok_or_else(|| Undelivered::Late("the tree is not waiting for an answer".to_owned()))?;
             self.post.answer = Some((event.to_owned(), request));
             return Ok(());
         }
@@ -210,19 +211,19 @@ impl Adapter for RosAdapter {
             Way::Response => {
                 let service = event.strip_prefix("srv_").and_then(|name| name.strip_suffix("_response"));
                 let client = service.and_then(|service| self.post.serving.remove(service));
-                let client = client.ok_or_else(|| Undelivered("no client waits for this response".to_owned()))?;
+                let client = client.ok_or_else(|| Undelivered::Late("no client waits for this response".to_owned()))?;
                 vec![route.receivers.get(client).copied().flatten()]
             }
             Way::Client | Way::Thread => {
                 let name = if route.way == Way::Client { "goal_id" } else { "thread_id" };
                 let receiver = number(name).and_then(|number| route.receivers.get(number));
-                let receiver = receiver.ok_or_else(|| Undelivered(format!("there is no such `{name}`")))?;
+                let receiver = receiver.ok_or_else(|| Undelivered::Unfit(format!("there is no such `{name}`")))?;
                 vec![*receiver]
             }
         };
         for out in receivers.into_iter().flatten().chain(wiring.recorder.filter(|_| route.is_recorded)) {
             if self.post.outboxes[out].len() >= MAX_WAITING {
-                return Err(Undelivered(format!("{MAX_WAITING} messages are already waiting")));
+                return Err(Undelivered::Unfit(format!("{MAX_WAITING} messages are already waiting")));
             }
             self.post.outboxes[out].push_back(Envelope { message: message.clone(), request: RequestNumber::default() });
         }

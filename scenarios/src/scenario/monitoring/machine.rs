@@ -297,7 +297,7 @@ struct Watch<'w> {
 
 impl Host for Watch<'_> {
     fn send(&mut self, _: &Outgoing) -> Result<(), Undelivered> {
-        Err(Undelivered("a monitor does not send messages".to_owned()))
+        Err(Undelivered::Unfit("a monitor does not send messages".to_owned()))
     }
 
     fn note(&mut self, note: Note) {
