@@ -233,6 +233,46 @@ fn a_program_that_kills_its_keeper_does_not_escape_and_fails_the_run() {
     }
 }
 
+/// A program that starts another one in a session of its own and then kills or stops both keepers, one after the other.
+fn killer_of_both(signal: &str) -> String {
+    format!(
+        "import os, signal, subprocess, sys
+pipe = os.open('alive', os.O_WRONLY)
+def parent_of(pid):
+    return int(open(f'/proc/{{pid}}/stat').read().rsplit(')')[1].split()[1])
+for line in sys.stdin:
+    if '\"say\"' in line:
+        subprocess.Popen(['setsid', 'sleep', '1000'], pass_fds=[pipe])
+        inner = os.getppid()
+        outer = parent_of(inner)
+        os.kill(outer, signal.{signal})
+        os.kill(inner, signal.{signal})
+    print('{{}}', flush=True)
+"
+    )
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_program_that_kills_or_stops_all_its_keepers_does_not_escape() {
+    if !has_python() {
+        return;
+    }
+    for signal in ["SIGKILL", "SIGSTOP"] {
+        let stage = Stage::of_program(&killer_of_both(signal));
+        let pipe = stage.folder.path().join("alive");
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let survivors = std::thread::spawn(move || {
+            let mut pipe = File::open(pipe).unwrap();
+            pipe.read_to_end(&mut Vec::new()).unwrap()
+        });
+        let report = stage.report(&[]);
+        assert_eq!(report["outcome"], "not_as_expected", "{report}");
+        // The pipe ends once all processes that could write to it are gone.
+        assert_eq!(survivors.join().unwrap(), 0, "{signal}");
+    }
+}
+
 #[test]
 fn a_check_names_the_programs_of_a_scenario_and_starts_none() {
     let stage = Stage::new("program = [\"sh\", \"-c\", \"touch started; exit 3\"]");

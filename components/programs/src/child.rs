@@ -42,6 +42,7 @@ pub(crate) struct Child {
     stderr: Arc<Mutex<Vec<u8>>>,
     /// Closed when `process` has ended.
     gone: Receiver<Infallible>,
+    is_stopped: bool,
     limits: Limits,
     /// The folder of the files that came with it.
     _folder: Option<TempDir>,
@@ -90,13 +91,26 @@ impl Child {
 
     fn spawn(command: &mut Command, limits: Limits, folder: Option<TempDir>) -> Result<Self, Silence> {
         let command = command.env_clear().envs(Program::environment());
-        let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        #[cfg(unix)]
+        let mut process = crate::keeper::spawn(command)?;
+        #[cfg(not(unix))]
+        let mut process = command.spawn()?;
         let streams = (process.stdin.take(), process.stdout.take(), process.stderr.take());
         let (Some(mut stdin), Some(stdout), Some(stderr)) = streams else { unreachable!("all three are pipes") };
         let ((told, lines), (chunks, heard), (running, gone)) = (channel::<String>(), sync_channel(1), channel());
         let end = Arc::default();
-        let child =
-            Self { process, told, heard, rest: Vec::new(), stderr: Arc::clone(&end), gone, limits, _folder: folder };
+        let child = Self {
+            process,
+            told,
+            heard,
+            rest: Vec::new(),
+            stderr: Arc::clone(&end),
+            gone,
+            is_stopped: false,
+            limits,
+            _folder: folder,
+        };
         let thread = || Builder::new().name("program".to_owned());
         // A program that does not read makes its writer wait until both are ended.
         thread().spawn(move || lines.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes())))?;
@@ -186,22 +200,30 @@ impl Child {
 
     /// Kills all its processes and waits until they are gone.
     fn stop(&mut self) {
-        // Once a process has been waited for, its number may belong to another one.
-        if !matches!(self.process.try_wait(), Ok(None)) {
-            // A keeper that was killed does not wait for the other one, which ends the program.
-            let _ = self.gone.recv_timeout(PATIENCE);
+        if std::mem::replace(&mut self.is_stopped, true) {
             return;
         }
-        #[cfg(unix)]
-        let _ = rustix::process::kill_process(
-            rustix::process::Pid::from_child(&self.process),
-            rustix::process::Signal::TERM,
-        );
-        #[cfg(not(unix))]
-        let _ = self.process.kill();
-        if self.gone.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Disconnected) {
-            let _ = self.process.wait();
+        // Once a process has been waited for, its number may belong to another one.
+        if matches!(self.process.try_wait(), Ok(None)) {
+            #[cfg(unix)]
+            let _ = rustix::process::kill_process(
+                rustix::process::Pid::from_child(&self.process),
+                rustix::process::Signal::TERM,
+            );
+            #[cfg(not(unix))]
+            let _ = self.process.kill();
+            if self.gone.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                // A program has stopped its keeper, or something escaped from it.
+                let _ = self.process.kill();
+            }
         }
+        let ended = self.process.wait();
+        #[cfg(unix)]
+        crate::keeper::buried(self.process.id(), ended.is_ok_and(|status| status.code().is_none()));
+        #[cfg(not(unix))]
+        drop(ended);
+        // It is closed when everything that could write to it is gone.
+        let _ = self.gone.recv_timeout(PATIENCE);
     }
 }
 

@@ -10,8 +10,9 @@
 //!
 //! A program can kill its keeper: both belong to the same user. So there are two, one inside the other, and the program
 //! of the outer keeper is the inner one. If the inner one is killed, the outer one inherits what is left, and kills it.
-//! If the outer one is killed, the inner one gets SIGTERM ([the "parent-death signal"][2]). On Linux, a program escapes
-//! only if it stops or kills both at once.
+//! If the outer one is killed, the inner one gets SIGTERM ([the "parent-death signal"][2]). What is left when both have
+//! been killed is inherited by the process that started them, which kills it when it ends the program, and an outer
+//! keeper that does not end the program in time is killed. So on Linux, a program escapes only if it kills all three.
 //!
 //! The outer keeper never kills the inner one, but tells it to end. So an inner keeper that ended with a signal was
 //! killed by somebody else, even if the outer one was told to end before it noticed.
@@ -19,20 +20,21 @@
 //! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
 //! [2]: https://man7.org/linux/man-pages/man2/PR_SET_PDEATHSIG.2const.html
 
+use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsString;
 use std::fs::OpenOptions;
 use std::io;
 use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
-use std::sync::OnceLock;
+use std::process::{Child, Command, ExitCode};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{
-    Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process, kill_process_group, setrlimit, wait,
+    Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process, kill_process_group, setrlimit, wait, waitpid,
 };
 use rustix::stdio::{dup2_stdin, dup2_stdout};
 
@@ -96,6 +98,43 @@ pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Comman
     // Ctrl-C on a terminal reaches a whole process group: the process that started the keeper decides what to do then.
     kept.args([KEEP, OUTER]).arg(keeper).arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
     Ok(kept)
+}
+
+/// The outer keepers that this process has started and that have not been waited for. All its other children were left
+/// by keepers that were killed: it starts no other processes while programs run.
+static KEEPERS: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
+
+/// Starts a [`kept`] command.
+pub(crate) fn spawn(command: &mut Command) -> io::Result<Child> {
+    let mut keepers = KEEPERS.lock().unwrap_or_else(PoisonError::into_inner);
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
+    let keeper = command.spawn()?;
+    keepers.insert(keeper.id());
+    Ok(keeper)
+}
+
+/// Call this when a keeper has ended and was waited for. If somebody else `killed` it, kills what it has left, and waits
+/// until it is gone.
+pub(crate) fn buried(keeper: u32, killed: bool) {
+    let mut keepers = KEEPERS.lock().unwrap_or_else(PoisonError::into_inner);
+    keepers.remove(&keeper);
+    #[cfg(target_os = "linux")]
+    if killed {
+        // What an orphan has started becomes an orphan when it is gone.
+        loop {
+            let children = descendants::children(rustix::process::getpid());
+            let mut orphans = children.filter(|pid| !keepers.contains(&pid.as_raw_pid().unsigned_abs())).peekable();
+            if orphans.peek().is_none() {
+                return;
+            }
+            for orphan in orphans {
+                let _ = (kill_process(orphan, Signal::KILL), waitpid(Some(orphan), WaitOptions::empty()));
+            }
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = killed;
 }
 
 /// The work of a keeper. Only an inner one has a limit.
@@ -219,6 +258,12 @@ mod descendants {
             next += 1;
         }
         found.into_iter().filter_map(Pid::from_raw).collect()
+    }
+
+    /// The children of a process.
+    pub(super) fn children(parent: Pid) -> impl Iterator<Item = Pid> {
+        let own = processes().filter(move |(_, of)| *of == parent.as_raw_pid());
+        own.filter_map(|(pid, _)| Pid::from_raw(pid))
     }
 
     /// All processes, each with its parent.
