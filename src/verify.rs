@@ -16,7 +16,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Contents, Found};
+use bags::{Contents, Found, Gap};
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{Header, LoggedRecording, Recording, RecordingError};
@@ -112,7 +112,8 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     }
     let unreadable = |error: std::io::Error| {
         let message = format!("cannot read the log {}: {error}", path.display());
-        Error::refused(message, "a log is what `steward run … --record FILE.jsonl` writes")
+        let help = "a log is what `steward run … --record FILE` writes: an event log, `.jsonl`, or a recording";
+        Error::refused(message, help)
     };
     let truncated = Truncated::default();
     let mut input = open(path, &truncated).map_err(unreadable)?;
@@ -120,22 +121,25 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
     described.check_version()?;
-    let header = header(path).filter(|_| args.scenario.is_none());
-    let mut system = match &header {
+    let of_recording = header(path);
+    let header = of_recording.as_ref().filter(|_| args.scenario.is_none());
+    let mut system = match header {
         Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
         None => System::of(described.scenario(args.scenario.as_deref())?)?,
     };
     system.tick = described.tick.unwrap_or(system.tick);
-    let (mut properties, unjudged) = match &header {
+    let (mut properties, unjudged) = match header {
         Some(header) if args.properties.is_empty() => recorded(header)?,
         _ => (load(args, &system)?, Vec::new()),
     };
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
-    let refused = |error: LogError| {
-        Error::refused(format!("{}: {error}", path.display()), "each line of a log is one JSON object")
+    let help = match &of_recording {
+        Some(_) => "the recording was changed after it was written: record the run again",
+        None => "each line of a log is one JSON object",
     };
+    let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help);
     let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
-    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(why))));
+    let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let (end, unsure) = judge(args, path, about, String::new(), &system, &mut properties, events.chain(rest))?;
     let skipped = (log.skipped() > 0)

@@ -174,7 +174,7 @@ property starts := eventually (base, m, m.speed = <still>)\n",
     let (status, said) = verify("\"0.0\" = \"still\", \"9.5\" = \"fast\"", &["--out", &out]);
     assert_eq!(status, Some(1), "{said}");
     assert!(
-        said.contains("calm         unsure\n  1 message on /cmd_vel is left out: the mapping has no symbol"),
+        said.contains("calm         unsure\n  messages on /cmd_vel are left out: the mapping has no symbol"),
         "{said}"
     );
     assert!(said.contains("without what is missing: satisfied"), "{said}");
@@ -187,4 +187,11 @@ property starts := eventually (base, m, m.speed = <still>)\n",
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!((status, &told["monitors"][0]["verdict"]), (Some(1), &"unsure".into()));
     assert!(told["monitors"][0]["unsure"].as_str().unwrap().contains("no symbol"), "{told}");
+    // Whatever is left out, a message that violates a property by itself does so.
+    for more in [&["--json"][..], &["--json", "--out", &out]] {
+        let (status, told) = verify("\"0.4\" = \"fast\"", more);
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let verdicts = [0, 1].map(|index| told["monitors"][index]["verdict"].as_str().unwrap());
+        assert_eq!((status, verdicts), (Some(1), ["violated", "unsure"]), "{told}");
+    }
 }

@@ -271,6 +271,32 @@ impl Formula {
         self.is_bounded(true)
     }
 
+    /// The channel whose messages the formula judges, if it judges each by itself: it is `always` of conditions on the
+    /// messages of one channel. No other message, and none before or after it, changes what it says of one.
+    #[must_use]
+    pub fn judges_each_message_on(&self) -> Option<ChannelId> {
+        match self {
+            Self::Always(part) if part.is_of_the_present() => {
+                let mut channels = Vec::new();
+                part.events(&mut |event| channels.push(event.channel));
+                let first = *channels.first()?;
+                channels.iter().all(|channel| *channel == first).then_some(first)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the formula has no operators that look ahead or back.
+    fn is_of_the_present(&self) -> bool {
+        match self {
+            Self::Event(_) => true,
+            Self::Not(_) | Self::And(_) | Self::Or(_) | Self::Implies(..) => {
+                self.operands().into_iter().all(Self::is_of_the_present)
+            }
+            _ => false,
+        }
+    }
+
     /// Whether the formula (or its negation, unless `holds`) demands nothing unbounded.
     fn is_bounded(&self, holds: bool) -> bool {
         match self {
@@ -328,6 +354,23 @@ mod tests {
     use channels::{Capacity, Domain, Topology};
 
     use super::*;
+
+    #[test]
+    fn a_property_that_judges_each_message_by_itself_is_about_one_channel() {
+        let mut topology = Topology::default();
+        let [a, b] = ["A", "B"].map(|name| topology.process(name).expect("a new name"));
+        let mut channel = |from, to| {
+            let made = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");
+            Formula::Event(EventAtom { channel: made, condition: MessageCondition::True })
+        };
+        let (there, back) = (channel(a, b), channel(b, a));
+        let Formula::Event(EventAtom { channel, .. }) = there else { panic!("an event") };
+        let judged = |formula: Formula| formula.always().judges_each_message_on();
+        assert_eq!(judged(there.clone().implies(there.clone().negated())), Some(channel));
+        assert_eq!(judged(there.clone().implies(back)), None);
+        assert_eq!(judged(there.clone().implies(Formula::Next(Box::new(there.clone())))), None);
+        assert_eq!(there.judges_each_message_on(), None);
+    }
 
     #[test]
     fn a_demand_without_a_bound_is_not_a_safety_property() {

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use bags::Found;
+use bags::{Found, Gap};
 use campaigns::{Error, refuse_campaign};
-use channels::Verdict;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Follower, Header, Judge, Monitor, Origin, RunView};
+use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, RunView};
 use reports::{Outputs, Presentation, file_name};
 use runs::FITS;
 
@@ -111,7 +110,7 @@ pub(super) fn judge(
     while let Some(event) = events.next() {
         match event? {
             Found::Event(event) => view.apply(judge.step(event, properties)).expect(FITS),
-            Found::LeftOut(why) => judge.doubt(&why, properties),
+            Found::LeftOut(Gap { why, channel }) => judge.miss(&why, channel, properties),
         }
         // The last step is recorded with the end.
         if events.peek().is_none() {
@@ -131,35 +130,28 @@ pub(super) fn judge_in_words(
     events: &mut impl Iterator<Item = Result<Found, Error>>,
     properties: &mut [Property],
 ) -> Result<Judged, Error> {
-    let (mut why, mut unsure) = (None, vec![None; properties.len()]);
-    // It pauses at the first gap. After it, others make no difference.
-    let mut present = std::iter::from_fn(|| {
-        loop {
-            match events.next()? {
-                Ok(Found::Event(event)) => return Some(Ok(event)),
-                Ok(Found::LeftOut(first)) if why.is_none() => {
-                    why = Some(first);
-                    return None;
-                }
-                Ok(Found::LeftOut(_)) => {}
-                Err(error) => return Some(Err(error)),
+    let (mut end, mut doubts) = (LogEnd::default(), Doubts::none(properties.len()));
+    loop {
+        let mut gap = None;
+        let present = std::iter::from_fn(|| match events.next()? {
+            Ok(Found::Event(event)) => Some(Ok(event)),
+            Ok(Found::LeftOut(found)) => {
+                gap = Some(found);
+                None
             }
-        }
-    });
-    let before = monitors::verify(present.by_ref(), monitors_of(properties))?;
-    // The log is over, or something is missing here: a verdict that is still open could be another one.
-    let open: Vec<bool> =
-        properties.iter().map(|property| property.monitor.verdict() == Verdict::Inconclusive).collect();
-    let after = monitors::verify(present, monitors_of(properties))?;
-    for (unsure, _) in unsure.iter_mut().zip(open).filter(|(_, open)| *open) {
-        *unsure = why.clone();
+            Err(error) => Some(Err(error)),
+        });
+        let part = monitors::verify(present, monitors_of(properties))?;
+        end = LogEnd {
+            messages: end.messages + part.messages,
+            ticks: end.ticks + part.ticks,
+            last: part.last.or(end.last),
+        };
+        doubts.settle(properties);
+        let Some(Gap { why, channel }) = gap else { break };
+        doubts.miss(&why, channel, properties);
     }
-    let end = LogEnd {
-        messages: before.messages + after.messages,
-        ticks: before.ticks + after.ticks,
-        last: after.last.or(before.last),
-    };
-    Ok((end, unsure))
+    Ok((end, doubts.all().to_vec()))
 }
 
 fn monitors_of(properties: &mut [Property]) -> impl Iterator<Item = &mut dyn channels::Monitor> {

@@ -1,7 +1,8 @@
 //! The events of a bag, in order.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fmt;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
@@ -17,7 +18,7 @@ const LONGEST_PAUSE: i64 = 10_000_000;
 /// The ticks and messages of a bag, one after the other, as a mapping makes them from the bag's messages.
 ///
 /// The first mapped message and the first tick are at time 0. Messages that do not become events are
-/// [counted](Self::notes), and the first of them comes as [`Found::LeftOut`].
+/// [counted](Self::notes), and the first of each channel comes as [`Found::LeftOut`].
 pub struct Events {
     messages: Messages,
     compiled: Compiled,
@@ -41,8 +42,9 @@ pub struct Events {
     left_out: BTreeMap<(usize, Reason), (u64, String)>,
     /// Files of the bag that are missing, in words. They may have had messages of any time.
     missing_files: Vec<String>,
-    /// Whether the caller knows that something is missing.
-    is_gap_reported: bool,
+    /// The channels of messages that were left out, or `None` for anything; those that the caller knows.
+    gaps: BTreeMap<Option<ChannelId>, String>,
+    known_gaps: BTreeSet<Option<ChannelId>>,
     /// How many messages came too late, and the greatest delay.
     late: (u64, i64),
 }
@@ -52,8 +54,17 @@ pub struct Events {
 pub enum Found {
     /// A tick or a message.
     Event(Event),
-    /// From here on, any number of messages may be missing: the first of them, and why. This comes once.
-    LeftOut(String),
+    /// From here on, any number of messages may be missing. This comes once for each channel.
+    LeftOut(Gap),
+}
+
+/// Messages that may be missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// The first of them, and why it is missing.
+    pub why: String,
+    /// Their channel; `None` if they may be missing on any.
+    pub channel: Option<ChannelId>,
 }
 
 /// Why a message does not become an event.
@@ -69,6 +80,18 @@ enum Reason {
     Range,
     /// The channel does not carry it.
     Channel,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mismatch(mismatch) => write!(f, "the bytes do not fit the definition: {mismatch}"),
+            Self::Stamp => f.write_str("the stamp is 0, or far from those of other messages"),
+            Self::Symbol => f.write_str("the mapping has no symbol for the value"),
+            Self::Range => f.write_str("the integer does not fit into 64 bits, or not exactly into a real number"),
+            Self::Channel => f.write_str("the channel does not carry such a message"),
+        }
+    }
 }
 
 impl Events {
@@ -96,7 +119,8 @@ impl Events {
             steps: 0,
             left_out: BTreeMap::new(),
             missing_files: bag.survey().lost.clone(),
-            is_gap_reported: false,
+            gaps: BTreeMap::new(),
+            known_gaps: BTreeSet::new(),
             late: (0, 0),
         }
     }
@@ -112,14 +136,7 @@ impl Events {
     pub fn notes(&self) -> Vec<String> {
         let left_out = self.left_out.iter().map(|((topic, reason), (count, first))| {
             let (messages, are) = if *count == 1 { ("message", "is") } else { ("messages", "are") };
-            let why = match reason {
-                Reason::Mismatch(mismatch) => format!("the bytes do not fit the definition: {mismatch}"),
-                Reason::Stamp => "the stamp is 0, or far from those of other messages".to_owned(),
-                Reason::Symbol => "the mapping has no symbol for the value".to_owned(),
-                Reason::Range => "the integer does not fit into 64 bits, or not exactly into a real number".to_owned(),
-                Reason::Channel => "the channel does not carry such a message".to_owned(),
-            };
-            format!("{count} {messages} on {} {are} left out: {why}; the first: {first}", self.topics[*topic])
+            format!("{count} {messages} on {} {are} left out: {reason}; the first: {first}", self.topics[*topic])
         });
         let late = (self.late.0 > 0).then(|| {
             format!(
@@ -142,6 +159,7 @@ impl Events {
         for (channel, entry) in &self.compiled.entries[head.topic] {
             let first = |mismatch| (Reason::Mismatch(mismatch), crate::after_first(head.log_ns, self.first_ns));
             let decoded = &mut self.decoded[head.topic];
+            let mut left_out = None;
             let decoding = entry.decoder.decode_into(&self.body, decoded).map_err(first);
             match decoding.and_then(|()| event(entry, head, decoded)) {
                 Ok(None) => {}
@@ -152,9 +170,9 @@ impl Events {
                     let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
                     let longest_ns = self.tick_ns.saturating_mul(LONGEST_PAUSE);
                     if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause_ns > longest_ns {
-                        note(&mut self.left_out, head.topic, Reason::Stamp, || crate::moment(time_ns));
+                        left_out = Some((*channel, Reason::Stamp, crate::moment(time_ns)));
                     } else if !self.compiled.topology.carries(*channel, &message) {
-                        note(&mut self.left_out, head.topic, Reason::Channel, || message.to_string());
+                        left_out = Some((*channel, Reason::Channel, message.to_string()));
                     } else {
                         self.newest_ns = self.newest_ns.max(time_ns);
                         let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
@@ -166,15 +184,29 @@ impl Events {
                         }
                     }
                 }
-                Err((reason, first)) => note(&mut self.left_out, head.topic, reason, || first),
+                Err((reason, first)) => left_out = Some((*channel, reason, first)),
+            }
+            if let Some((channel, reason, first)) = left_out {
+                if !self.known_gaps.contains(&Some(channel)) {
+                    let topic = &self.topics[head.topic];
+                    let why = || format!("messages on {topic} are left out: {reason}; the first: {first}");
+                    self.gaps.entry(Some(channel)).or_insert_with(why);
+                }
+                self.left_out.entry((head.topic, reason)).or_insert_with(|| (0, first)).0 += 1;
             }
         }
     }
 
-    /// Whether anything is missing so far. A message that does not become an event is noticed when it is read, which is
-    /// before any event that it could precede.
-    fn is_incomplete(&self) -> bool {
-        !self.missing_files.is_empty() || !self.left_out.is_empty() || !self.messages.lost().is_empty()
+    /// The next gap that the caller does not know. A message that does not become an event is noticed when it is read,
+    /// which is before any event that it could precede.
+    fn new_gap(&mut self) -> Option<Gap> {
+        let lost = self.missing_files.first().or(self.messages.lost().first());
+        let (channel, why) = match lost.filter(|_| !self.known_gaps.contains(&None)) {
+            Some(lost) => (None, lost.clone()),
+            None => self.gaps.pop_first()?,
+        };
+        self.known_gaps.insert(channel);
+        Some(Gap { why, channel })
     }
 
     fn since_start(&self, time_ns: i64) -> Duration {
@@ -187,10 +219,8 @@ impl Iterator for Events {
 
     fn next(&mut self) -> Option<Found> {
         loop {
-            if !self.is_gap_reported && self.is_incomplete() {
-                self.is_gap_reported = true;
-                let missing = self.missing_files.first().cloned();
-                return Some(Found::LeftOut(missing.or_else(|| self.notes().into_iter().next()).unwrap_or_default()));
+            if let Some(gap) = self.new_gap() {
+                return Some(Found::LeftOut(gap));
             }
             // The earliest message that waits is next once no earlier one can come: `reorder_ns` after it, or at the
             // end. Ticks that are due before it come first; its time is at least that of what has been returned.
@@ -222,15 +252,6 @@ impl Iterator for Events {
             }
         }
     }
-}
-
-fn note(
-    left_out: &mut BTreeMap<(usize, Reason), (u64, String)>,
-    topic: usize,
-    reason: Reason,
-    first: impl FnOnce() -> String,
-) {
-    left_out.entry((topic, reason)).or_insert_with(|| (0, first())).0 += 1;
 }
 
 /// The time and the message of an event; none if the mapping's conditions exclude it.

@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 
 pub use contents::{Contents, Listed};
 pub use definitions::Definitions;
-pub use events::{Events, Found};
+pub use events::{Events, Found, Gap};
 pub use mapping::{Compiled, Mapping};
 pub use storage::{Bag, Definition, Head, Messages, Survey, Topic, is_bag};
 

@@ -31,7 +31,9 @@ impl Bag {
         let mut survey = Survey::default();
         let files = files::of(path, &mut survey.lost)?;
         for (path, format) in &files {
-            if std::fs::metadata(path).is_ok_and(|found| found.len() == 0) {
+            let file = diagnostics::open_regular(path);
+            let file = file.map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
+            if file.metadata().is_ok_and(|found| found.len() == 0) {
                 return Err(Error::Empty(path.clone()));
             }
             match format {

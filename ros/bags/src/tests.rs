@@ -135,7 +135,7 @@ fn told(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
     };
     let lines = events.by_ref().map(|found| match found {
         Found::Event(event) => line(event),
-        Found::LeftOut(why) => why,
+        Found::LeftOut(gap) => gap.why,
     });
     (lines.collect(), events.notes())
 }
@@ -182,12 +182,14 @@ fn messages_become_events_with_ticks_between_them() {
     let (events, notes) = told(&bag, MAPPING);
     let expected = [
         // It is noticed as soon as it is read.
-        "1 message on /odd is left out: the mapping has no symbol for the value; the first: `mode` is 2",
+        "messages on /odd are left out: the mapping has no symbol for the value; the first: `mode` is 2",
         "0 ms: 0, tick 0",
         "0 ms: 1, tick 0: controller → base [0.5, -5.0]",
         "100 ms: 2, tick 0: controller → base [<none>, <none>]",
         "200 ms: 3, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"b\", <none>, \"aß😀\", false]",
         "400 ms: 4, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"d\", 0.10000000149011612, \"aß😀\", false]",
+        "messages on /cmd_vel are left out: the bytes do not fit the definition: they end before their definition does; \
+         the first: 2.500 s after the first message of the bag",
         "1000 ms: 4, tick 1",
         "2000 ms: 4, tick 2",
         "2000 ms: 5, tick 2: controller → base [1.0, -10.0]",
@@ -432,15 +434,16 @@ fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
         "fields = { whole = \"whole\", natural = \"natural\", code = { path = \"codes[0]\", symbols = { 7 = \"seven\" } } }",
     );
     let (events, notes) = told(&bag, &text);
+    let why = "left out: the integer does not fit into 64 bits, or not exactly into a real number; the first: `natural` \
+         is 9223372036854775808";
     let expected = [
-        "1 message on /p is left out: the integer does not fit into 64 bits, or not exactly into a real number; the \
-         first: `natural` is 9223372036854775808",
+        &format!("messages on /p are {why}"),
         "0 ms: 0, tick 0",
         "0 ms: 1, tick 0: a → b [-9223372036854775808, 9007199254740993, <seven>]",
         "1 ms: 2, tick 0: a → b [9223372036854775807, 9223372036854775807, <none>]",
     ];
     assert_eq!(events, expected);
-    assert_eq!(notes, expected[..1]);
+    assert_eq!(notes, [format!("1 message on /p is {why}")]);
     let only = |wanted: &str| {
         let (events, _) =
             told(&bag, &entry(&format!("where = {{ natural = {wanted} }}\nfields = {{ whole = \"whole\" }}\n")));

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Event, EventKind, Topology, Verdict};
+use channels::{ChannelId, Event, EventKind, Topology, Verdict};
 use monitors::{EventTime, LogEnd, Property};
 
 use crate::{
-    Details, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin,
+    Details, Doubts, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin,
     RobotState, Snapshots, Step, TraceHash, event_line,
 };
 
@@ -16,8 +16,7 @@ use crate::{
 pub struct Judge {
     topology: Arc<Topology>,
     monitors: MonitorLog,
-    /// Why the verdict of a property is unsure.
-    unsure: Vec<Option<String>>,
+    doubts: Doubts,
     hash: TraceHash,
     end: LogEnd,
 }
@@ -62,7 +61,7 @@ impl Judge {
         let judge = Self {
             topology: Arc::clone(topology),
             monitors,
-            unsure: vec![None; properties.len()],
+            doubts: Doubts::none(properties.len()),
             hash: TraceHash::default(),
             end: LogEnd::default(),
         };
@@ -79,10 +78,11 @@ impl Judge {
         self.end.last = Some(EventTime::of(&event));
         self.hash.line(&event_line(&event, &self.topology));
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
+        properties.iter_mut().for_each(|property| property.monitor.observe(&event));
+        self.doubts.settle(properties);
         for (index, property) in properties.iter_mut().enumerate() {
-            property.monitor.observe(&event);
             let mut state = MonitorState::of(property.monitor.as_ref());
-            if self.unsure[index].is_some() {
+            if self.doubts.all()[index].is_some() {
                 (state.verdict, state.is_open) = (Verdict::Inconclusive, true);
             }
             if state.verdict != Verdict::Inconclusive {
@@ -94,20 +94,15 @@ impl Judge {
         self.record(time, happenings, Details { events: vec![event], monitors, ..Details::default() })
     }
 
-    /// Messages are missing from here on: every verdict that is open remains open, since they could change it. `why`
-    /// names the first of them.
-    pub fn doubt(&mut self, why: &str, properties: &[Property]) {
-        for (unsure, property) in self.unsure.iter_mut().zip(properties) {
-            if property.monitor.verdict() == Verdict::Inconclusive {
-                unsure.get_or_insert_with(|| why.to_owned());
-            }
-        }
+    /// Messages are missing from here on, on this channel or on any: the verdicts that they could change remain open.
+    pub fn miss(&mut self, why: &str, channel: Option<ChannelId>, properties: &[Property]) {
+        self.doubts.miss(why, channel, properties);
     }
 
     /// Why each verdict is unsure, if it is.
     #[must_use]
     pub fn unsure(&self) -> &[Option<String>] {
-        &self.unsure
+        self.doubts.all()
     }
 
     fn record(&self, time: Duration, happenings: Vec<Happening>, details: Details) -> Step {
@@ -134,7 +129,11 @@ impl Judge {
         End {
             ended: Ended::Recorded,
             trace_hash: self.hash.finish(),
-            monitors: properties.iter().zip(&self.unsure).map(|(property, unsure)| ending(property, unsure)).collect(),
+            monitors: properties
+                .iter()
+                .zip(self.doubts.all())
+                .map(|(property, unsure)| ending(property, unsure))
+                .collect(),
             skill_errors: Vec::new(),
             messages_hit: Vec::new(),
             scene: None,

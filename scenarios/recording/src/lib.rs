@@ -101,6 +101,7 @@
 mod archive;
 mod chunk;
 mod decimals;
+mod doubts;
 mod end;
 mod event_log;
 mod file;
@@ -124,6 +125,7 @@ mod view;
 
 pub use archive::Archive;
 pub use decimals::{decimals, length};
+pub use doubts::Doubts;
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::Writer;
