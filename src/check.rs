@@ -23,7 +23,7 @@ use crate::counted::counted;
 use crate::monitor::System;
 use crate::named_files;
 use crate::output::{complain, print_json, print_wrapped, warn};
-use crate::render::{Finding, findings};
+use crate::render::{Finding, count, findings};
 use crate::run::select;
 use crate::toml_subject::Toml;
 
@@ -65,7 +65,7 @@ impl Checked {
 
     /// The summary, and whether anything looks wrong.
     pub(crate) fn words(&self) -> String {
-        let found = match self.concerns.iter().map(|concern| findings(concern.as_ref()).len()).sum() {
+        let found = match self.concerns.iter().map(|concern| count(concern.as_ref())).sum() {
             0 => "no problems found".to_owned(),
             count => counted(count, "warning"),
         };
@@ -116,7 +116,7 @@ pub(crate) fn each<F: AsRef<Path>>(
             }
             Err(error) => {
                 complain(error);
-                counted(problems(error).len(), "problem")
+                counted(error.diagnostics().into_iter().map(count).sum::<usize>().max(1), "problem")
             }
         };
         print_wrapped(format!("{file}: {said}\n"))?;

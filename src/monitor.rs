@@ -77,8 +77,13 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
             let chosen: Vec<&Property> = properties.iter().filter(|property| wanted(&property.name)).collect();
             if chosen.is_empty() {
                 let names: Vec<&str> = properties.iter().map(|property| property.name.as_str()).collect();
-                let message = format!("there is no property `{}`", property.as_deref().unwrap_or_default());
-                return Err(Error::refused(message, format!("there are {}", names.join(", "))));
+                return Err(match (property, names.as_slice()) {
+                    (Some(property), [_, ..]) => Error::refused(
+                        format!("there is no property `{property}`"),
+                        format!("known: {}", names.join(", ")),
+                    ),
+                    _ => Error::refused("there is no property in these files", "write one: property NAME := …"),
+                });
             }
             // A property without such a picture does not prevent the others from being written.
             let mut complaints = Complaints::default();

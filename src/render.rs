@@ -81,6 +81,11 @@ impl Finding {
     }
 }
 
+/// The number of all parts of a diagnostic. Finding their locations would take a time proportional to the text for each.
+pub(crate) fn count(diagnostic: &dyn Diagnostic) -> usize {
+    problems(diagnostic, None).len()
+}
+
 /// All parts of a diagnostic, with their locations.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<Finding> {
     problems(diagnostic, None).into_iter().map(|(problem, text)| found(problem, text)).collect()

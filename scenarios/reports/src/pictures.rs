@@ -194,8 +194,12 @@ impl Levels<'_> {
                 self.of_event(event, role.among_others());
             }
             Formula::Not(part) => self.of_formula(part, role.negated()),
-            Formula::Next(part) | Formula::Always(part) | Formula::Historically(_, part) => self.of_formula(part, role),
-            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Timed(part) | Formula::Next(part) => self.of_formula(part, role),
+            Formula::Always(part) | Formula::Historically(_, part) if role.holds => self.of_formula(part, role),
+            // What never holds is a requirement, too.
+            Formula::Eventually(part) | Formula::Once(_, part) if !role.holds => self.of_formula(part, role),
+            Formula::And(parts) if role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
             Formula::Implies(a, b) => {
                 self.of_formula(a, role.among_others());
                 self.of_formula(b, role);
@@ -228,8 +232,13 @@ impl Levels<'_> {
                 }
             }
             MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
-            MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
-            MessageCondition::Or(parts) => {
+            MessageCondition::And(parts) if role.holds => {
+                parts.iter().for_each(|part| self.of_condition(part, channel, role));
+            }
+            MessageCondition::Or(parts) if !role.holds => {
+                parts.iter().for_each(|part| self.of_condition(part, channel, role));
+            }
+            MessageCondition::And(parts) | MessageCondition::Or(parts) => {
                 parts.iter().for_each(|part| self.of_condition(part, channel, role.among_others()));
             }
             MessageCondition::Implies(a, b) => {
