@@ -1,7 +1,13 @@
-//! Circular dependencies between files: no file in a circle can be understood, tested or moved without the others.
+//! Circular dependencies: nothing in a circle can be understood, tested or moved without the rest of it.
 //!
-//! A file uses another if it names an item that the other defines, through any re-exports. `mod` and `pub use` alone do
-//! not count: a facade is not a user. Nor is a unit test. Method calls are not detected.
+//! There are circles of files and circles of modules. A file uses another if it names an item that the other defines,
+//! through any re-exports. `mod` and `pub use` alone do not count: a facade is not a user. Nor is a unit test. Method
+//! calls are not detected.
+//!
+//! A module is a file together with those in its folder. It uses a sibling if any of its files uses any of the
+//! sibling's. So two modules may form a circle although none of their files do: `a.rs` uses `b/x.rs`, and `b/y.rs`
+//! uses `a.rs`. Between a module's own file and its submodules only circles of files count, since they lie in one
+//! place and are moved together.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,8 +18,8 @@ use pathfinding::prelude::strongly_connected_components;
 use super::modules::{Crate, Meaning, Names};
 use crate::workspace::metadata;
 
-/// The known circles, at most two per crate with at most three files each, and the reason for each, in the words of
-/// ARCHITECTURE.md.
+/// The known circles of files, at most two per crate with at most three files each, and the reason for each, in the
+/// words of ARCHITECTURE.md.
 const CIRCLES: [(&[&str], &str); 2] = [
     (
         &["diagnostics/src/document/field.rs", "diagnostics/src/document/item.rs", "diagnostics/src/document/table.rs"],
@@ -25,8 +31,28 @@ const CIRCLES: [(&[&str], &str); 2] = [
     ),
 ];
 
+/// Circles of modules, by their files, that are older than this test's view of modules. None has a reason to exist, so
+/// none is added here.
+const UNJUSTIFIED: [&[&str]; 7] = [
+    &["bt/src/tree.rs", "bt/src/xml.rs"],
+    &["channels/src/scheduler.rs", "channels/src/system.rs"],
+    &["maps/src/error.rs", "maps/src/map_file.rs"],
+    &["monitors/src/export.rs", "monitors/src/monitor.rs"],
+    &["nav/src/atlas.rs", "nav/src/costmap.rs", "nav/src/localization.rs"],
+    &["nav/src/navigation.rs", "nav/src/planning.rs"],
+    &[
+        "skills/src/chart.rs",
+        "skills/src/datum.rs",
+        "skills/src/engine.rs",
+        "skills/src/expression.rs",
+        "skills/src/load.rs",
+        "skills/src/machine.rs",
+        "skills/src/steps.rs",
+    ],
+];
+
 #[test]
-fn no_files_use_each_other_in_a_circle_except_known_ones() {
+fn nothing_is_in_a_circle_except_known_ones() {
     let mut found = BTreeMap::new();
     for target in metadata(&["--no-deps"]).packages.iter().flat_map(|package| &package.targets) {
         if target.kind.iter().any(|kind| ["lib", "bin"].contains(&&**kind)) {
@@ -34,12 +60,12 @@ fn no_files_use_each_other_in_a_circle_except_known_ones() {
             found.append(&mut circles(root));
         }
     }
-    for (files, _) in CIRCLES {
+    for files in CIRCLES.map(|(files, _)| files).into_iter().chain(UNJUSTIFIED) {
         let files: Vec<PathBuf> = files.iter().map(PathBuf::from).collect();
         assert!(found.remove(&files).is_some(), "this circle no longer exists: remove it from the list: {files:?}");
     }
     let uses: Vec<String> = found.values().map(|uses| uses.join("\n")).collect();
-    assert!(uses.is_empty(), "circles of files:\n{}", uses.join("\n\n"));
+    assert!(uses.is_empty(), "circles:\n{}", uses.join("\n\n"));
 }
 
 #[test]
@@ -54,21 +80,34 @@ fn there_are_few_circles_and_each_has_a_reason() {
     }
 }
 
-/// The circles among the files of a crate, starting at its `lib.rs` or `main.rs`, each with the uses that close it.
+/// What uses what, each with the paths that it names.
+type Arrows = BTreeMap<(usize, usize), BTreeSet<String>>;
+
+/// The circles of a crate, starting at its `lib.rs` or `main.rs`, each with the uses that close it. A module is named
+/// by its file. Modules whose files form a circle are not listed again.
 fn circles(root: &Path) -> BTreeMap<Vec<PathBuf>, Vec<String>> {
     let read = Crate::read(root);
-    let arrows = read.arrows();
-    let files: Vec<usize> = (0..read.files.len()).collect();
-    let used = |file: &usize| arrows.keys().filter(|(user, _)| user == file).map(|(_, used)| *used).collect::<Vec<_>>();
-    let circles = strongly_connected_components(&files, used).into_iter().filter(|circle| circle.len() > 1);
-    let named = circles.map(|circle| {
+    let uses = read.arrows();
+    let of_files = strong_components(&uses);
+    let between_siblings = read.between_siblings(&uses);
+    let mut of_modules = strong_components(&between_siblings);
+    of_modules.retain(|modules| !of_files.iter().any(|files| modules.is_subset(files)));
+    let name = |file: usize| read.files[file].display();
+    let named = |circle: &BTreeSet<usize>, arrows: &Arrows| {
         let closing = arrows.iter().filter(|((user, used), _)| circle.contains(user) && circle.contains(used));
-        let name = |file: usize| read.files[file].display();
         let uses = closing.map(|((user, used), paths)| format!("{} uses {}: {paths:?}", name(*user), name(*used)));
         let files: BTreeSet<PathBuf> = circle.iter().map(|file| read.files[*file].clone()).collect();
         (files.into_iter().collect(), uses.collect())
-    });
-    named.collect()
+    };
+    let of_files = of_files.iter().map(|circle| named(circle, &uses));
+    of_files.chain(of_modules.iter().map(|circle| named(circle, &between_siblings))).collect()
+}
+
+fn strong_components(arrows: &Arrows) -> Vec<BTreeSet<usize>> {
+    let users: Vec<usize> = arrows.keys().map(|(user, _)| *user).collect();
+    let used = |by: &usize| arrows.keys().filter(|(user, _)| user == by).map(|(_, used)| *used).collect::<Vec<_>>();
+    let components = strongly_connected_components(&users, used).into_iter().map(BTreeSet::from_iter);
+    components.filter(|circle: &BTreeSet<usize>| circle.len() > 1).collect()
 }
 
 /// Where a path leads: to a module, or to an item of a file.
@@ -80,8 +119,8 @@ enum Place {
 
 impl Crate {
     /// Which file uses which, and through which paths.
-    fn arrows(&self) -> BTreeMap<(usize, usize), BTreeSet<String>> {
-        let mut arrows: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+    fn arrows(&self) -> Arrows {
+        let mut arrows = Arrows::new();
         for (id, module) in self.modules.iter().enumerate() {
             for path in &module.uses {
                 for place in self.resolve(id, path, &mut Vec::new()) {
@@ -94,6 +133,28 @@ impl Crate {
             }
         }
         arrows
+    }
+
+    /// Which module uses which of its siblings, given the uses of files: the user and what it uses are replaced by the
+    /// modules that contain them and have the same parent. If one contains the other, there are no such modules.
+    fn between_siblings(&self, uses: &Arrows) -> Arrows {
+        let mut arrows = Arrows::new();
+        for ((user, used), paths) in uses {
+            let (user, used) = (self.ancestry(*user), self.ancestry(*used));
+            if let Some(siblings) = user.into_iter().zip(used).find(|(user, used)| user != used) {
+                arrows.entry(siblings).or_default().extend(paths.iter().cloned());
+            }
+        }
+        arrows
+    }
+
+    /// The files of the modules that contain a file, from the root of the crate to the file itself.
+    fn ancestry(&self, file: usize) -> Vec<usize> {
+        let module = self.modules.iter().find(|module| module.file == file).expect("a file is a module");
+        let parent = self.modules[module.parent].file;
+        let mut files = if parent == file { Vec::new() } else { self.ancestry(parent) };
+        files.push(file);
+        files
     }
 
     /// Where a path in a module leads: nowhere if it begins with another crate or a local variable. Imports may refer
