@@ -3,7 +3,6 @@
 mod disturb;
 mod disturbances;
 mod enabled;
-mod run;
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -12,7 +11,6 @@ use std::time::Duration;
 pub use self::disturbances::DisturbanceId;
 use self::disturbances::Disturbances;
 pub use self::enabled::{Enabled, EnabledKind};
-pub use self::run::Run;
 use crate::process::{Action, Offer, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
@@ -137,6 +135,11 @@ impl ChannelSystem {
     #[must_use]
     pub fn content(&self, channel: ChannelId) -> Option<&Envelope> {
         self.contents[channel.0].as_ref()
+    }
+
+    /// The time of the run.
+    pub(crate) fn time(&self) -> Duration {
+        self.clock.time
     }
 
     /// The number of communications so far.
@@ -272,7 +275,7 @@ impl ChannelSystem {
         enabled
     }
 
-    fn list_enabled(&mut self, enabled: &mut Vec<Enabled>) {
+    pub(crate) fn list_enabled(&mut self, enabled: &mut Vec<Enabled>) {
         self.refresh();
         enabled.clear();
         for (index, offers) in self.cache.offers.iter().enumerate() {

@@ -1,7 +1,6 @@
-//! Runs a system until it is quiet.
+//! Runs a system with a scheduler until it is quiet.
 
-use super::{ChannelSystem, Enabled};
-use crate::{Event, ProcessId, RunError, Scheduler};
+use crate::{ChannelSystem, Enabled, Event, ProcessId, RunError, Scheduler};
 
 /// The timed state sequence of one run until the system is quiet; see [`ChannelSystem::run`].
 #[derive(Debug)]
@@ -16,27 +15,21 @@ pub struct Run<'a> {
     over: bool,
 }
 
-impl<'a> Run<'a> {
-    pub(super) fn new(system: &'a mut ChannelSystem, scheduler: &'a mut dyn Scheduler, budget: u64) -> Self {
-        Self { system, scheduler, budget, taken: 0, enabled: Vec::new(), busy: Vec::new(), over: false }
-    }
-}
-
 impl ChannelSystem {
     /// Runs the system until it is quiet and yields the events of the timed state sequence as they happen.
     ///
     /// After `budget` transitions the last item is [`RunError::Livelock`].
     pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {
-        Run::new(self, scheduler, budget)
+        Run { system: self, scheduler, budget, taken: 0, enabled: Vec::new(), busy: Vec::new(), over: false }
     }
 }
 
 impl Run<'_> {
     fn livelock(&mut self) -> RunError {
-        let name = |&id: &ProcessId| self.system.topology.name(id).to_owned();
+        let name = |&id: &ProcessId| self.system.topology().name(id).to_owned();
         let mut processes: Vec<String> = self.busy.iter().map(name).collect();
         processes.sort();
-        let time_s = format!("{:.2}", self.system.clock.time.as_secs_f64());
+        let time_s = format!("{:.2}", self.system.time().as_secs_f64());
         RunError::Livelock { steps: self.taken, time_s, processes }
     }
 
