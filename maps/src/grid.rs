@@ -2,6 +2,9 @@
 
 use crate::{Point, Pose};
 
+/// The largest map that is loaded or saved: 500 m × 500 m at 0.05 m.
+pub const MAX_CELLS: usize = 100_000_000;
+
 /// What is known about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Cell {

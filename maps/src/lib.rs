@@ -52,9 +52,9 @@ mod pose;
 
 #[cfg(feature = "files")]
 pub use error::Error;
-pub use grid::{Cell, CellIndex, OccupancyGrid};
+pub use grid::{Cell, CellIndex, MAX_CELLS, OccupancyGrid};
 #[cfg(feature = "files")]
-pub use map_file::{ImageFormat, MAX_CELLS, MapFiles, load_map, map_files, save_map};
+pub use map_file::{ImageFormat, MapFiles, load_map, map_files, save_map};
 pub use places::{Place, Places, is_inside};
 #[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};

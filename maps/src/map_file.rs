@@ -11,10 +11,7 @@ use meaning::{Meaning, Mode};
 use rasters::{Raster, RasterError};
 pub use save::{ImageFormat, MapFiles, map_files, save_map};
 
-use crate::{OccupancyGrid, Pose, pose};
-
-/// The largest map that is loaded: 500 m × 500 m at 0.05 m.
-pub const MAX_CELLS: usize = 100_000_000;
+use crate::{MAX_CELLS, OccupancyGrid, Pose, pose};
 
 /// Coordinates beyond this, in meters, are refused as mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
