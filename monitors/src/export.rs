@@ -10,7 +10,7 @@ mod text;
 
 pub(crate) use picture::Picture;
 
-use crate::monitor::ScopeMonitor;
+use channels::Topology;
 
 /// A format for exported monitors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,19 +24,13 @@ pub enum Format {
     Scxml,
 }
 
-impl ScopeMonitor {
-    /// The monitor's program graph in the given format; `None` for a monitor by progression, which has no graph.
-    ///
-    /// An automaton as a graph treats a tick with number 0 as the first of the run, and any other as one that follows
-    /// another tick. It is correct on runs whose ticks are numbered from 0 without gaps.
-    #[must_use]
-    pub fn export(&self, format: Format) -> Option<String> {
-        let picture = self.picture_of_any_size()?;
-        let (graph, failures) = (&picture.graph, &picture.failures);
-        Some(match format {
-            Format::Text => text::text(graph, failures, self.topology()),
-            Format::Dot => dot::dot(graph, failures, self.topology()),
-            Format::Scxml => scxml::scxml(graph, failures, self.topology()),
-        })
+impl Picture {
+    /// The program graph in the given format.
+    pub(crate) fn export(&self, format: Format, topology: &Topology) -> String {
+        match format {
+            Format::Text => text::text(&self.graph, &self.failures, topology),
+            Format::Dot => dot::dot(&self.graph, &self.failures, topology),
+            Format::Scxml => scxml::scxml(&self.graph, &self.failures, topology),
+        }
     }
 }

@@ -13,7 +13,7 @@ use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, NoNormalForm
 use crate::clause::Window;
 use crate::describe;
 use crate::engine::{CompactRun, Letter, Limits, Obligation, Situation, Symbol, combinations};
-use crate::export::Picture;
+use crate::export::{Format, Picture};
 use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
@@ -320,7 +320,16 @@ impl ScopeMonitor {
         Some(graph.with_open(picture.owing()))
     }
 
-    pub(crate) fn picture_of_any_size(&self) -> Option<Picture> {
+    /// The monitor's program graph in the given format; `None` for a monitor by progression, which has no graph.
+    ///
+    /// An automaton as a graph treats a tick with number 0 as the first of the run, and any other as one that follows
+    /// another tick. It is correct on runs whose ticks are numbered from 0 without gaps.
+    #[must_use]
+    pub fn export(&self, format: Format) -> Option<String> {
+        Some(self.picture_of_any_size()?.export(format, &self.topology))
+    }
+
+    fn picture_of_any_size(&self) -> Option<Picture> {
         Picture::of_any_size(&self.name, &self.synthesis, &self.topology)
     }
 
