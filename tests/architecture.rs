@@ -30,7 +30,7 @@ const ROOMS: [(&str, &[&str]); 29] = [
     ("monitors", &["channels", "diagnostics"]),
     ("bags", &["channels", "diagnostics", "ros_messages"]),
     ("batch", &[]),
-    ("drawing", &["maps", "rasters"]),
+    ("drawing", &["diagnostics", "maps", "rasters"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("trials", &["bags", "batch", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),

@@ -20,6 +20,8 @@
 //! [`text_from_disk`] and [`read_text`] read files, always with a limit. [`write_whole`], [`Unfinished`] and
 //! [`Staging`] write them: a file under its final name is always complete.
 //!
+//! [`markup`] is text as it is written in XML.
+//!
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
 //! `xml`, which explains why a text is not XML.
 
@@ -27,6 +29,7 @@
 pub mod document;
 mod error;
 mod files;
+pub mod markup;
 mod nearest;
 mod output;
 mod problem;

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
+use diagnostics::markup::{attribute, text};
+
 use super::library::{Definition, Scanned};
 use super::model::{Model, PortModel};
 use super::nav2::nav2_model;
@@ -86,7 +88,7 @@ impl Xml {
     fn tag<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>, end: &str) {
         self.put(format_args!("{:indent$}<{element}", "", indent = 2 * self.depth));
         for (name, value) in attributes {
-            self.put(format_args!(" {name}=\"{}\"", escaped(value)));
+            self.put(format_args!(" {name}=\"{}\"", attribute(value)));
         }
         self.put(format_args!("{end}\n"));
     }
@@ -166,7 +168,7 @@ impl Xml {
         if port.description.is_empty() {
             self.tag(element, attributes, "/>");
         } else {
-            self.tag(element, attributes, &format!(">{}</{element}>", escaped(&port.description)));
+            self.tag(element, attributes, &format!(">{}</{element}>", text(&port.description)));
         }
     }
 }
@@ -202,22 +204,4 @@ fn element_of(node: &Scanned) -> &str {
         _ if is_name(&node.type_id) => &node.type_id,
         kind => kind.name(),
     }
-}
-
-/// Text in a form that is valid in an attribute or between tags.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' => escaped.push_str("&#10;"),
-            '\t' => escaped.push_str("&#9;"),
-            '\r' => escaped.push_str("&#13;"),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }

@@ -10,6 +10,7 @@ use channels::{
     Assignment, Condition, Content, GraphTransition, Label, LocationId, Message, ProgramGraph, Relation, Slot, Term,
     Topology, Value, VariableId,
 };
+use diagnostics::markup::attribute;
 
 /// The meaning of comparisons and fields, in ECMAScript.
 const SCRIPT: &str = r#"
@@ -31,12 +32,12 @@ pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &To
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" \
          datamodel=\"ecmascript\" name=\"{}\" initial=\"{}\">\n  <script><![CDATA[{SCRIPT}]]></script>\n  <datamodel>\n",
-        escaped(graph.name()),
+        attribute(graph.name()),
         id(initial)
     );
     let names: Vec<String> = graph.variables().iter().map(|name| id(name)).collect();
     for (name, content) in names.iter().zip(graph.initial_contents()) {
-        let _ = writeln!(text, "    <data id=\"{name}\" expr=\"{}\"/>", escaped(&content_expression(content)));
+        let _ = writeln!(text, "    <data id=\"{name}\" expr=\"{}\"/>", attribute(&content_expression(content)));
     }
     text.push_str("  </datamodel>\n");
     for (index, location) in graph.locations().iter().enumerate() {
@@ -68,7 +69,7 @@ fn write_transition(
         let _ = write!(text, " event=\"{event}\"");
     }
     if !conditions.is_empty() {
-        let _ = write!(text, " cond=\"{}\"", escaped(&conditions.join(" && ")));
+        let _ = write!(text, " cond=\"{}\"", attribute(&conditions.join(" && ")));
     }
     let _ = write!(text, " target=\"{}\"", id(&graph.locations()[transition.to.index()]));
     if assignments.is_empty() {
@@ -77,7 +78,7 @@ fn write_transition(
     }
     text.push('>');
     for (name, expression) in assignments {
-        let _ = write!(text, "<assign location=\"{name}\" expr=\"{}\"/>", escaped(&expression));
+        let _ = write!(text, "<assign location=\"{name}\" expr=\"{}\"/>", attribute(&expression));
     }
     text.push_str("</transition>\n");
 }
@@ -195,8 +196,4 @@ fn quoted(text: &str) -> String {
 /// A name as an identifier of the document.
 fn id(name: &str) -> String {
     name.chars().map(|char| if char.is_alphanumeric() { char } else { '_' }).collect()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,12 +1,12 @@
 //! An SVG picture while it is drawn.
 
+use diagnostics::markup;
+
 use super::font::Face;
 use super::geometry::{Area, Spot};
 use super::path::{Path, number};
 use super::text::{Font, Run, Weight, runs};
 use super::theme::{self, Color};
-
-pub use super::xml::{escape, is_allowed};
 
 /// Which part of a text is at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -263,7 +263,7 @@ impl Canvas {
                 Anchor::Middle => " text-anchor=\"middle\"",
                 Anchor::End => " text-anchor=\"end\"",
             };
-            let (x, text, fitted) = (number(at.0), escape(text), fitted(run));
+            let (x, text, fitted) = (number(at.0), shown(text), fitted(run));
             self.elements += &format!(
                 "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing}{fitted} {paint}>{text}</text>\n"
             );
@@ -277,7 +277,7 @@ impl Canvas {
         };
         self.elements += &format!("<text y=\"{y}\" font-size=\"{size}\"{spacing} {paint}>");
         for run in runs {
-            let (start, text, fitted) = (number(x), escape(&run.text), fitted(run));
+            let (start, text, fitted) = (number(x), shown(&run.text), fitted(run));
             let family = match self.letters {
                 Letters::Embedded => format!(" font-family=\"{}\"", run.face.families()),
                 Letters::Browser => String::new(),
@@ -303,5 +303,22 @@ impl Canvas {
         if let Some(dash) = paint.dash {
             *out += &format!(" stroke-dasharray=\"{dash}\"");
         }
+    }
+}
+
+/// A text as it is drawn: on one line, and without characters that no font has letters for.
+fn shown(text: &str) -> String {
+    let on_one_line =
+        text.chars().map(|character| if matches!(character, '\t' | '\n' | '\r') { ' ' } else { character });
+    markup::text(&on_one_line.filter(|character| !character.is_control()).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_shown_on_one_line_and_without_forbidden_characters() {
+        assert_eq!(shown("a < b & \"c\" >\n'd'\u{0}\u{ffff}"), "a &lt; b &amp; \"c\" &gt; 'd'");
     }
 }

@@ -75,7 +75,6 @@ mod tree_layout;
 mod tree_panel;
 mod tree_picture;
 pub mod view;
-mod xml;
 
 pub use animation::{ANIMATION_SIZE_PX, GifWriter};
 pub use diagram_arrows::{PlacedEdge, PlacedLabel};

@@ -29,7 +29,6 @@ mod words;
 
 use diagnostics::Staging;
 use drawing::Renderer;
-use drawing::canvas::is_allowed;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
 use recording::RunView;
@@ -117,8 +116,11 @@ pub fn document(title: &str, main: &Markup) -> String {
         }
     };
     // Users' texts may contain characters that are not allowed in a page, and maud lets them through.
+    let is_space = |character| matches!(character, '\t' | '\n' | '\r');
     let mut page = page.into_string();
-    page.retain(is_allowed);
+    page.retain(|character| {
+        is_space(character) || !character.is_control() && !matches!(character, '\u{fffe}' | '\u{ffff}')
+    });
     page
 }
 

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::path::Path;
 
-use drawing::canvas::escape;
+use diagnostics::markup::{attribute, text};
 use monitors::Outcome;
 use recording::Expected;
 
@@ -85,13 +85,13 @@ impl Suite {
     /// The test cases of a scenario, with facts about them.
     #[must_use]
     pub fn new(scenario: &str, facts: Vec<(&'static str, String)>, cases: Vec<Case>) -> Self {
-        Self { name: escape(scenario), facts, cases }
+        Self { name: attribute(scenario), facts, cases }
     }
 
     fn of(expected: &Expected, report: &Report) -> Self {
         let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
         Self {
-            name: escape(&report.scenario),
+            name: attribute(&report.scenario),
             facts: vec![
                 ("seed", report.seed.to_string()),
                 ("version", report.version.clone()),
@@ -106,8 +106,9 @@ impl Suite {
     fn element(&self) -> String {
         let Self { name, facts, cases } = self;
         let counts = Counts::of(cases);
-        let fact =
-            |(name, value): &(&str, String)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", escape(value));
+        let fact = |(name, value): &(&str, String)| {
+            format!("      <property name=\"{name}\" value=\"{}\"/>\n", attribute(value))
+        };
         let facts: String = facts.iter().map(fact).collect();
         let cases: String = cases.iter().map(|case| case.element(name)).collect();
         format!(
@@ -145,19 +146,19 @@ pub enum CaseResult {
 
 impl Case {
     fn element(&self, suite: &str) -> String {
-        let head = format!("    <testcase classname=\"{suite}.{}\" name=\"{}\"", self.group, escape(&self.name));
+        let head = format!("    <testcase classname=\"{suite}.{}\" name=\"{}\"", self.group, attribute(&self.name));
         match &self.result {
             CaseResult::Passed => format!("{head}/>\n"),
             CaseResult::Skipped(why) => {
-                format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", escape(why))
+                format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", attribute(why))
             }
             CaseResult::Failed { message, details } if details.is_empty() => {
-                format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", escape(message))
+                format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", attribute(message))
             }
             CaseResult::Failed { message, details } => format!(
                 "{head}>\n      <failure message=\"{}\">{}</failure>\n    </testcase>\n",
-                escape(message),
-                details.lines().map(escape).collect::<Vec<_>>().join("\n")
+                attribute(message),
+                details.lines().map(text).collect::<Vec<_>>().join("\n")
             ),
         }
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use diagnostics::markup;
 use roxmltree::Node;
 
 /// Elements, and the text between them, as text in which every element declares its namespace if it differs from its
@@ -14,7 +15,7 @@ pub(crate) fn standalone<'a, 'i: 'a>(nodes: impl Iterator<Item = Node<'a, 'i>>) 
 
 fn write_node(node: Node<'_, '_>, namespace: Option<&str>, text: &mut String) {
     if node.is_text() {
-        escape(node.text().unwrap_or_default(), text);
+        text.push_str(&markup::text(node.text().unwrap_or_default()));
     }
     if !node.is_element() {
         return;
@@ -24,14 +25,10 @@ fn write_node(node: Node<'_, '_>, namespace: Option<&str>, text: &mut String) {
     // Writing to a string cannot fail.
     let _ = write!(text, "<{name}");
     if own != namespace {
-        text.push_str(" xmlns=\"");
-        escape(own.unwrap_or_default(), text);
-        text.push('"');
+        let _ = write!(text, " xmlns=\"{}\"", markup::attribute(own.unwrap_or_default()));
     }
     for attribute in node.attributes() {
-        let _ = write!(text, " {}=\"", attribute.name());
-        escape(attribute.value(), text);
-        text.push('"');
+        let _ = write!(text, " {}=\"{}\"", attribute.name(), markup::attribute(attribute.value()));
     }
     if node.has_children() {
         text.push('>');
@@ -39,18 +36,6 @@ fn write_node(node: Node<'_, '_>, namespace: Option<&str>, text: &mut String) {
         let _ = write!(text, "</{name}>");
     } else {
         text.push_str("/>");
-    }
-}
-
-fn escape(value: &str, text: &mut String) {
-    for letter in value.chars() {
-        match letter {
-            '<' => text.push_str("&lt;"),
-            '>' => text.push_str("&gt;"),
-            '&' => text.push_str("&amp;"),
-            '"' => text.push_str("&quot;"),
-            other => text.push(other),
-        }
     }
 }
 

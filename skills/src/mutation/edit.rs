@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use diagnostics::markup::attribute;
 use diagnostics::{Problem, nearest_or_all};
 use roxmltree::Node;
 
@@ -88,21 +89,9 @@ fn blank(text: &str, range: Range<usize>) -> Edit {
     (range, blanks)
 }
 
-/// Text in XML form, for an attribute with either kind of quotes or between tags, on one line.
+/// Text for an attribute with either kind of quotes: the text that it replaces may be in single ones.
 fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&apos;"),
-            '\n' | '\r' => escaped.push(' '),
-            _ => escaped.push(letter),
-        }
-    }
-    escaped
+    attribute(text).replace('\'', "&apos;")
 }
 
 fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use diagnostics::markup::attribute;
 use diagnostics::xml::name_span;
 use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use roxmltree::{Attribute, Node};
@@ -114,7 +115,7 @@ impl<'p> Translator<'p> {
                 PortDirection::Out => output_datum(&port.key),
             };
             let value = port.value.as_ref().map_or_else(|| unset(port.kind).to_owned(), literal);
-            let value = if port.direction == PortDirection::In { escaped(&value) } else { "undefined".to_owned() };
+            let value = if port.direction == PortDirection::In { attribute(&value) } else { "undefined".to_owned() };
             self.write(&format!("<data id=\"{id}\" expr=\"{value}\"/>"), place);
         }
         self.write("</datamodel>", place);
@@ -602,8 +603,4 @@ fn unset(kind: Kind) -> &'static str {
         Kind::Text => "''",
         Kind::Any => "undefined",
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
