@@ -1,9 +1,7 @@
 //! A machine as it was written: compiled once, immutable, shared by everything that runs it.
 
-mod bit_set;
 mod content;
 mod events;
-mod ids;
 mod mentions;
 mod relations;
 mod relocate;
@@ -20,19 +18,17 @@ use std::sync::Arc;
 use diagnostics::{Problem, did_you_mean};
 use miette::SourceSpan;
 
-pub(crate) use bit_set::BitSet;
 pub(crate) use content::{
     Action, ActionKind, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Invoke, InvokeSource, Named,
     Param, Payload, Place, Send, SendId, Source, visit_actions,
 };
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
-pub(crate) use ids::DataId;
-pub use ids::{StateId, TransitionId};
 pub(crate) use mentions::{ADDRESS, Mentions};
 pub(crate) use state::{Descriptor, Initial, TransitionDomain};
 pub use state::{HistoryKind, State, StateKind, Transition};
 
 use crate::expression::Expr;
+use crate::ids::{DataId, Identifiers, StateId, TransitionId};
 use crate::{Concerns, Strictness};
 
 /// A range of a file, from its first byte to the one after its last.
@@ -88,7 +84,7 @@ pub(crate) enum Binding {
 /// ```
 pub struct Chart {
     pub(crate) file: diagnostics::Source,
-    pub(crate) name: Arc<str>,
+    pub(crate) ids: Identifiers,
     pub(crate) binding: Binding,
     pub(crate) states: Vec<State>,
     pub(crate) transitions: Vec<Transition>,
@@ -110,7 +106,7 @@ impl Chart {
     /// The machine's name: the attribute `name`, or else the file's name without folder and extension.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.name
+        self.ids.machine()
     }
 
     /// The file that the machine was read from, with its text.
@@ -152,7 +148,7 @@ impl Chart {
     /// The state with this id.
     #[must_use]
     pub fn find_state(&self, id: &str) -> Option<StateId> {
-        self.states().find(|state| &*self.state(*state).id == id)
+        self.ids.find_state(id)
     }
 
     /// All transitions in document order, without those of `<initial>` and `<history>`.
@@ -172,7 +168,7 @@ impl Chart {
     }
 
     pub(crate) fn find_data(&self, id: &str) -> Option<DataId> {
-        self.data.iter().position(|item| &*item.id == id).map(DataId::new)
+        self.ids.find_data(id)
     }
 
     /// The datum with this id, if the caller that starts the machine may give it a value.
@@ -278,7 +274,7 @@ impl Chart {
 
 impl fmt::Debug for Chart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Chart").field("name", &self.name).field("file", &self.file.name()).finish_non_exhaustive()
+        f.debug_struct("Chart").field("name", &self.name()).field("file", &self.file.name()).finish_non_exhaustive()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The values of a machine's data model: those of ECMAScript, as plain data.
 
 mod coerce;
+mod error;
 mod json;
 mod memory;
 mod xml;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 #[cfg(feature = "ecmascript")]
 pub(crate) use coerce::Identity;
 pub(crate) use coerce::{MAX_TEXT_BYTES, numeric};
+pub(crate) use error::EvaluationError;
 pub(crate) use memory::Memory;
 #[cfg(feature = "ecmascript")]
 pub(crate) use memory::Renewed;

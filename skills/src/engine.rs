@@ -20,7 +20,6 @@
 
 #[cfg(not(feature = "ecmascript"))]
 mod absent;
-mod code;
 #[cfg(feature = "ecmascript")]
 mod quickjs;
 mod world;
@@ -32,13 +31,13 @@ use absent as present;
 #[cfg(feature = "ecmascript")]
 use quickjs as present;
 
-pub(crate) use code::{Code, Form};
 pub(crate) use world::World;
 
 use crate::Datum;
-use crate::chart::DataId;
+use crate::datum::EvaluationError;
 use crate::expression::scan::{Declarations, Piece, declarations, pieces, too_deep, words};
-use crate::expression::{EvaluationError, ExpressionProblem, Names};
+use crate::expression::{Code, ExpressionProblem, Form, Names};
+use crate::ids::DataId;
 
 /// The longest source.
 const MAX_BYTES: usize = 1 << 18;

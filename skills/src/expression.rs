@@ -5,7 +5,7 @@
 //! `void`, `?:`, parentheses, and `In('state')`. Assignments are allowed in `<assign>` and, with `=`, `+=`, `++` and
 //! similar operators, in `<script>`. Conversions follow ECMAScript. Everything else is for [`crate::engine`].
 
-mod error;
+mod code;
 mod evaluate;
 mod location;
 mod parse;
@@ -17,7 +17,7 @@ mod syntax;
 mod token;
 mod vocabulary;
 
-pub(crate) use error::EvaluationError;
+pub(crate) use code::{Code, Form};
 pub(crate) use evaluate::{Scope, binary};
 pub(crate) use location::Location;
 pub(crate) use parse::{Parsed, expression, literal, location};

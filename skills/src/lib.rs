@@ -111,12 +111,15 @@
 //! their channels when a scenario is loaded. `mutation` introduces a mistake into a machine's text without moving any
 //! line.
 
+mod bit_set;
 mod chart;
 mod datum;
 mod delay;
 mod engine;
 mod error;
+mod event;
 mod expression;
+mod ids;
 mod load;
 mod machine;
 mod mutation;
@@ -128,10 +131,12 @@ mod shipped;
 mod steps;
 mod unobserved;
 
-pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateId, StateKind, Transition, TransitionId};
+pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateKind, Transition};
 pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
-pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Params, Status, Transcript, Undelivered};
+pub use event::{Event, EventKind, Outgoing, Params};
+pub use ids::{StateId, TransitionId};
+pub use machine::{Host, Machine, Note, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{
     Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system,

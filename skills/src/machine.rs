@@ -1,7 +1,6 @@
 //! A running machine: the interpretation algorithm of SCXML (Appendix D).
 
 mod entry;
-mod event;
 mod execute;
 mod host;
 mod input;
@@ -17,11 +16,13 @@ use std::sync::{Arc, OnceLock};
 
 use diagnostics::nearest_or_all;
 
-pub use event::{Event, EventKind, Outgoing, Params};
 pub use host::{Host, Note, Transcript, Undelivered};
 
-use crate::chart::{ADDRESS, BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
+use crate::bit_set::BitSet;
+use crate::chart::{ADDRESS, Chart, EventClass, SCXML_PROCESSOR};
 use crate::datum::Memory;
+use crate::event::{Event, EventKind, Outgoing};
+use crate::ids::{DataId, StateId, TransitionId};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use timer::Timer;
@@ -188,7 +189,7 @@ impl Machine {
         let states = chart.states.len();
         let has_history = chart.states.iter().any(|state| !state.histories.is_empty());
         let invokes = chart.states.iter().any(|state| !state.invokes.is_empty());
-        let session = Session::new(&chart.name);
+        let session = Session::new(chart.ids.machine());
         let scratch = Scratch {
             entering: BitSet::new(states),
             by_default: BitSet::new(states),

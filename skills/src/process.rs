@@ -19,7 +19,8 @@ use channels::{
 use diagnostics::nearest_or_all;
 
 use crate::chart::Chart;
-use crate::machine::{Host, Machine, Note, Outgoing, Undelivered};
+use crate::event::Outgoing;
+use crate::machine::{Host, Machine, Note, Undelivered};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 pub use adapter::{Adapter, AdapterState};

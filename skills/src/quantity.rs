@@ -6,8 +6,9 @@ use std::sync::Arc;
 use diagnostics::Problem;
 use miette::SourceSpan;
 
-use crate::chart::{ActionKind, Content, DataId, Place, Send, visit_actions};
+use crate::chart::{ActionKind, Content, Place, Send, visit_actions};
 use crate::expression::{BinaryOp, EventField, Expr, Statement, UnaryOp};
+use crate::ids::DataId;
 use crate::{Chart, Datum};
 
 /// How to fix a machine that computes with a quantity.

@@ -10,7 +10,8 @@ pub use cues::{Cue, Cues};
 pub use line::{Line, LineKind};
 
 use crate::chart::Chart;
-use crate::machine::{Host, Machine, Note, Outgoing, Status, Undelivered};
+use crate::event::Outgoing;
+use crate::machine::{Host, Machine, Note, Status, Undelivered};
 
 /// The maximum number of events and timers that may wake a machine.
 const MAX_WAKES: u32 = 1_000_000;

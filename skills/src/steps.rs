@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use crate::expression::EvaluationError;
+use crate::datum::EvaluationError;
 
 /// Steps until a machine must be at rest.
 const MAX_STEPS: u64 = 4_000_000;

@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use miette::SourceSpan;
 
-use super::{Chart, DataId, EventClass};
+use super::{Chart, EventClass};
 use crate::Datum;
-use crate::engine::Code;
+use crate::expression::Code;
 use crate::expression::{Expr, Location, Statement};
+use crate::ids::DataId;
 
 /// The actions of one `<onentry>`, `<onexit>` or transition. An error ends the block early and affects no other block.
 pub(crate) type Block = Vec<Action>;

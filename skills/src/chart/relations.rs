@@ -1,6 +1,7 @@
 //! Relations between states (the predicates of SCXML Appendix D).
 
-use super::{Chart, StateId, StateKind, TransitionDomain, TransitionId};
+use super::{Chart, StateKind, TransitionDomain};
+use crate::ids::{StateId, TransitionId};
 
 impl Chart {
     /// Whether `state` is inside `ancestor`, at any depth.

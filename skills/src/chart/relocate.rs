@@ -57,7 +57,15 @@ fn action(action: &mut Action, place: Place<'_>) {
             block(content, place);
         }),
         ActionKind::Foreach(foreach) => block(&mut foreach.content, place),
-        _ => {}
+        // These have no range besides their action's. The list is complete, so that a kind with ranges of its own
+        // cannot be forgotten: its problems would point to a wrong line.
+        ActionKind::Raise { .. }
+        | ActionKind::Cancel(_)
+        | ActionKind::Assign(..)
+        | ActionKind::Log { .. }
+        | ActionKind::Script(_)
+        | ActionKind::Foreign(_)
+        | ActionKind::Fail(_) => {}
     }
 }
 
@@ -72,7 +80,8 @@ fn send(send: &mut Send, place: Place<'_>) {
 
 fn payload(payload: &mut Payload, place: Place<'_>) {
     payload.params.iter_mut().for_each(|param| shift(&mut param.span, place));
-    if let Some(Content::Computed(_, span)) = &mut payload.content {
-        shift(span, place);
+    match &mut payload.content {
+        Some(Content::Computed(_, span)) => shift(span, place),
+        Some(Content::Literal(_)) | None => {}
     }
 }

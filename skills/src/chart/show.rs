@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Chart, HistoryKind, StateId, StateKind, Transition};
+use super::{Chart, HistoryKind, StateKind, Transition};
+use crate::ids::StateId;
 
 impl Chart {
     /// The states and transitions as indented text, in document order. `*` marks the states that are entered by

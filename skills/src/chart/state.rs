@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use miette::SourceSpan;
 
-use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload, StateId, TransitionId};
+use super::{Block, Condition, EventClass, Invoke, Matches, Payload};
+use crate::ids::{DataId, StateId, TransitionId};
 
 /// The kind of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,9 +6,8 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use super::coerce::Identity;
-use super::{Datum, TooLarge};
-use crate::chart::DataId;
-use crate::expression::EvaluationError;
+use super::{Datum, EvaluationError, TooLarge};
+use crate::ids::DataId;
 
 /// The contents of a machine's data, by index.
 ///

@@ -1,8 +1,9 @@
 //! Without an engine: the feature `ecmascript` is off.
 
-use super::{Code, Form, World};
+use super::World;
 use crate::Datum;
-use crate::expression::{EvaluationError, ExpressionProblem};
+use crate::datum::EvaluationError;
+use crate::expression::ExpressionProblem;
 
 pub(super) const AVAILABLE: bool = false;
 

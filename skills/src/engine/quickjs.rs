@@ -16,10 +16,12 @@ use std::rc::Rc;
 use rquickjs::object::Property;
 use rquickjs::{Ctx, Object, Value};
 
-use super::{Code, World};
+use super::World;
 use crate::Datum;
-use crate::chart::{Chart, DataId};
-use crate::expression::EvaluationError;
+use crate::datum::EvaluationError;
+use crate::expression::Code;
+use crate::ids::DataId;
+use crate::ids::Identifiers;
 use builtins::Tools;
 use convert::{Injector, Reader};
 use failure::{Failure, TOO_LARGE};
@@ -93,12 +95,12 @@ impl<'js> Evaluation<'_, 'js> {
         injector: &mut Injector<'_, 'js>,
     ) -> Result<(), Failure> {
         let global = self.ctx.globals();
-        let Some(chart) = world.scope.chart else {
+        let Some(names) = world.scope.ids else {
             return Ok(());
         };
         for id in ids {
             let value = injector.inject(&world.memory[id.index()])?;
-            global.prop(&*chart.data[id.index()].id, Property::from(value).writable().enumerable().configurable())?;
+            global.prop(names.datum(*id), Property::from(value).writable().enumerable().configurable())?;
         }
         let fix = |name: &str, value: Value<'js>| global.prop(name, Property::from(value).enumerable());
         if code.mentions_event || ids.len() > code.mentions.len() {
@@ -108,7 +110,7 @@ impl<'js> Evaluation<'_, 'js> {
             }
             fix("_event", event)?;
         }
-        for (name, value) in system_variables(chart, world) {
+        for (name, value) in system_variables(names, world) {
             if code.program.contains(name) || ids.len() > code.mentions.len() {
                 fix(name, injector.inject(&value)?)?;
             }
@@ -133,9 +135,9 @@ impl<'js> Evaluation<'_, 'js> {
         let global: Object<'js> = self.ctx.globals();
         let mut reader = Reader::new(self.tools, injector);
         let mut data = Vec::with_capacity(ids.len());
-        if let Some(chart) = world.scope.chart {
+        if let Some(names) = world.scope.ids {
             for id in ids {
-                let value: Value<'js> = global.get(&*chart.data[id.index()].id)?;
+                let value: Value<'js> = global.get(names.datum(*id))?;
                 data.push((*id, reader.read(&value)?));
             }
         }
@@ -155,11 +157,11 @@ impl<'js> Evaluation<'_, 'js> {
 }
 
 /// The system variables besides `_event` (SCXML 5.10).
-fn system_variables(chart: &Chart, world: &World<'_>) -> [(&'static str, Datum); 4] {
+fn system_variables(names: &Identifiers, world: &World<'_>) -> [(&'static str, Datum); 4] {
     [
         ("_ioprocessors", world.scope.io_processors.cloned().unwrap_or_default()),
         ("_sessionid", Datum::text(world.scope.session)),
-        ("_name", Datum::text(chart.name())),
+        ("_name", Datum::text(names.machine())),
         ("_x", Datum::object::<&str>([]).unwrap_or_default()),
     ]
 }

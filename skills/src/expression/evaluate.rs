@@ -3,9 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use super::location::Step;
-use super::{BinaryOp, EvaluationError, EventField, Expr, Location, LogicOp, UnaryOp};
-use crate::chart::{BitSet, Chart};
-use crate::datum::MAX_TEXT_BYTES;
+use super::{BinaryOp, EventField, Expr, Location, LogicOp, UnaryOp};
+use crate::bit_set::BitSet;
+use crate::datum::{EvaluationError, MAX_TEXT_BYTES};
+use crate::ids::Identifiers;
 use crate::steps::Steps;
 use crate::{Datum, Event};
 
@@ -14,7 +15,7 @@ type Result<T> = std::result::Result<T, EvaluationError>;
 /// The environment that an expression can see.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Scope<'a> {
-    pub(crate) chart: Option<&'a Chart>,
+    pub(crate) ids: Option<&'a Identifiers>,
     pub(crate) session: &'a str,
     pub(crate) configuration: Option<&'a BitSet>,
     pub(crate) data: &'a [Datum],
@@ -58,7 +59,7 @@ impl Scope<'_> {
     }
 
     fn is_active_id(&self, id: &str) -> bool {
-        let state = self.chart.and_then(|chart| chart.find_state(id));
+        let state = self.ids.and_then(|ids| ids.find_state(id));
         state.is_some_and(|state| self.is_active(state.index()))
     }
 }
@@ -89,7 +90,7 @@ impl Expr {
             Self::Foreign(_) => return Err(EvaluationError::Broken("only an engine can evaluate this".into())),
             Self::Event => scope.whole_event()?,
             Self::EventField(field) => event_field(*field, scope)?,
-            Self::MachineName => scope.chart.map_or(Datum::Undefined, |chart| Datum::text(chart.name())),
+            Self::MachineName => scope.ids.map_or(Datum::Undefined, |ids| Datum::text(ids.machine())),
             Self::SessionId => Datum::text(scope.session),
             Self::IoProcessors => scope.io_processors.cloned().unwrap_or_default(),
             Self::Index(parts) => {
@@ -329,7 +330,7 @@ fn to_int32(value: &Datum) -> i32 {
 mod tests {
     use super::super::{Names, expression};
     use super::*;
-    use crate::chart::DataId;
+    use crate::ids::DataId;
 
     fn value(source: &str) -> Datum {
         let mut names = Names::default();

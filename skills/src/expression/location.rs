@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{Expr, ExpressionProblem, ProblemKind};
-use crate::chart::DataId;
+use crate::ids::DataId;
 
 /// A datum, or a part of one: `x`, `x.y`, `x[i].z`.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::Datum;
-use crate::chart::{DataId, StateId};
-use crate::engine::Code;
+use crate::expression::Code;
+use crate::ids::{DataId, StateId};
 
 /// The meaning of the names in an expression.
 #[derive(Debug, Default)]

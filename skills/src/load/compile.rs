@@ -12,10 +12,9 @@ use super::value::{InlineContent, content_of_file};
 use super::xml::{Written, elements_named, name_span};
 use super::{reach, targets};
 use crate::Strictness;
-use crate::chart::{
-    Binding, Chart, DataId, DataItem, EventTree, Mentions, State, StateId, StateKind, Transition, TransitionId,
-};
+use crate::chart::{Binding, Chart, DataItem, EventTree, Mentions, State, StateKind, Transition};
 use crate::expression::{Expr, Names};
+use crate::ids::{DataId, Identifiers, StateId, TransitionId};
 
 /// Compiles a machine with a valid structure, and reports its remaining problems. Also returns how many of them the
 /// recommendation would forgive.
@@ -39,14 +38,16 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
         forgivable: 0,
         problems,
     };
-    let data = data.into_iter().map(|(node, item)| compiler.data(node, item)).collect();
+    let data: Vec<DataItem> = data.into_iter().map(|(node, item)| compiler.data(node, item)).collect();
     let scripts = elements_named(root, "script").map(|script| vec![compiler.script(script)]).collect();
     let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
-    let states = states.into_iter().enumerate().map(compile).collect();
+    let states: Vec<State> = states.into_iter().enumerate().map(compile).collect();
     let Compiler { events, transitions, foreign, mentions, leads_nowhere, forgivable, .. } = compiler;
+    let state_ids = states.iter().map(|state| Arc::clone(&state.id)).collect();
+    let data_ids = data.iter().map(|item| Arc::clone(&item.id)).collect();
     let mut chart = Chart {
         file: origin.file.clone(),
-        name,
+        ids: Identifiers::new(name, state_ids, data_ids),
         binding: if late { Binding::Late } else { Binding::Early },
         states,
         transitions,

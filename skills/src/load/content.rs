@@ -13,7 +13,7 @@ use crate::Datum;
 use crate::chart::{
     Action, ActionKind, Attribute, Block, Branch, Content, Foreach, Param, Payload, Source, is_event_name,
 };
-use crate::engine::Form;
+use crate::expression::Form;
 use crate::expression::{self, Expr, is_identifier};
 
 impl Compiler<'_> {

@@ -8,8 +8,8 @@ use diagnostics::Problem;
 use super::compile::Compiler;
 use super::xml::Written;
 use crate::chart::Condition;
-use crate::engine::{Code, Form};
 use crate::expression::{self, Expr, ExpressionProblem, Parsed, ProblemKind};
+use crate::expression::{Code, Form};
 
 impl Compiler<'_> {
     pub(super) fn condition(&mut self, written: &Written<'_>) -> Condition {

@@ -9,8 +9,8 @@ use super::compile::{self, Compiler};
 use super::xml::{Written, elements, elements_named, name_span};
 use crate::chart::{ActionKind, Block};
 use crate::chart::{INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Place, Source, visit_actions};
-use crate::engine::Form;
 use crate::expression::Expr;
+use crate::expression::Form;
 
 impl Compiler<'_> {
     pub(super) fn invoke(&mut self, node: Node<'_, '_>) -> Invoke {

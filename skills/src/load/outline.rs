@@ -9,9 +9,10 @@ use roxmltree::Node;
 
 use super::origin::Origin;
 use super::xml::{Written, elements, elements_named, name_span, own_elements};
-use crate::chart::{DataId, DataItem, EventClass, HistoryKind, Payload, State, StateId, StateKind, is_descriptor};
+use crate::chart::{DataItem, EventClass, HistoryKind, Payload, State, StateKind, is_descriptor};
 use crate::expression::scan::{Declarations, declarations};
 use crate::expression::{Names, is_identifier};
+use crate::ids::{DataId, StateId};
 
 const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
 

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use diagnostics::Problem;
 use miette::SourceSpan;
 
-use crate::chart::{
-    BitSet, Chart, Matches, SCXML_PROCESSOR, StateId, StateKind, Transition, TransitionId, is_event_name,
-};
+use crate::bit_set::BitSet;
+use crate::chart::{Chart, Matches, SCXML_PROCESSOR, StateKind, Transition, is_event_name};
 use crate::expression::Scope;
+use crate::ids::{StateId, TransitionId};
 
 /// Warns of states that are never entered, transitions that are never taken and events that the machine sends to itself
 /// and never handles, as far as the file alone shows.
@@ -127,7 +127,7 @@ fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     let Some(condition) = &transition.condition else {
         return Some(true);
     };
-    let scope = Scope { chart: Some(chart), ..Scope::default() };
+    let scope = Scope { ids: Some(&chart.ids), ..Scope::default() };
     if condition.test.is_fixed(&|_| false) { condition.test.truth(&scope).ok() } else { None }
 }
 

@@ -2,7 +2,8 @@
 
 use diagnostics::Problem;
 
-use crate::chart::{Chart, HistoryKind, StateId, StateKind, TransitionDomain};
+use crate::chart::{Chart, HistoryKind, StateKind, TransitionDomain};
+use crate::ids::StateId;
 
 /// Reports targets that cannot be active at once, and initial states outside their parent.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {

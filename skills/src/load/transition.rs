@@ -5,9 +5,8 @@ use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::xml::{CHANCE_NAMESPACE, Written, elements, elements_named, is_scxml, name_span};
-use crate::chart::{
-    Block, Descriptor, Initial, State, StateId, StateKind, Transition, TransitionDomain, is_descriptor,
-};
+use crate::chart::{Block, Descriptor, Initial, State, StateKind, Transition, TransitionDomain, is_descriptor};
+use crate::ids::StateId;
 
 impl Compiler<'_> {
     pub(super) fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {

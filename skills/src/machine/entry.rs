@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::macrostep::Macrostep;
 use super::{Event, EventKind, Status};
-use crate::chart::{Binding, BitSet, HistoryKind, StateId, StateKind, TransitionId};
+use crate::bit_set::BitSet;
+use crate::chart::{Binding, HistoryKind, StateKind};
+use crate::ids::{StateId, TransitionId};
 
 impl Macrostep<'_, '_> {
     /// Takes the transitions in `scratch.enabled`.

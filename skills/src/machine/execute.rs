@@ -7,8 +7,10 @@ use miette::SourceSpan;
 use super::macrostep::Macrostep;
 use super::{Event, EventKind, Note, no_room};
 use crate::Datum;
-use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
-use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary};
+use crate::chart::{Action, ActionKind, Branch, Condition, Content, Foreach, Payload, Place};
+use crate::datum::EvaluationError;
+use crate::expression::{BinaryOp, Expr, Location, Statement, binary};
+use crate::ids::DataId;
 
 /// An action failed: the rest of its block is skipped (SCXML 3.12.2). The error event is in the queue already.
 pub(super) struct Aborted;

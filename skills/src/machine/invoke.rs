@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::macrostep::{Macrostep, OuterEvent, OuterSessions};
 use super::{Event, Host, Invoked, MAX_WAITING, Machine, Note, Outgoing, Queued, Status, Undelivered, no_room};
 use crate::Datum;
-use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
+use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource};
+use crate::ids::StateId;
 
 /// The maximum number of machines in a family; machines that invoke themselves would exceed it.
 const MAX_SESSIONS: usize = 256;

@@ -7,9 +7,13 @@ use miette::SourceSpan;
 
 use super::{Event, EventKind, Host, MAX_WAITING, Machine, Note, Queued, Status};
 use crate::Datum;
-use crate::chart::{Binding, BitSet, Chart, DataId, EventClass, StateId, StateKind, range};
-use crate::engine::{Code, World};
-use crate::expression::{EvaluationError, Expr, Scope};
+use crate::bit_set::BitSet;
+use crate::chart::{Binding, Chart, EventClass, StateKind, range};
+use crate::datum::EvaluationError;
+use crate::engine::World;
+use crate::expression::Code;
+use crate::expression::{Expr, Scope};
+use crate::ids::{DataId, StateId};
 use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 
@@ -215,7 +219,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
     pub(super) fn run_code(&mut self, code: &Code, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
         let machine = &mut *self.machine;
         let scope = Scope {
-            chart: Some(self.chart),
+            ids: Some(&self.chart.ids),
             session: &machine.session.id,
             configuration: Some(&machine.configuration),
             data: &[],
@@ -232,7 +236,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
     /// The current scope of expressions.
     pub(super) fn scope(&self) -> Scope<'_> {
         Scope {
-            chart: Some(self.chart),
+            ids: Some(&self.chart.ids),
             session: &self.machine.session.id,
             configuration: Some(&self.machine.configuration),
             data: &self.machine.data,

@@ -1,7 +1,8 @@
 //! Selects the next transitions (SCXML 3.13).
 
 use super::macrostep::Macrostep;
-use crate::chart::{EventClass, StateId, StateKind, TransitionDomain, TransitionId};
+use crate::chart::{EventClass, StateKind, TransitionDomain};
+use crate::ids::{StateId, TransitionId};
 use crate::random;
 
 impl Macrostep<'_, '_> {

@@ -8,7 +8,8 @@ use roxmltree::Node;
 
 use super::place::Site;
 use super::{Mutation, TransitionPlace};
-use crate::chart::{Chart, StateId, StateKind, Transition, TransitionDomain, TransitionId};
+use crate::chart::{Chart, StateKind, Transition, TransitionDomain};
+use crate::ids::{StateId, TransitionId};
 use crate::load::{Written, name_span};
 
 /// A range of bytes and its new text.

@@ -6,7 +6,8 @@ use diagnostics::{Problem, nearest_or_all};
 use roxmltree::{Document, Node};
 
 use super::{SendPlace, TransitionPlace};
-use crate::chart::{Chart, StateId, Transition, TransitionId};
+use crate::chart::{Chart, Transition};
+use crate::ids::{StateId, TransitionId};
 use crate::load::{Written, name_span, own_elements};
 
 /// A machine and its elements.

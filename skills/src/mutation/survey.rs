@@ -5,7 +5,8 @@ use super::place::{Site, WrittenSend, events_of, reacts};
 use super::several::{Subject, changed};
 use super::{Mutation, SendPlace, TransitionPlace};
 use crate::SkillError;
-use crate::chart::{Chart, StateId, StateKind, Transition};
+use crate::chart::{Chart, StateKind, Transition};
+use crate::ids::StateId;
 use crate::load::{self, Written};
 
 /// Every mutation that leaves the machine loadable, in the order of the file. `file` names the text in messages.

@@ -7,7 +7,8 @@ use std::hash::{Hash, Hasher};
 use channels::{ChannelId, Envelope, NoNormalForm, NormalForm, Offer, RequestNumber, TransitionId, Use};
 
 use crate::Datum;
-use crate::machine::{Event, Machine, Undelivered};
+use crate::event::Event;
+use crate::machine::{Machine, Undelivered};
 
 /// Turns the messages of a machine's channels into events, and what the machine sends into messages.
 ///

@@ -14,7 +14,8 @@ use super::check::{Constants, goes_by_channel};
 use super::wiring::Wiring;
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR};
-use crate::machine::{Event, MAX_WAITING, Machine, Undelivered};
+use crate::event::Event;
+use crate::machine::{MAX_WAITING, Machine, Undelivered};
 
 /// Turns the messages of a process's channels into events, and what it sends into messages.
 ///

@@ -11,11 +11,12 @@ use super::CLIENT;
 use super::wiring::{Incoming, Outgoing, Wiring, heads, shapes_of, takes};
 use crate::Datum;
 use crate::chart::{
-    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Place, Send, SendId,
-    is_event_name, visit_actions,
+    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, Descriptor, EventClass, Place, Send, SendId, is_event_name,
+    visit_actions,
 };
 use crate::datum::Memory;
 use crate::expression::{Expr, Scope, Statement};
+use crate::ids::DataId;
 use crate::load::can_be_done;
 use crate::machine::Machine;
 
@@ -51,7 +52,7 @@ impl<'a> Constants<'a> {
     /// The value of an expression, if it never changes.
     pub(super) fn value(&self, expr: &Expr) -> Option<Datum> {
         let is_fixed = |id: DataId| !self.changed.contains(&id) && self.chart.data[id.index()].top_level;
-        let scope = Scope { chart: Some(self.chart), data: &self.values, ..Scope::default() };
+        let scope = Scope { ids: Some(&self.chart.ids), data: &self.values, ..Scope::default() };
         if expr.is_fixed(&is_fixed) { expr.evaluate(&scope).ok() } else { None }
     }
 

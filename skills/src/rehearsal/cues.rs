@@ -6,8 +6,8 @@ use std::time::Duration;
 use diagnostics::{Problem, Source, did_you_mean};
 
 use crate::chart::is_event_name;
+use crate::event::Event;
 use crate::expression::literal;
-use crate::machine::Event;
 use crate::{Datum, SkillError};
 
 /// An event and its time.

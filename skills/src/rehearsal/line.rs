@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use crate::Datum;
 use crate::chart::Chart;
-use crate::machine::{Machine, Note, Outgoing, Status};
+use crate::event::Outgoing;
+use crate::machine::{Machine, Note, Status};
 
 /// Something that happened in a rehearsal. Its `Display` form is a line for people, [`Line::to_json`] one for programs.
 #[derive(Clone, Debug, PartialEq, Eq)]

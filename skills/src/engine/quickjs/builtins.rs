@@ -109,9 +109,9 @@ fn method<'js>(object: &Object<'js>, name: &str, function: Function<'js>) -> Res
 
 /// The ids of the active states.
 fn active_states(scope: Scope<'_>) -> Vec<Arc<str>> {
-    let active = scope.chart.into_iter().flat_map(|chart| {
+    let active = scope.ids.into_iter().flat_map(|ids| {
         let states = scope.configuration.into_iter().flat_map(|configuration| configuration.iter());
-        states.filter_map(|state| chart.states.get(state)).map(|state| Arc::clone(&state.id))
+        states.filter_map(|state| ids.state(state)).map(Arc::clone)
     });
     active.collect()
 }

@@ -10,8 +10,8 @@ use rquickjs::{Array, Ctx, Function, Object, Type, Value};
 use super::builtins::Tools;
 use super::failure::Failure;
 use super::reading::readable;
+use crate::datum::EvaluationError;
 use crate::datum::{Identity, MAX_TEXT_BYTES, Renewed, describe_xml};
-use crate::expression::EvaluationError;
 use crate::{Datum, TooLarge};
 
 /// The maximum nesting of values in the engine; slightly more than for data.

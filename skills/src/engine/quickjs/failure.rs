@@ -3,7 +3,7 @@
 use rquickjs::{Ctx, Error, Value};
 
 use super::runtime::Turns;
-use crate::expression::EvaluationError;
+use crate::datum::EvaluationError;
 
 pub(super) const TOO_LARGE: &str = "the code needs more memory than 4 MiB";
 

@@ -3,8 +3,8 @@
 use rquickjs::{Error, Value};
 
 use super::runtime::{STEPS_PER_TURN, Turns, engine};
-use crate::engine::Form;
 use crate::expression::ExpressionProblem;
+use crate::expression::Form;
 
 /// Checks whether the engine can parse a source.
 pub(in crate::engine) fn check(source: &str, form: Form) -> Result<(), ExpressionProblem> {

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::TooLarge;
-use crate::datum::MAX_TEXT_BYTES;
+use super::{MAX_TEXT_BYTES, TooLarge};
 
 /// Why an expression has no value; it becomes `error.execution`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

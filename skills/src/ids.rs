@@ -1,4 +1,6 @@
-//! Identifiers of the parts of a chart: their indices.
+//! Identifiers of the parts of a chart: their indices, and their names in the file.
+
+use std::sync::Arc;
 
 /// A state of a chart, as an index in document order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -45,5 +47,42 @@ impl DataId {
 
     pub(crate) fn index(self) -> usize {
         self.0 as usize
+    }
+}
+
+/// The names that expressions can read: of a machine, its states and its data, by index.
+#[derive(Clone, Debug)]
+pub(crate) struct Identifiers {
+    machine: Arc<str>,
+    states: Vec<Arc<str>>,
+    data: Vec<Arc<str>>,
+}
+
+impl Identifiers {
+    /// `states` begins with the root.
+    pub(crate) fn new(machine: Arc<str>, states: Vec<Arc<str>>, data: Vec<Arc<str>>) -> Self {
+        Self { machine, states, data }
+    }
+
+    pub(crate) fn machine(&self) -> &Arc<str> {
+        &self.machine
+    }
+
+    /// The id of a state, if the index is that of one.
+    pub(crate) fn state(&self, index: usize) -> Option<&Arc<str>> {
+        self.states.get(index)
+    }
+
+    pub(crate) fn datum(&self, data: DataId) -> &str {
+        &self.data[data.index()]
+    }
+
+    /// The state with this id; the root has none.
+    pub(crate) fn find_state(&self, id: &str) -> Option<StateId> {
+        (1..self.states.len()).find(|index| &*self.states[*index] == id).map(StateId::new)
+    }
+
+    pub(crate) fn find_data(&self, id: &str) -> Option<DataId> {
+        self.data.iter().position(|known| &**known == id).map(DataId::new)
     }
 }

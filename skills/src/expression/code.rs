@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::chart::DataId;
+use crate::ids::DataId;
 
 /// The kinds of code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,8 +20,8 @@ pub(crate) enum Form {
 pub(crate) struct Code {
     /// The program that the engine runs.
     #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
-    pub(super) program: Arc<str>,
+    pub(crate) program: Arc<str>,
     /// The data that the code mentions.
-    pub(super) mentions: Vec<DataId>,
-    pub(super) mentions_event: bool,
+    pub(crate) mentions: Vec<DataId>,
+    pub(crate) mentions_event: bool,
 }
