@@ -1,10 +1,13 @@
-//! A text made from parts of another text, with the place of each part.
+//! XML made from parts of another text, with the place of each part.
 
 use std::ops::Range;
 
+use diagnostics::markup;
+
 /// The translation of a file: copied parts, and words that replace others.
-#[derive(Debug, Default)]
-pub(crate) struct Plain {
+#[derive(Debug)]
+pub(crate) struct Plain<'f> {
+    file: &'f str,
     text: String,
     pieces: Vec<Piece>,
 }
@@ -19,10 +22,47 @@ struct Piece {
     copied: bool,
 }
 
-impl Plain {
+impl<'f> Plain<'f> {
+    /// The translation of this file, without anything yet.
+    pub(crate) fn of(file: &'f str) -> Self {
+        Self { file, text: String::new(), pieces: Vec::new() }
+    }
+
+    /// Appends the beginning of a start tag; its attributes follow.
+    pub(crate) fn open(&mut self, element: &str, from: &Range<usize>) {
+        self.write(&format!("<{element}"), from);
+    }
+
+    /// Appends an attribute to a start tag.
+    pub(crate) fn attribute(&mut self, name: &str, value: &str, from: &Range<usize>) {
+        self.write(&format!(" {name}=\"{}\"", markup::attribute(value)), from);
+    }
+
+    /// Appends an attribute whose value is a part of the file, as XML already.
+    pub(crate) fn copied_attribute(&mut self, name: &str, value: Range<usize>, from: &Range<usize>) {
+        self.write(&format!(" {name}=\""), from);
+        self.copy(value);
+        self.write("\"", from);
+    }
+
+    /// Ends the start tag of an element with content.
+    pub(crate) fn begin_content(&mut self, from: &Range<usize>) {
+        self.write(">", from);
+    }
+
+    /// Ends an element without content.
+    pub(crate) fn close_empty(&mut self, from: &Range<usize>) {
+        self.write("/>", from);
+    }
+
+    /// Ends an element with content.
+    pub(crate) fn close(&mut self, element: &str, from: &Range<usize>) {
+        self.write(&format!("</{element}>"), from);
+    }
+
     /// Appends a part of the file unchanged.
-    pub(crate) fn copy(&mut self, file: &str, from: Range<usize>) {
-        let copy = file.get(from.clone()).unwrap_or_default();
+    pub(crate) fn copy(&mut self, from: Range<usize>) {
+        let copy = self.file.get(from.clone()).unwrap_or_default();
         self.pieces.push(Piece { start: self.text.len(), from, copied: true });
         self.text.push_str(copy);
     }
@@ -64,10 +104,10 @@ mod tests {
     #[test]
     fn locations_inside_copies_are_exact_and_others_are_those_of_the_replaced_words() {
         let file = "if _msg.data then";
-        let mut plain = Plain::default();
-        plain.copy(file, 0..3);
+        let mut plain = Plain::of(file);
+        plain.copy(0..3);
         plain.write("_event.data", &(3..7));
-        plain.copy(file, 7..17);
+        plain.copy(7..17);
         assert_eq!(plain.text(), "if _event.data.data then");
         assert_eq!(&file[plain.place(3..14)], "_msg");
         assert_eq!(&file[plain.place(3..19)], "_msg.data");
