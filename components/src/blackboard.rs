@@ -2,14 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use std::time::Duration;
 
-use channels::{
-    Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use, Value,
-    WiringError,
-};
+use channels::{Message, ProcessId, Topology, Value, WiringError};
 
-use crate::service::Service;
+use crate::service::{Handler, Service};
 
 /// The process Blackboard: an integer that a skill must lock before it may write it.
 ///
@@ -26,14 +22,11 @@ use crate::service::Service;
 /// The published component refuses a lock that it cannot grant, and the client asks again until it succeeds. This one
 /// answers once it can grant the lock: to one client at a time, and to a client that has read 0 only after the value
 /// has changed.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Blackboard {
-    service: Service,
-    entry: Entry,
-}
+pub type Blackboard = Service<Entry>;
 
+/// How many skills may navigate, and which one may change that.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Entry {
+pub struct Entry {
     holder: Option<Arc<str>>,
     value: i64,
     /// The skills that have read 0 since the last write.
@@ -83,35 +76,23 @@ impl Blackboard {
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
         let entry = Entry { holder: None, value: 1, found_zero: BTreeSet::new() };
-        Ok(Self { service: Service::new(topology, process)?, entry })
+        Self::with_handler(topology, process, entry)
     }
 }
 
-impl Process for Blackboard {
-    fn offers(&self, offers: &mut Vec<Offer>) {
-        self.service.offers(|request| Some(self.entry.serve(request)?.0), offers);
+impl Handler for Entry {
+    fn answer(&self, request: &Message) -> Option<Message> {
+        Some(self.serve(request)?.0)
     }
 
-    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
-        if received.is_none()
-            && let Some((_, after)) = self.service.pending(transition).and_then(|request| self.entry.serve(request))
-        {
-            self.entry = after;
+    fn answered(&mut self, request: &Message) {
+        if let Some((_, after)) = self.serve(request) {
+            *self = after;
         }
-        self.service.take(transition, received);
     }
 
-    fn uses(&self) -> Vec<Use> {
-        self.service.uses()
-    }
-
-    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        self.service.normalize(form);
-        Ok(())
-    }
-
-    fn location(&self) -> String {
-        let Entry { holder, value, .. } = &self.entry;
+    fn location(&self, _: bool) -> String {
+        let Self { holder, value, .. } = self;
         holder.as_ref().map_or_else(|| format!("navigation: {value}"), |skill| format!("navigation: {value}, {skill}"))
     }
 }

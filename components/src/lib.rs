@@ -56,10 +56,11 @@ mod outages;
 mod service;
 mod software;
 
-pub use battery_reader::BatteryReader;
-pub use blackboard::Blackboard;
-pub use localization::Localization;
-pub use navigation::{Navigation, Order, StopRule, TripStatus};
+pub use battery_reader::{Battery, BatteryReader};
+pub use blackboard::{Blackboard, Entry};
+pub use localization::{AtPlaces, Localization};
+pub use navigation::{Navigation, Order, StopRule, TripStatus, Trips};
 pub use operations::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Operation, operations};
 pub use outages::{Component, Outages};
+pub use service::{Handler, Service};
 pub use software::{Processes, Software};

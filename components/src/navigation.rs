@@ -1,14 +1,10 @@
 //! Navigation: drives to places.
 
 use std::collections::VecDeque;
-use std::time::Duration;
 
-use channels::{
-    Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Symbol, Topology, TransitionId, Use, Value,
-    WiringError,
-};
+use channels::{Message, ProcessId, Symbol, Topology, Value, WiringError};
 
-use crate::service::Service;
+use crate::service::{Handler, Service};
 
 /// The status of a trip, as Navigation reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,11 +63,13 @@ pub enum Order {
 ///   is received, not when the robot stands still. So once a new trip has started, no `<running>` from the old one
 ///   arrives. Under [`StopRule::AnyTrip`] it ends every trip.
 ///
-/// Between steps the driver carries out its [orders](Self::next_order) and [reports](Self::set_trip_status) the status
-/// of the trip; [`Software`](crate::Software) contains one.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Navigation {
-    service: Service,
+/// Between steps the driver carries out its [orders](Navigation::next_order) and
+/// [reports](Navigation::set_trip_status) the status of the trip; [`Software`](crate::Software) contains one.
+pub type Navigation = Service<Trips>;
+
+/// The trip, and what the driver does not know of it yet.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Trips {
     trip: Option<Trip>,
     orders: VecDeque<Order>,
     stops: StopRule,
@@ -83,55 +81,73 @@ impl Navigation {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        let service = Service::new(topology, process)?;
-        Ok(Self { service, trip: None, orders: VecDeque::new(), stops: StopRule::OwnTrip })
+        Self::with_handler(topology, process, Trips::default())
     }
 
     /// The same, with another rule for stops.
     #[must_use]
-    pub fn with_stops(self, stops: StopRule) -> Self {
-        Self { stops, ..self }
+    pub fn with_stops(mut self, stops: StopRule) -> Self {
+        self.handler.stops = stops;
+        self
     }
 
     /// Returns it to its initial state, after a crash and restart.
     pub fn restart(&mut self) {
-        self.service.forget();
-        self.trip = None;
-        self.orders.clear();
+        self.forget();
+        self.handler = Trips { stops: self.handler.stops, ..Trips::default() };
     }
 
     /// Takes the next order for the driver.
     pub fn next_order(&mut self) -> Option<Order> {
-        self.orders.pop_front()
+        self.handler.orders.pop_front()
     }
 
     /// Whether there are orders that the driver has not taken yet.
     #[must_use]
     pub fn has_orders(&self) -> bool {
-        !self.orders.is_empty()
+        !self.handler.orders.is_empty()
     }
 
     /// The status of the trip, if there is one.
     #[must_use]
     pub fn trip_status(&self) -> Option<TripStatus> {
-        self.trip.as_ref().map(|trip| trip.status)
+        self.handler.trip.as_ref().map(|trip| trip.status)
     }
 
     /// The destination of the trip, if there is one.
     #[must_use]
     pub fn trip_place(&self) -> Option<&Symbol> {
-        self.trip.as_ref().map(|trip| &trip.place)
+        self.handler.trip.as_ref().map(|trip| &trip.place)
     }
 
     /// Sets the status of the trip; does nothing if there is none.
     pub fn set_trip_status(&mut self, status: TripStatus) {
-        if let Some(trip) = &mut self.trip {
+        if let Some(trip) = &mut self.handler.trip {
             trip.status = status;
         }
     }
+}
 
-    /// Begins or ends a trip when the request for it is received.
-    fn begin(&mut self, request: &Message) {
+impl Trips {
+    /// Whether a stop that names `place` ends the trip.
+    fn ends(&self, trip: &Trip, place: &Symbol) -> bool {
+        self.stops == StopRule::AnyTrip || trip.place == *place
+    }
+}
+
+impl Handler for Trips {
+    fn answer(&self, request: &Message) -> Option<Message> {
+        let trip = self.trip.as_ref().filter(|trip| request.field(2) == Some(&trip.place.clone().into()));
+        let status = match (request.head(), trip) {
+            (Some("stop_navigation"), _) | (Some("start_navigation"), None) => "stopped",
+            (_, Some(trip)) => trip.status.name(),
+            (_, None) => "idle",
+        };
+        Some(Message::symbols(["ok", status]))
+    }
+
+    /// Begins or ends a trip.
+    fn received(&mut self, request: &Message) {
         let Some(Value::Symbol(place)) = request.field(2) else { return };
         match request.head() {
             Some("start_navigation") => {
@@ -146,52 +162,13 @@ impl Navigation {
         }
     }
 
-    /// Whether a stop that names `place` ends the trip.
-    fn ends(&self, trip: &Trip, place: &Symbol) -> bool {
-        self.stops == StopRule::AnyTrip || trip.place == *place
-    }
-
-    /// Whether a client waits for an answer.
-    #[must_use]
-    pub fn is_asked(&self) -> bool {
-        self.service.is_asked()
-    }
-
-    fn answer(&self, request: &Message) -> Message {
-        let trip = self.trip.as_ref().filter(|trip| request.field(2) == Some(&trip.place.clone().into()));
-        let status = match (request.head(), trip) {
-            (Some("stop_navigation"), _) | (Some("start_navigation"), None) => "stopped",
-            (_, Some(trip)) => trip.status.name(),
-            (_, None) => "idle",
-        };
-        Message::symbols(["ok", status])
-    }
-}
-
-impl Process for Navigation {
-    fn offers(&self, offers: &mut Vec<Offer>) {
-        self.service.offers(|request| Some(self.answer(request)), offers);
-    }
-
-    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
-        if let Some(request) = self.service.take(transition, received).cloned() {
-            self.begin(&request);
-        }
-    }
-
-    fn uses(&self) -> Vec<Use> {
-        self.service.uses()
-    }
-
     /// Only the last order counts: the driver carries out all waiting orders before it moves the base.
-    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        self.service.normalize(form);
+    fn normalize(&mut self) {
         let outdated = self.orders.len().saturating_sub(1);
         self.orders.drain(..outdated);
-        Ok(())
     }
 
-    fn location(&self) -> String {
+    fn location(&self, _: bool) -> String {
         self.trip
             .as_ref()
             .map_or_else(|| "idle".to_owned(), |trip| format!("{}: {}", trip.place.name(), trip.status.name()))

@@ -1,17 +1,45 @@
-//! Answers each request exactly once, when the answer is known.
+//! A process that answers each request exactly once, when the answer is known.
+
+use std::fmt::Debug;
+use std::hash::Hash;
+use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, Envelope, Message, NormalForm, Offer, Pattern, ProcessId, Topology, TransitionId, Use,
-    WiringError,
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, ProcessId, Topology,
+    TransitionId, Use, WiringError,
 };
 
-/// The clients of a component: for each, the channel of its requests and the channel of its answers.
+/// What a service knows, apart from its clients.
+pub trait Handler: Clone + Debug + Eq + Hash + Send + Sync + 'static {
+    /// The answer to a request; `None` if it is not known yet.
+    fn answer(&self, request: &Message) -> Option<Message>;
+
+    /// A request is received.
+    fn received(&mut self, request: &Message) {
+        let _ = request;
+    }
+
+    /// The answer to a request is sent.
+    fn answered(&mut self, request: &Message) {
+        let _ = request;
+    }
+
+    /// Brings the state into normal form ([`Process::normalize`]).
+    fn normalize(&mut self) {}
+
+    /// The current location in a word or two; `is_asked` if a client waits for an answer.
+    fn location(&self, is_asked: bool) -> String;
+}
+
+/// The process that answers requests as its handler knows: for each client, the channel of its requests and the channel
+/// of its answers.
 ///
 /// A client's next request is received only after the previous one has been answered. The reply carries the request's
 /// number. Each client has two transitions: receive and reply.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Service {
+pub struct Service<H> {
     clients: Vec<Client>,
+    pub(crate) handler: H,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -22,12 +50,12 @@ struct Client {
     pending: Option<Envelope>,
 }
 
-impl Service {
+impl<H> Service<H> {
     /// The service of this process to every process with a channel to it.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client has no channel back.
-    pub(crate) fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+    pub(crate) fn with_handler(topology: &Topology, process: ProcessId, handler: H) -> Result<Self, WiringError> {
         let asked = topology.channels().filter(|&channel| topology.get(channel).target == process);
         let clients = asked.map(|requests| {
             let (client, component) = topology.ends(requests);
@@ -37,36 +65,7 @@ impl Service {
             })?;
             Ok(Client { requests, replies, pending: None })
         });
-        Ok(Self { clients: clients.collect::<Result<_, _>>()? })
-    }
-
-    /// Offers to receive a request from each client without a pending one, and to send each answer that is known.
-    pub(crate) fn offers(&self, answer: impl Fn(&Message) -> Option<Message>, offers: &mut Vec<Offer>) {
-        for (index, client) in self.clients.iter().enumerate() {
-            let number = 2 * index as u32;
-            offers.extend(match &client.pending {
-                None => {
-                    let action = Action::Receive(client.requests, Pattern::Any);
-                    Some(Offer { transition: TransitionId(number), action })
-                }
-                Some(request) => answer(&request.message).map(|message| {
-                    let action = Action::Send(client.replies, Envelope { message, request: request.request });
-                    Offer { transition: TransitionId(number + 1), action }
-                }),
-            });
-        }
-    }
-
-    /// Takes one of the transitions. Returns the request if it received one.
-    pub(crate) fn take(&mut self, transition: TransitionId, received: Option<Envelope>) -> Option<&Message> {
-        let client = &mut self.clients[transition.0 as usize / 2];
-        client.pending = received;
-        client.pending.as_ref().map(|request| &request.message)
-    }
-
-    /// The request that a transition answers.
-    pub(crate) fn pending(&self, transition: TransitionId) -> Option<&Message> {
-        self.clients[transition.0 as usize / 2].pending.as_ref().map(|request| &request.message)
+        Ok(Self { clients: clients.collect::<Result<_, _>>()?, handler })
     }
 
     /// Forgets all pending requests, which are never answered.
@@ -76,23 +75,56 @@ impl Service {
         }
     }
 
-    /// Brings the numbers of the clients' requests into normal form.
-    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
-        for client in &mut self.clients {
-            client.pending.iter_mut().for_each(|request| form.number(client.requests, &mut request.request));
+    /// Whether a client waits for an answer.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.clients.iter().any(|client| client.pending.is_some())
+    }
+}
+
+impl<H: Handler> Process for Service<H> {
+    /// Offers to receive a request from each client without a pending one, and to send each answer that is known.
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        for (index, client) in self.clients.iter().enumerate() {
+            let number = 2 * index as u32;
+            offers.extend(match &client.pending {
+                None => {
+                    let action = Action::Receive(client.requests, Pattern::Any);
+                    Some(Offer { transition: TransitionId(number), action })
+                }
+                Some(request) => self.handler.answer(&request.message).map(|message| {
+                    let action = Action::Send(client.replies, Envelope { message, request: request.request });
+                    Offer { transition: TransitionId(number + 1), action }
+                }),
+            });
         }
     }
 
-    /// Everything the service receives and sends.
-    pub(crate) fn uses(&self) -> Vec<Use> {
-        self.clients
-            .iter()
-            .flat_map(|client| [Use::Receives(client.requests, None), Use::Sends(client.replies, None)])
-            .collect()
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        let pending = &mut self.clients[transition.0 as usize / 2].pending;
+        if let Some(request) = pending.take() {
+            self.handler.answered(&request.message);
+        }
+        *pending = received;
+        if let Some(request) = pending {
+            self.handler.received(&request.message);
+        }
     }
 
-    /// Whether a client waits for an answer.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.clients.iter().any(|client| client.pending.is_some())
+    fn uses(&self) -> Vec<Use> {
+        let uses = |client: &Client| [Use::Receives(client.requests, None), Use::Sends(client.replies, None)];
+        self.clients.iter().flat_map(uses).collect()
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        for client in &mut self.clients {
+            client.pending.iter_mut().for_each(|request| form.number(client.requests, &mut request.request));
+        }
+        self.handler.normalize();
+        Ok(())
+    }
+
+    fn location(&self) -> String {
+        self.handler.location(self.is_asked())
     }
 }
