@@ -1,13 +1,24 @@
 //! The data computed once from a map, shared by any number of runs.
 
+pub(crate) mod beam_model;
+pub(crate) mod clearance;
+mod free_space;
+pub(crate) mod likelihood_field;
+mod parameters;
+pub(crate) mod surface_field;
+
 use std::sync::Arc;
 
 use maps::OccupancyGrid;
 use robot::RobotModel;
 
-use crate::costmap::clearance;
-use crate::localization::{BeamModel, FreeSpace, LikelihoodField, SurfaceField};
-use crate::{Error, LocalizationParameters};
+use crate::Error;
+use beam_model::BeamModel;
+use free_space::FreeSpace;
+use likelihood_field::LikelihoodField;
+use surface_field::SurfaceField;
+
+pub use parameters::{LaserModel, LocalizationParameters};
 
 /// A map prepared for localizing and navigating robots of one model.
 ///

@@ -4,7 +4,6 @@
 //! follower reads distances. Obstacles seen by lasers are a list of marked cells. A mark changes only its surroundings,
 //! and a scan that shows only the map changes nothing.
 
-pub(crate) mod clearance;
 mod lasers;
 mod parameters;
 
@@ -13,9 +12,9 @@ use std::sync::Arc;
 use maps::{OccupancyGrid, Point};
 use wide::u8x16;
 
+use crate::atlas::clearance::{self, FARTHEST_CELLS, OBSTACLE, UNKNOWN};
 use crate::grid_frame::GridFrame;
 use crate::{Atlas, Error};
-use clearance::{FARTHEST_CELLS, OBSTACLE, UNKNOWN};
 
 pub use parameters::CostmapParameters;
 

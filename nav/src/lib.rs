@@ -73,14 +73,13 @@ mod following;
 mod grid_frame;
 mod localization;
 mod navigation;
+mod particle;
 mod planning;
 
-pub use atlas::Atlas;
+pub use atlas::{Atlas, LaserModel, LocalizationParameters};
 pub use costmap::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST};
 pub use error::Error;
 pub use following::FollowingParameters;
-pub use localization::{
-    Hypothesis, InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate, SensorModel,
-};
-pub use navigation::{GiveUpReason, Goal, NavigationParameters, NavigationStatus, Navigator, Recovery};
-pub use planning::{PlanError, Reach, largest_part, plan, plan_into};
+pub use localization::{Hypothesis, InitialPose, Localization, PoseEstimate, SensorModel};
+pub use navigation::{GiveUpReason, NavigationParameters, NavigationStatus, Navigator, Recovery};
+pub use planning::{Goal, PlanError, Reach, largest_part, plan, plan_into};

@@ -1,32 +1,26 @@
 //! Adaptive Monte Carlo localization.
 //!
-//! There is one algorithm per file: the [likelihood field](likelihood_field), the [motion model](motion_model),
+//! There is one algorithm per file: the [likelihood field](crate::atlas::likelihood_field), the [motion model](motion_model),
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
-//! [beam model](beam_model), the [search] for a robot that may be anywhere, the [contradiction] that detects a robot
+//! [beam model](crate::atlas::beam_model), the [search] for a robot that may be anywhere, the [contradiction] that detects a robot
 //! that may be lost, and the [reconsideration] that decides what to do about it. The [filter] combines them, and
 //! [`Localization`] connects it with odometry, scans and frames.
 
-mod beam_model;
 mod challengers;
 mod clusters;
 mod contradiction;
 mod filter;
-mod free_space;
 mod kld;
 mod laser_memory;
-mod likelihood_field;
 mod motion_model;
 mod odometry_history;
 mod odometry_trust;
-mod parameters;
-mod particle;
 mod reconsideration;
 mod recovery;
 mod resampling;
 mod scan_matching;
 mod search;
 mod sensor_model;
-mod surface_field;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -36,25 +30,20 @@ use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, Odometry, RobotModel};
 
-use crate::{Atlas, Error};
-use beam_model::Ray;
+use crate::atlas::beam_model::Ray;
+use crate::atlas::likelihood_field::Endpoints;
+use crate::particle::{Gaussian, Particle, after};
+use crate::{Atlas, Error, LaserModel, LocalizationParameters};
 use clusters::Clusters;
 use contradiction::{Contradiction, Look, Silent};
 use filter::ParticleFilter;
 use laser_memory::LaserMemory;
-use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use odometry_trust::OdometryTrust;
-use particle::{Gaussian, Particle, after};
 use search::Search;
 
-pub(crate) use beam_model::BeamModel;
-pub(crate) use free_space::FreeSpace;
-pub(crate) use likelihood_field::LikelihoodField;
-pub use parameters::{LaserModel, LocalizationParameters};
 pub use sensor_model::SensorModel;
-pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most this old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);

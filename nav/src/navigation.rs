@@ -12,7 +12,6 @@
 //! From every state, `stop` leads to idle and `pause` to paused; an unknown pose leads to error, as does a silent laser
 //! if no other looks ahead.
 
-mod goal;
 mod machine;
 mod now;
 mod parameters;
@@ -29,13 +28,10 @@ use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 use crate::beams::Beams;
 use crate::error::check;
 use crate::following::{Surroundings, VelocitySmoother, farthest_look_m};
-use crate::{Atlas, Costmap, Error, PoseEstimate};
+use crate::{Atlas, Costmap, Error, Goal, PoseEstimate};
 use now::Now;
 use trip::Trip;
 
-pub(crate) use machine::SHARE_OF_PLAN;
-
-pub use goal::Goal;
 pub use parameters::NavigationParameters;
 pub use recovery::Recovery;
 pub use status::{GiveUpReason, NavigationStatus};

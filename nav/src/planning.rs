@@ -4,6 +4,7 @@
 //! 0.1 m or less apart, in the `map` frame.
 
 mod astar;
+mod goal;
 mod reach;
 mod reachability;
 mod smoothing;
@@ -14,6 +15,7 @@ use maps::{Place, Point};
 use crate::Costmap;
 use standing::{Ground, nearest_cell};
 
+pub use goal::Goal;
 pub use reach::Reach;
 pub use reachability::largest_part;
 

@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 use maps::{Point, Pose, heading, wrap_angle};
 use robot::LaserScan;
 
-use super::{Costmap, clearance};
+use super::Costmap;
+use crate::atlas::clearance;
 use crate::beams::Beams;
 use crate::grid_frame::GridFrame;
 

@@ -10,10 +10,10 @@
 use maps::Pose;
 use nalgebra::Matrix3;
 
-use super::likelihood_field::{Endpoints, LikelihoodField, log_likelihood};
-use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
-use super::surface_field::SurfaceField;
+use crate::atlas::likelihood_field::{Endpoints, LikelihoodField, log_likelihood};
+use crate::atlas::surface_field::SurfaceField;
+use crate::particle::{Gaussian, Particle, after, are_same};
 
 /// Most challengers at a time.
 const MOST: usize = 8;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::particle::{Gaussian, Particle};
+use crate::particle::{Gaussian, Particle};
 use maps::wrap_angle;
 
 /// Side of a bin, in meters.

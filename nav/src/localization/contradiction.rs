@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use maps::OccupancyGrid;
 
-use super::beam_model::{Expected, Ray, expected};
-use super::particle::{Gaussian, Particle};
+use crate::atlas::beam_model::{Expected, Ray, expected};
+use crate::particle::{Gaussian, Particle};
 
 /// Time between two looks.
 const PERIOD: Duration = Duration::from_secs(1);

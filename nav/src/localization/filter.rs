@@ -8,18 +8,17 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::normal;
 
-use super::beam_model::Ray;
 use super::challengers::{Challengers, Trial};
 use super::clusters::Clusters;
 use super::kld::particles_needed;
-use super::likelihood_field::{Endpoints, log_likelihood};
 use super::motion_model::DifferentialMotion;
-use super::parameters::{LaserModel, LocalizationParameters};
-use super::particle::{Gaussian, Particle};
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
 use super::search::{Advantage, Search, Sighting};
-use crate::Atlas;
+use crate::atlas::beam_model::Ray;
+use crate::atlas::likelihood_field::{Endpoints, log_likelihood};
+use crate::particle::{Gaussian, Particle};
+use crate::{Atlas, LaserModel, LocalizationParameters};
 
 /// One in this many particles is placed where the scan was matched.
 const MATCHED_EVERY: usize = 20;

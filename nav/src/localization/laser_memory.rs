@@ -5,9 +5,9 @@ use std::time::Duration;
 use maps::Pose;
 use robot::{LaserScan, LaserSpec};
 
-use super::beam_model::Ray;
-use super::likelihood_field::Endpoints;
-use super::parameters::LocalizationParameters;
+use crate::LocalizationParameters;
+use crate::atlas::beam_model::Ray;
+use crate::atlas::likelihood_field::Endpoints;
 
 /// A laser and its latest scan.
 #[derive(Clone, Debug)]

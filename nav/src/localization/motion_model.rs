@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Rotation2, Vector2};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::particle::Particle;
+use crate::particle::Particle;
 
 /// Below this distance, the first turn is noise of the odometry, in meters.
 const SHORTEST_WAY_M: f64 = 0.01;

@@ -22,12 +22,12 @@ use std::time::Duration;
 use maps::Pose;
 
 use super::contradiction::{Look, Silent, Verdict};
-use super::likelihood_field::log_likelihood;
 use super::motion_model::DifferentialMotion;
-use super::particle::{Gaussian, after, are_same};
 use super::scan_matching;
 use super::search::Search;
 use super::{Localization, Reconsidered};
+use crate::atlas::likelihood_field::log_likelihood;
+use crate::particle::{Gaussian, after, are_same};
 
 /// This many looks against the pose are sufficient: for a robot at rest, and for one that drives and may recover on its
 /// own.

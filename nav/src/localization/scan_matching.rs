@@ -5,9 +5,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::likelihood_field::Endpoints;
-use super::particle::Gaussian;
-use super::surface_field::SurfaceField;
+use crate::atlas::likelihood_field::Endpoints;
+use crate::atlas::surface_field::SurfaceField;
+use crate::particle::Gaussian;
 use maps::wrap_angle;
 
 /// Maximum number of steps; two or three are usually enough.

@@ -18,10 +18,10 @@ use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::likelihood_field::{Endpoints, log_likelihood};
-use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
 use crate::Atlas;
+use crate::atlas::likelihood_field::{Endpoints, log_likelihood};
+use crate::particle::{Gaussian, Particle, after, are_same};
 
 /// Number of poses drawn for the first scan per square meter of free floor, with its minimum and maximum: a few of them
 /// lie within a quarter of a meter and 10° of the truth.

@@ -6,9 +6,9 @@ use maps::Pose;
 use robot::LaserScan;
 
 use super::laser_memory::LaserMemory;
-use super::likelihood_field::Endpoints;
-use super::particle::Particle;
 use crate::Atlas;
+use crate::atlas::likelihood_field::Endpoints;
+use crate::particle::Particle;
 
 /// The likelihood of a scan, seen from a pose: the likelihood field that weights
 /// [`Localization`](crate::Localization)'s particles.

@@ -34,9 +34,6 @@ const FREE_AGAIN: Duration = Duration::from_millis(300);
 /// Time between two attempts to find a path.
 const TRY_AGAIN: Duration = Duration::from_secs(1);
 
-/// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
-pub(crate) const SHARE_OF_PLAN: f64 = 0.6;
-
 /// Coming nearer to the goal by this much is progress, in meters.
 const PROGRESS_M: f64 = 0.1;
 
@@ -317,8 +314,7 @@ impl Navigator {
 
 fn find_path(costmap: &Costmap, trip: &Trip, now: &Now<'_>) -> Result<Vec<Point>, PlanError> {
     let goal = &trip.goal;
-    let tolerance_m = SHARE_OF_PLAN * goal.position_tolerance_m;
-    let path = plan(costmap, &now.position(), &goal.position, tolerance_m);
+    let path = plan(costmap, &now.position(), &goal.position, goal.plan_tolerance_m());
     match (&goal.area, path) {
         (Some(area), Err(_)) => plan_into(costmap, &now.position(), area),
         (_, path) => path,

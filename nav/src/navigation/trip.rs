@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use maps::Point;
 
-use super::Goal;
 use super::recovery::Attempt;
+use crate::Goal;
 use crate::following::Follower;
 
 /// The robot waits in the same place again if it has moved less than this, in meters.

@@ -5,9 +5,8 @@ use robot::RobotModel;
 
 use super::reachability::parts;
 use super::standing::{Ground, nearest_cell};
-use super::{End, PlanError, beginning, end_at, end_inside};
-use crate::navigation::SHARE_OF_PLAN;
-use crate::{Costmap, CostmapParameters, Error, Goal};
+use super::{End, Goal, PlanError, beginning, end_at, end_inside};
+use crate::{Costmap, CostmapParameters, Error};
 
 /// The distance from an unreachable goal within which another is suggested, in meters.
 const INSTEAD_M: f64 = 5.0;
@@ -56,7 +55,7 @@ impl Reach {
     /// The reason why it cannot; problems of the goal come first.
     pub fn check(&self, start: &Point, goal: &Goal) -> Result<(), PlanError> {
         let ground = Ground::new(&self.costmap);
-        let end = end_at(&ground, &goal.position, SHARE_OF_PLAN * goal.position_tolerance_m);
+        let end = end_at(&ground, &goal.position, goal.plan_tolerance_m());
         let inside = goal.area.as_ref().map(|area| (area, end_inside(&ground, area)));
         if let (Err(error), None) | (Err(_), Some((_, Err(error)))) = (&end, &inside) {
             return Err(*error);
@@ -118,7 +117,7 @@ mod tests {
             let at = |(x_m, y_m): (f64, f64)| map.origin() * Point::new(x_m, y_m);
             for pair in ends.windows(2) {
                 let (start, goal) = (at(pair[0]), Goal::at(at(pair[1]), None));
-                let tolerance_m = SHARE_OF_PLAN * goal.position_tolerance_m;
+                let tolerance_m = goal.plan_tolerance_m();
                 let path = plan(&costmap, &start, &goal.position, tolerance_m);
                 prop_assert_eq!(reach.check(&start, &goal), path.map(drop));
                 if let Some(instead) = reach.instead(&start, &goal) {

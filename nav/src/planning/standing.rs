@@ -3,7 +3,7 @@
 use maps::Point;
 
 use crate::Costmap;
-use crate::costmap::clearance;
+use crate::atlas::clearance;
 
 /// Cost of a cell in the open; near obstacles a cell costs up to five times as much. Small numbers leave room for
 /// long paths.

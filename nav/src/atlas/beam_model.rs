@@ -15,8 +15,8 @@
 
 use maps::{Cell, CellIndex, OccupancyGrid};
 
-use super::parameters::LocalizationParameters;
-use super::particle::Particle;
+use super::LocalizationParameters;
+use crate::particle::Particle;
 
 /// A beam in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,6 +6,9 @@ use maps::{Place, Point};
 const POSITION_TOLERANCE_M: f64 = 0.05;
 const HEADING_TOLERANCE_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
 
+/// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
+const SHARE_OF_PLAN: f64 = 0.6;
+
 /// A place to drive to, with tolerances for the robot's own estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
@@ -41,6 +44,11 @@ impl Goal {
     pub fn to(place: &Place) -> Self {
         let area = matches!(place, Place::Area { .. }).then(|| place.clone());
         Self { area, ..Self::at(place.goal_position(), place.goal_heading()) }
+    }
+
+    /// How far beside the goal a path may end, in meters.
+    pub(crate) fn plan_tolerance_m(&self) -> f64 {
+        SHARE_OF_PLAN * self.position_tolerance_m
     }
 
     /// Whether all numbers are finite and the tolerances positive.

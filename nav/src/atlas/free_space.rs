@@ -6,7 +6,7 @@ use maps::{Cell, OccupancyGrid};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::particle::Particle;
+use crate::particle::Particle;
 
 /// Free cells as runs along rows: compact, and each cell is equally likely to be drawn.
 #[derive(Clone, Debug)]

@@ -8,9 +8,9 @@
 
 use maps::{Cell, OccupancyGrid};
 
-use super::parameters::LocalizationParameters;
-use super::particle::{Gaussian, Particle};
+use super::LocalizationParameters;
 use super::surface_field::{SurfaceField, cell};
+use crate::particle::{Gaussian, Particle};
 
 /// The largest cell of the field, in meters, as far as memory allows. Finer cells do not improve the estimate, because
 /// it is matched to the map's surfaces afterwards.
