@@ -39,11 +39,7 @@ fn main() {
         );
         all.push(drive);
     }
-    let median = |of: fn(&accuracy::Accuracy) -> f64| {
-        let mut sorted: Vec<f64> = all.iter().map(of).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        f64::midpoint(sorted[4], sorted[5])
-    };
+    let median = |of: fn(&accuracy::Accuracy) -> f64| trials::median(all.iter().map(of)).unwrap_or_default();
     println!(
         "median {:>3.1} m  {:>4.2} m, {:.3} rad     {:.4} m         {:.5} rad   {:.3} m   {:>4.2}",
         median(|drive| drive.driven_m),

@@ -7,5 +7,8 @@
 //! logs of recorded robots back into localization, scores it, and makes maps from logs; `replay/bag` makes such a log
 //! from a bag.
 
+mod median;
 pub mod navigate;
 pub mod replay;
+
+pub use median::median;

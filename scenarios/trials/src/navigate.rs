@@ -18,6 +18,8 @@ use std::ops::RangeInclusive;
 use drawing::Scene;
 use serde::Serialize;
 
+use crate::median;
+
 pub use course::Course;
 pub use picture::picture;
 pub use table::table;
@@ -92,12 +94,6 @@ impl Sums {
             time_ratio: median(arrived().map(|trip| trip.time_s * full_speed_mps / trip.shortest_m)),
         }
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// The results of a benchmark.

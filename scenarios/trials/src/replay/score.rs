@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{Course, Waypoint};
+use crate::median;
 
 /// An estimate with a greater error is considered lost, in meters and radians (30°).
 const LOST_M: f64 = 1.0;
@@ -63,10 +64,10 @@ impl Score {
         Self {
             scans: counted.len(),
             driven_m: way_m(counted),
-            median_m: median(&meters),
+            median_m: median(meters.iter().copied()).unwrap_or_default(),
             rmse_m: root_mean_square(&meters),
             max_m: meters.last().copied().unwrap_or_default(),
-            median_rad: median(&radians),
+            median_rad: median(radians.iter().copied()).unwrap_or_default(),
             rmse_rad: root_mean_square(&radians),
             lost: lost(counted),
             converged_at: found.map(|found| all[found].time),
@@ -107,14 +108,6 @@ fn sorted(errors: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = errors.collect();
     sorted.sort_unstable_by(f64::total_cmp);
     sorted
-}
-
-/// The median of sorted numbers; zero without numbers.
-fn median(sorted: &[f64]) -> f64 {
-    match sorted.len() {
-        0 => 0.0,
-        count => f64::midpoint(sorted[(count - 1) / 2], sorted[count / 2]),
-    }
 }
 
 fn root_mean_square(numbers: &[f64]) -> f64 {
