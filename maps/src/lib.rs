@@ -49,6 +49,7 @@ mod plan;
 #[cfg(feature = "files")]
 mod polygon;
 mod pose;
+mod shape;
 
 #[cfg(feature = "files")]
 pub use error::Error;
@@ -59,3 +60,4 @@ pub use places::{Place, Places, is_inside};
 #[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};
 pub use pose::{Point, Pose, heading, pose, wrap_angle};
+pub use shape::Shape;

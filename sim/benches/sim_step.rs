@@ -3,9 +3,9 @@
 mod floor;
 
 use divan::counter::ItemsCount;
-use maps::{Point, pose};
+use maps::{Point, Shape, pose};
 use robot::{Robot, Streams, VelocityCommand};
-use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig, Simulation};
+use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, SimConfig, Simulation};
 
 fn main() {
     divan::main();

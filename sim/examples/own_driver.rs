@@ -5,9 +5,9 @@
 
 use std::error::Error;
 
-use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
+use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, Shape, pose};
 use robot::{LaserScan, Reading, Robot, RobotModel, Streams, VelocityCommand};
-use sim::{LaserConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, RouteEnd, Shape, SimConfig, Simulation};
+use sim::{LaserConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, RouteEnd, SimConfig, Simulation};
 
 /// Drives on while there is room ahead, and otherwise turns left.
 fn decide(scan: &LaserScan, model: &RobotModel) -> VelocityCommand {

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use robot::{LaserSpec, RobotModel};
 
 use crate::config::{
     BatteryConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, ObstacleConfig, ObstacleMotion,
-    OdometryConfig, Shape, SimConfig, Walk,
+    OdometryConfig, SimConfig, Walk,
 };
 use crate::error::BadSetting;
 

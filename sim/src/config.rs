@@ -6,7 +6,7 @@ mod walk;
 
 use std::time::Duration;
 
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use robot::RobotModel;
 
 pub use door::{Door, Opening};
@@ -18,8 +18,8 @@ pub use walk::{Manners, Pauses, RouteEnd, Walk};
 /// The default is the robot of the paper's experiments, without noise and without obstacles.
 ///
 /// ```
-/// use maps::pose;
-/// use sim::{ObstacleConfig, ObstacleMotion, Shape, SimConfig};
+/// use maps::{Shape, pose};
+/// use sim::{ObstacleConfig, ObstacleMotion, SimConfig};
 ///
 /// // A faster robot with noisy lasers, and a box in the room.
 /// let mut config = SimConfig::default();
@@ -232,34 +232,6 @@ pub struct ObstacleConfig {
     pub pose: Pose,
     /// How it moves.
     pub motion: ObstacleMotion,
-}
-
-/// An outline around the body's center.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// A disc.
-    Disc {
-        /// Radius, in meters.
-        radius_m: f64,
-    },
-    /// A rectangle.
-    Box {
-        /// Extent along the body's x axis, in meters.
-        length_m: f64,
-        /// Extent along the body's y axis, in meters.
-        width_m: f64,
-    },
-}
-
-impl Shape {
-    /// Radius of the smallest circle around the center that contains the shape, in meters.
-    #[must_use]
-    pub fn bounding_radius_m(&self) -> f64 {
-        match self {
-            Self::Disc { radius_m } => *radius_m,
-            Self::Box { length_m, width_m } => 0.5 * (length_m * length_m + width_m * width_m).sqrt(),
-        }
-    }
 }
 
 /// How an obstacle moves.

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use nalgebra::UnitComplex;
 
 use crate::clock::Clock;
-use crate::config::{Door, Opening, Shape};
+use crate::config::{Door, Opening};
 use crate::drive::Drive;
 use crate::faults::Faults;
 use crate::motion::RobotPose;

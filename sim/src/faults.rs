@@ -50,8 +50,8 @@ pub use lasers::{LaserFault, LaserTrouble};
 ///
 /// # Example
 /// ```
-/// use maps::pose;
-/// use sim::{Faults, LaserFault, LaserTrouble, ObstacleConfig, ObstacleMotion, Shape, SimConfig};
+/// use maps::{Shape, pose};
+/// use sim::{Faults, LaserFault, LaserTrouble, ObstacleConfig, ObstacleMotion, SimConfig};
 ///
 /// let mut faults = Faults::default();
 /// faults.base.slip = 0.3;

@@ -1,10 +1,9 @@
 //! Moving the robot elsewhere.
 
 use bevy_ecs::prelude::*;
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 
 use crate::building::Building;
-use crate::config::Shape;
 use crate::docking::Dock;
 use crate::drive::Drive;
 use crate::error::{BadSetting, Placement, SimError};

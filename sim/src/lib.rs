@@ -96,7 +96,7 @@ pub use beams::Beams;
 pub use building::Building;
 pub use config::{
     BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, LaserConfig, Manners,
-    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, RouteEnd, Shape, SimConfig, Walk,
+    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, RouteEnd, SimConfig, Walk,
 };
 pub use contacts::Contact;
 pub use error::{BadSetting, BoxError, Obstruction, Placement, SimError};

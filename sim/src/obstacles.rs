@@ -3,11 +3,10 @@
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
-use maps::Pose;
+use maps::{Pose, Shape};
 use parry2d::shape::SharedShape;
 
 use crate::clock::Clock;
-use crate::config::Shape;
 use crate::physics::{Body, Physics};
 use crate::route::Route;
 

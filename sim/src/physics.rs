@@ -1,7 +1,7 @@
 //! Bodies and contacts: the world of rapier2d.
 
 use bevy_ecs::prelude::*;
-use maps::Pose;
+use maps::{Pose, Shape};
 use nalgebra::Vector2;
 use parry2d::shape::SharedShape;
 use rapier2d::prelude::{
@@ -9,7 +9,7 @@ use rapier2d::prelude::{
 };
 
 use crate::building::Building;
-use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
+use crate::config::{ObstacleConfig, ObstacleMotion};
 use crate::convert::{LocalFrame, to_glam};
 
 /// Friction between floor and movable obstacles, as the decay rate of their motion, in 1/s.

@@ -1,8 +1,7 @@
 //! Checks whether there is room for the robot.
 
-use maps::{CellIndex, Point, Pose};
+use maps::{CellIndex, Point, Pose, Shape};
 
-use crate::config::Shape;
 use crate::error::{Placement, SimError};
 use crate::ray_grid::RayGrid;
 

@@ -4,13 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use robot::{BatteryState, LaserScan, Odometry};
 
 use crate::battery::Battery;
 use crate::building::Building;
 use crate::clock::Clock;
-use crate::config::Shape;
 use crate::contacts::{Contact, Contacts};
 use crate::docking::{Dock, Station};
 use crate::doors::Leaf;

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology, Verdict};
-use maps::{Point, Pose, heading};
-use recording::{Body, BodyShape, Happening, RunView, Scene};
+use maps::{Point, Pose, Shape, heading};
+use recording::{Body, Happening, RunView, Scene};
 use reports::html::live;
 use reports::timeline::Timeline;
 use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
@@ -229,8 +229,8 @@ fn scene(view: &RunView, seen: &Scene) -> Value {
 fn body(body: &Body) -> Value {
     let at = pose(&body.pose);
     match body.shape {
-        BodyShape::Disc { radius_m } => json!({ "name": body.name, "at": at, "radius_m": radius_m }),
-        BodyShape::Box { length_m, width_m } => json!({ "name": body.name, "at": at, "size_m": [length_m, width_m] }),
+        Shape::Disc { radius_m } => json!({ "name": body.name, "at": at, "radius_m": radius_m }),
+        Shape::Box { length_m, width_m } => json!({ "name": body.name, "at": at, "size_m": [length_m, width_m] }),
     }
 }
 

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 
 use super::map_picture::MapPicture;
 
@@ -140,30 +140,11 @@ pub struct FaultMark {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Its outline.
-    pub shape: BodyShape,
+    pub shape: Shape,
+    /// The pose of its center.
+    pub pose: Pose,
     /// Its name (`person`, `door`); may be empty.
     pub label: String,
-}
-
-/// The outline of a [`Body`].
-#[derive(Clone, Debug, PartialEq)]
-pub enum BodyShape {
-    /// A disc.
-    Disc {
-        /// Its center.
-        center: Point,
-        /// Its radius, in meters.
-        radius_m: f64,
-    },
-    /// A rectangle.
-    Rectangle {
-        /// Its center; the heading points along its length.
-        pose: Pose,
-        /// Extent along the heading, in meters.
-        length_m: f64,
-        /// Extent across the heading, in meters.
-        width_m: f64,
-    },
 }
 
 /// The battery's level since the start of the run.

@@ -83,8 +83,8 @@ pub use diagram_picture::diagram_svg;
 pub use error::Error;
 pub use execution_context::{ExecutionContext, Level, draw_execution_context};
 pub use frame::{
-    Battery, Body, BodyShape, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station,
-    Threshold, Transition, TreeNode, Verdict,
+    Battery, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};
 pub use map_picture::MapPicture;

@@ -1,9 +1,9 @@
 //! The map with everything on it.
 
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
-use super::frame::{BodyShape, FaultMark, Place, Scene, Station};
+use super::frame::{FaultMark, Place, Scene, Station};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
 use super::labels::{LabelPlacer, Site};
@@ -170,20 +170,20 @@ impl MapDrawing<'_> {
     pub fn bodies(&mut self) {
         for body in &self.scene.bodies {
             let paint = Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8);
-            let (center, reach) = match &body.shape {
-                BodyShape::Disc { center, radius_m } => {
-                    let radius = self.view.pixels(*radius_m).max(3.0);
-                    let Some(spot) = self.view.spot(*center) else { continue };
-                    self.canvas.circle(spot, radius, paint);
-                    (spot, radius)
+            let Some(center) = self.spot(&body.pose) else { continue };
+            let reach = match body.shape {
+                Shape::Disc { radius_m } => {
+                    let radius = self.view.pixels(radius_m).max(3.0);
+                    self.canvas.circle(center, radius, paint);
+                    radius
                 }
-                BodyShape::Rectangle { pose, length_m, width_m } => {
-                    let Some(spot) = self.spot(pose) else { continue };
-                    let corner =
-                        |along: f64, across: f64| pose * Point::new(along * length_m / 2.0, across * width_m / 2.0);
+                Shape::Box { length_m, width_m } => {
+                    let corner = |along: f64, across: f64| {
+                        body.pose * Point::new(along * length_m / 2.0, across * width_m / 2.0)
+                    };
                     let corners = [corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
                     self.canvas.path(&Path::through(self.view.spots(&corners)).close(), paint);
-                    (spot, self.view.pixels(length_m.max(*width_m)) / 2.0)
+                    self.view.pixels(length_m.max(width_m)) / 2.0
                 }
             };
             if !body.label.is_empty() {

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
+use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, Shape, pose};
 
 use super::frame::{
-    Battery, Body, BodyShape, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station,
-    Threshold, Transition, TreeNode, Verdict,
+    Battery, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    Transition, TreeNode, Verdict,
 };
 use super::map_picture::MapPicture;
 
@@ -124,13 +124,10 @@ fn scene() -> Scene {
         places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)] }],
         faults: vec![FaultMark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
         bodies: vec![
-            Body { shape: BodyShape::Disc { center: Point::new(-6.6, -1.0), radius_m: 0.28 }, label: "person".into() },
+            Body { shape: Shape::Disc { radius_m: 0.28 }, pose: pose(-6.6, -1.0, 0.0), label: "person".into() },
             Body {
-                shape: BodyShape::Rectangle {
-                    pose: pose(5.8, 0.7, std::f64::consts::FRAC_PI_2),
-                    length_m: 1.1,
-                    width_m: 0.12,
-                },
+                shape: Shape::Box { length_m: 1.1, width_m: 0.12 },
+                pose: pose(5.8, 0.7, std::f64::consts::FRAC_PI_2),
                 label: String::new(),
             },
         ],

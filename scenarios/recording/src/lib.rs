@@ -144,7 +144,7 @@ pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
 pub use step::{
-    Battery, Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
+    Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
 };
 pub use trace_hash::TraceHash;
 pub use view::{

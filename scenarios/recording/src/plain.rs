@@ -1,6 +1,6 @@
 //! How values from other crates are written: as numbers, bit for bit.
 
-use maps::{Cell, OccupancyGrid, Point, Pose};
+use maps::{Cell, OccupancyGrid, Point, Pose, Shape};
 use nalgebra::{Complex, Translation2, UnitComplex};
 
 /// A pose as `[x, y, cos, sin]`: meters, and the heading's cosine and sine.
@@ -24,6 +24,14 @@ fn byte(cell: Cell) -> u8 {
 
 fn of_byte(byte: u8) -> Option<Cell> {
     [Cell::Free, Cell::Occupied, Cell::Unknown].get(usize::from(byte)).copied()
+}
+
+/// The form in which a [`Shape`] is written.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(remote = "Shape")]
+pub(crate) enum ShapeRecord {
+    Disc { radius_m: f64 },
+    Box { length_m: f64, width_m: f64 },
 }
 
 pub(crate) mod pose {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Event, Verdict};
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use monitors::Witness;
 use robot::LaserScan;
 use serde::{Deserialize, Serialize};
@@ -280,27 +280,11 @@ pub struct Body {
     /// Its name.
     pub name: String,
     /// Its outline around its center.
-    pub shape: BodyShape,
+    #[serde(with = "plain::ShapeRecord")]
+    pub shape: Shape,
     /// The pose of its center, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
-}
-
-/// A body's outline around its center.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum BodyShape {
-    /// A disc.
-    Disc {
-        /// Its radius, in meters.
-        radius_m: f64,
-    },
-    /// A rectangle.
-    Box {
-        /// Its length along x, in meters.
-        length_m: f64,
-        /// Its width along y, in meters.
-        width_m: f64,
-    },
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
 use recording::{
-    BodyShape, FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
+    FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
     Premises, RunView,
 };
 
@@ -300,12 +300,7 @@ fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
 }
 
 fn body(body: &recording::Body) -> drawing::Body {
-    let pose = body.pose;
-    let shape = match body.shape {
-        BodyShape::Disc { radius_m } => drawing::BodyShape::Disc { center: pose.translation.vector.into(), radius_m },
-        BodyShape::Box { length_m, width_m } => drawing::BodyShape::Rectangle { pose, length_m, width_m },
-    };
-    drawing::Body { shape, label: body.name.clone() }
+    drawing::Body { shape: body.shape, pose: body.pose, label: body.name.clone() }
 }
 
 /// A tree to draw, with the outcomes of its nodes. Nodes without a known outcome have not been ticked.

@@ -6,9 +6,9 @@ use bt::Tree;
 use channels::{ChannelSystem, ProcessId};
 use components::{Processes, Software};
 use devices::{DeviceProcess, Surroundings};
-use maps::{Point, pose};
+use maps::{Point, Shape, pose};
 use nav::{GiveUpReason, InitialPose};
-use recording::{Battery, Body, BodyShape, Navigation, RobotState, Scene, TraceHash, Truth};
+use recording::{Battery, Body, Navigation, RobotState, Scene, TraceHash, Truth};
 use robot::{Reading, Robot, Streams};
 use scenarios::Error;
 use scenarios::scenario::Premises;
@@ -247,7 +247,7 @@ impl Around<'_> {
         self.config(name).is_some_and(|body| match body.motion {
             ObstacleMotion::Person(_) | ObstacleMotion::Follower(_) => true,
             // The people of the fault `people`, unless they give way.
-            ObstacleMotion::Route { .. } => matches!(body.shape, sim::Shape::Disc { .. }),
+            ObstacleMotion::Route { .. } => matches!(body.shape, Shape::Disc { .. }),
             _ => false,
         })
     }
@@ -312,11 +312,7 @@ impl Surroundings for Around<'_> {
 
 /// The record of a body.
 fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
-    let shape = match obstacle.shape {
-        sim::Shape::Disc { radius_m } => BodyShape::Disc { radius_m },
-        sim::Shape::Box { length_m, width_m } => BodyShape::Box { length_m, width_m },
-    };
-    Body { name: obstacle.name.to_owned(), shape, pose: obstacle.pose }
+    Body { name: obstacle.name.to_owned(), shape: obstacle.shape, pose: obstacle.pose }
 }
 
 fn simulate(premises: &Premises, streams: &Streams) -> Result<Simulation, Error> {

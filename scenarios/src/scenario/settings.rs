@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use components::StopRule;
-use maps::{Point, Pose};
+use maps::{Point, Pose, Shape};
 use recording::{SettingGroup, decimals};
 use robot::{LaserSpec, RobotModel};
 use sim::{
     BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, LaserConfig, Manners,
-    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
+    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, SimConfig, Walk,
 };
 
 use super::{Execution, Order, Policy, STEP, TreeForm};

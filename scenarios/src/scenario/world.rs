@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned};
-use maps::{Cell, OccupancyGrid, Point, Pose, pose};
-use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
+use maps::{Cell, OccupancyGrid, Point, Pose, Shape, pose};
+use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Walk};
 
 use crate::error::Complaints;
 use crate::faults::Fault;

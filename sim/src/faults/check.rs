@@ -111,11 +111,11 @@ impl Check {
 mod tests {
     use std::time::Duration;
 
-    use maps::pose;
+    use maps::{Shape, pose};
     use robot::VelocityCommand;
 
     use super::*;
-    use crate::config::{Door, ObstacleConfig, Opening, Shape};
+    use crate::config::{Door, ObstacleConfig, Opening};
 
     fn problems(faults: &Faults) -> Vec<String> {
         faults.problems(&SimConfig::default()).iter().map(ToString::to_string).collect()

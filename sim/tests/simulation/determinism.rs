@@ -1,8 +1,8 @@
 //! The same bits every time, and independent noise.
 
-use maps::{Point, pose};
+use maps::{Point, Shape, pose};
 use robot::{Reading, Robot, Streams, VelocityCommand};
-use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig, Simulation};
+use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, RouteEnd, SimConfig, Simulation};
 
 use crate::room;
 

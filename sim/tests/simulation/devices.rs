@@ -2,11 +2,9 @@
 
 use std::time::Duration;
 
-use maps::{Point, Pose, pose};
+use maps::{Point, Pose, Shape, pose};
 use proptest::prelude::*;
-use sim::{
-    BoxError, Door, ObstacleConfig, ObstacleMotion, Obstruction, Opening, RouteEnd, Shape, SimConfig, Simulation,
-};
+use sim::{BoxError, Door, ObstacleConfig, ObstacleMotion, Obstruction, Opening, RouteEnd, SimConfig, Simulation};
 
 use crate::{drive, in_a_room, scans};
 

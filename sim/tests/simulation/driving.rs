@@ -1,9 +1,9 @@
 //! Driving, walls, odometry, the joypad.
 
-use maps::{CellIndex, OccupancyGrid, Pose, heading, pose};
+use maps::{CellIndex, OccupancyGrid, Pose, Shape, heading, pose};
 use rand::RngExt;
 use robot::{Reading, Streams, VelocityCommand};
-use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, Shape, SimConfig, Simulation};
+use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, SimConfig, Simulation};
 
 use crate::{drive, in_a_room, room, scans};
 

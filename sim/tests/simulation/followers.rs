@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 use std::time::Duration;
 
-use maps::{OccupancyGrid, Point, Pose, heading, house, pose};
+use maps::{OccupancyGrid, Point, Pose, Shape, heading, house, pose};
 use proptest::prelude::*;
 use robot::{Robot, Streams, VelocityCommand};
-use sim::{Building, Door, Follow, ObstacleConfig, ObstacleMotion, Opening, Shape, SimConfig, Simulation};
+use sim::{Building, Door, Follow, ObstacleConfig, ObstacleMotion, Opening, SimConfig, Simulation};
 
 use crate::{drive, in_a_room};
 

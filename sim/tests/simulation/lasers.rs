@@ -1,8 +1,8 @@
 //! The scans of the lasers.
 
-use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
+use maps::{Cell, CellIndex, OccupancyGrid, Pose, Shape, pose};
 use robot::{LaserSpec, Robot, RobotModel, Streams};
-use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig, Simulation};
+use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, SimConfig, Simulation};
 
 use crate::{drive, in_a_room, room, scans};
 

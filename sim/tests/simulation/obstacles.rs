@@ -1,7 +1,7 @@
 //! Collisions with obstacles.
 
-use maps::{Point, pose};
-use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig};
+use maps::{Point, Shape, pose};
+use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, SimConfig};
 
 use crate::{drive, in_a_room};
 

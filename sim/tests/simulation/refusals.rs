@@ -1,8 +1,8 @@
 //! Invalid simulations.
 
-use maps::{OccupancyGrid, Pose, pose};
+use maps::{OccupancyGrid, Pose, Shape, pose};
 use robot::Streams;
-use sim::{ObstacleConfig, ObstacleMotion, Placement, Shape, SimConfig, SimError, Simulation};
+use sim::{ObstacleConfig, ObstacleMotion, Placement, SimConfig, SimError, Simulation};
 
 use crate::room;
 

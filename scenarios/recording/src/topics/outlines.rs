@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use maps::{Point, Pose, pose};
+use maps::{Point, Pose, Shape, pose};
 use nalgebra::Vector2;
 
 use super::ros::{Color, Header, Marker, Markers, PointCloud, Vector};
-use crate::{Body, BodyShape};
+use crate::Body;
 
 /// The corners of a disc.
 const CORNERS: usize = 24;
@@ -51,8 +51,8 @@ impl Outline {
 
     pub(super) fn of_body(body: &Body) -> Self {
         match body.shape {
-            BodyShape::Disc { radius_m } => Self::disc(&body.name, &body.pose, radius_m),
-            BodyShape::Box { length_m, width_m } => Self::rectangle(&body.name, &body.pose, length_m, width_m),
+            Shape::Disc { radius_m } => Self::disc(&body.name, &body.pose, radius_m),
+            Shape::Box { length_m, width_m } => Self::rectangle(&body.name, &body.pose, length_m, width_m),
         }
     }
 

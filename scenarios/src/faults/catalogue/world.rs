@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use maps::{Point, Pose, pose};
-use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
+use maps::{Point, Pose, Shape, pose};
+use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use maps::{Point, pose};
+use maps::{Point, Shape, pose};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use sim::{ObstacleConfig, ObstacleMotion, Shape};
+use sim::{ObstacleConfig, ObstacleMotion};
 
 use super::beside::passable;
 use super::course::{Course, Task};

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use maps::{Point, pose};
+use maps::{Point, Shape, pose};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
+use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 
 use super::beside::{near_the_way, passable};
 use super::course::{Course, Task};

@@ -1,8 +1,8 @@
 //! The picture of how a trip ended.
 
 use drawing::canvas::{Canvas, Paint, TextStyle};
-use drawing::{Area, Body, BodyShape, Scene, map_panel, text, theme};
-use sim::{ObstacleTruth, Shape};
+use drawing::{Area, Body, Scene, map_panel, text, theme};
+use sim::ObstacleTruth;
 
 use super::Trip;
 
@@ -22,10 +22,5 @@ pub fn picture(trip: &Trip, scene: &Scene) -> String {
 
 /// A person or a box, as drawn.
 pub(super) fn body(obstacle: &ObstacleTruth<'_>) -> Body {
-    let pose = obstacle.pose;
-    let shape = match obstacle.shape {
-        Shape::Disc { radius_m } => BodyShape::Disc { center: pose.translation.vector.into(), radius_m },
-        Shape::Box { length_m, width_m } => BodyShape::Rectangle { pose, length_m, width_m },
-    };
-    Body { shape, label: obstacle.name.to_owned() }
+    Body { shape: obstacle.shape, pose: obstacle.pose, label: obstacle.name.to_owned() }
 }

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use maps::{heading, pose};
+use maps::{Shape, heading, pose};
 use proptest::prelude::*;
 use robot::VelocityCommand;
-use sim::{ObstacleConfig, ObstacleMotion, Shape, SimConfig, Simulation};
+use sim::{ObstacleConfig, ObstacleMotion, SimConfig, Simulation};
 
 use crate::{drive, in_a_room};
 

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use maps::{Pose, pose};
+use maps::{Pose, Shape, pose};
 use proptest::prelude::*;
 use robot::{Reading, Robot, Streams, VelocityCommand};
 use sim::{
-    BatteryReport, Faults, LaserFault, LaserTrouble, ObstacleConfig, ObstacleMotion, OdometryFaults, Shape, SimConfig,
+    BatteryReport, Faults, LaserFault, LaserTrouble, ObstacleConfig, ObstacleMotion, OdometryFaults, SimConfig,
     Simulation,
 };
 

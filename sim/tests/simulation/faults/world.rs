@@ -1,7 +1,7 @@
 //! Doors, people, a moved station, a kidnapped robot.
 
-use maps::{Point, Pose, pose};
-use sim::{ObstacleConfig, ObstacleMotion, Placement, RouteEnd, Shape, SimConfig, SimError, Simulation};
+use maps::{Point, Pose, Shape, pose};
+use sim::{ObstacleConfig, ObstacleMotion, Placement, RouteEnd, SimConfig, SimError, Simulation};
 
 use crate::{drive, in_a_room, scans};
 
