@@ -132,8 +132,8 @@ def compare_with_report(topics, report):
     assert told[-1] == (report["scenario"], report["ended_because"])
     for fault in report["faults"]:
         assert any(name == "fault" and text == fault["effect"] for name, text in told), fault
-    said = [(said["by"], f"said: {said['text']}") for said in report["said"]]
-    assert [entry for entry in told if entry[1].startswith("said: ")] == said
+    said = [(said["by"], f"“{said['text']}”") for said in report["said"]]
+    assert [entry for entry in told if entry[1].startswith("“")] == said
     if report["robot"] is None:
         assert "/tf" not in topics
         return

@@ -85,7 +85,7 @@ pub(crate) struct Happened {
 impl Happened {
     /// A happening of the last step, if it is shown to people.
     pub(crate) fn of(happening: &Happening, view: &RunView) -> Option<Self> {
-        let (kind, words) = words(happening, view)?;
+        let (kind, words) = (kind(happening)?, happening.words(view));
         Some(Self { time: view.time(), kind, words, place: view.robot().pose() })
     }
 
@@ -140,30 +140,19 @@ fn message(event: &Event, topology: &Topology) -> Option<Value> {
     Some(json!([event.step, event.tick, from, to, message.to_string()]))
 }
 
-/// The kind of happening, and what happened in words.
-fn words(happening: &Happening, view: &RunView) -> Option<(&'static str, String)> {
-    let fault = |index: usize| view.header().faults[index].words.clone();
+/// The kind of happening; none for what the page does not show.
+fn kind(happening: &Happening) -> Option<&'static str> {
     Some(match happening {
         Happening::FaultAdded(_) => return None,
-        Happening::FaultBegan { fault: index, .. } => ("fault", fault(*index)),
-        Happening::FaultEnded { fault: index, .. } => ("end", format!("ended: {}", fault(*index))),
-        Happening::FaultLeftUndone { fault: index, reason, .. } => {
-            ("undone", format!("could not be done: {}: {reason}", fault(*index)))
-        }
-        Happening::TreeError { message, .. } => ("error", message.clone()),
-        Happening::GivenUp { reason } => ("error", format!("navigation gave up: {reason}")),
-        Happening::Verdict { monitor, decision } => {
-            let violated = decision.verdict == Verdict::False;
-            let name = view.monitor(*monitor).name().to_owned();
-            if violated {
-                ("violated", format!("{name} is violated"))
-            } else {
-                ("satisfied", format!("{name} is satisfied"))
-            }
-        }
-        Happening::Said { text, .. } => ("said", format!("“{text}”")),
-        Happening::Moved { words } => ("environment", words.clone()),
-        Happening::Arrival { place } => ("arrival", format!("at {}", view.header().places()[*place].name)),
+        Happening::FaultBegan { .. } => "fault",
+        Happening::FaultEnded { .. } => "end",
+        Happening::FaultLeftUndone { .. } => "undone",
+        Happening::TreeError { .. } | Happening::GivenUp { .. } => "error",
+        Happening::Verdict { decision, .. } if decision.verdict == Verdict::False => "violated",
+        Happening::Verdict { .. } => "satisfied",
+        Happening::Said { .. } => "said",
+        Happening::Moved { .. } => "environment",
+        Happening::Arrival { .. } => "arrival",
     })
 }
 

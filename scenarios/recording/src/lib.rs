@@ -122,6 +122,7 @@ mod step;
 mod topics;
 mod trace_hash;
 mod view;
+pub mod words;
 
 pub use archive::Archive;
 pub use decimals::{decimals, length};
@@ -143,9 +144,7 @@ pub use record::{FORMAT, Record, RecordRef};
 pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
-pub use step::{
-    Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
-};
+pub use step::{Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth};
 pub use trace_hash::TraceHash;
 pub use view::{
     BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,

@@ -118,7 +118,7 @@ impl Topics {
         for (level, name, text) in view
             .happenings()
             .iter()
-            .map(|happening| in_words(happening, view))
+            .map(|happening| log_entry(happening, view))
             .chain(view.end().map(|end| (level::INFO, view.header().scenario.clone(), end.ended.to_string())))
         {
             let log = ros::Log { stamp: view.time().into(), level, name, msg: text, ..ros::Log::default() };
@@ -415,36 +415,27 @@ fn monitor(monitor: MonitorView<'_>) -> ros::Status {
 }
 
 /// What happened: its severity, whom it concerns, and a description.
-fn in_words(happening: &Happening, view: &RunView) -> (u8, String, String) {
-    let header = view.header();
-    let fault = |index: usize| header.faults[index].words.clone();
-    match happening {
-        Happening::FaultAdded(fault) => (level::INFO, "fault".to_owned(), format!("manually: {}", fault.words)),
-        Happening::FaultBegan { fault: index, .. } => (level::WARN, "fault".to_owned(), fault(*index)),
-        Happening::FaultEnded { fault: index, .. } => {
-            (level::INFO, "fault".to_owned(), format!("it ended: {}", fault(*index)))
-        }
-        Happening::FaultLeftUndone { fault: index, reason, .. } => {
-            (level::WARN, "fault".to_owned(), format!("not injected: {}: {reason}", fault(*index)))
-        }
-        Happening::TreeError { node, message, .. } => {
-            (level::ERROR, header.tree[*node].process.clone(), message.clone())
-        }
-        Happening::GivenUp { reason } => (level::WARN, "navigation".to_owned(), format!("gave up: {reason}")),
+fn log_entry(happening: &Happening, view: &RunView) -> (u8, String, String) {
+    let (level, name) = match happening {
+        Happening::FaultAdded(_) | Happening::FaultEnded { .. } => (level::INFO, "fault"),
+        Happening::FaultBegan { .. } | Happening::FaultLeftUndone { .. } => (level::WARN, "fault"),
+        Happening::TreeError { node, .. } => (level::ERROR, view.header().tree[*node].process.as_str()),
+        Happening::GivenUp { .. } => (level::WARN, "navigation"),
         Happening::Verdict { monitor, decision } => {
-            let monitor = view.monitor(*monitor);
             let level = if decision.verdict == Verdict::False { level::ERROR } else { level::INFO };
-            let witness = decision.witness.as_ref().map(ToString::to_string).unwrap_or_default();
-            let text = format!("{} at tick {}\n{witness}", monitor.outcome(), decision.event.tick);
-            (level, monitor.name().to_owned(), text.trim_end().to_owned())
+            (level, view.monitor(*monitor).about.name.as_str())
         }
-        Happening::Said { by, text } => {
+        Happening::Said { by, .. } => {
             let by = view.topology().processes().nth(*by).map(|process| view.topology().name(process));
-            (level::INFO, by.unwrap_or_default().to_owned(), format!("said: {text}"))
+            (level::INFO, by.unwrap_or_default())
         }
-        Happening::Moved { words } => (level::INFO, "environment".to_owned(), words.clone()),
-        Happening::Arrival { place } => {
-            (level::INFO, "robot".to_owned(), format!("came to rest at {}", header.places()[*place].name))
-        }
+        Happening::Moved { .. } => (level::INFO, "environment"),
+        Happening::Arrival { .. } => (level::INFO, "robot"),
+    };
+    let mut words = happening.words(view);
+    if let Happening::Verdict { decision, .. } = happening {
+        words += &format!(" at tick {}", decision.event.tick);
+        words.extend(decision.witness.iter().map(|witness| format!("\n{witness}")));
     }
+    (level, name.to_owned(), words)
 }

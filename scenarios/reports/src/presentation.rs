@@ -196,8 +196,8 @@ impl RunPictures {
                 Happening::FaultBegan { fault, time, .. } if wanted(SnapshotOccasion::Fault) => {
                     let mut records = view.faults().iter().filter(|record| record.index == *fault);
                     if records.next().is_some_and(|first| first.time == *time) {
-                        let fault = &header.faults[*fault];
-                        occasions.push((format!("fault-{}", fault.kind), format!("Fault: {}", fault.words)));
+                        let kind = &header.faults[*fault].kind;
+                        occasions.push((format!("fault-{kind}"), format!("Fault: {}", happening.words(view))));
                     }
                 }
                 Happening::Verdict { monitor, decision } if wanted(SnapshotOccasion::Verdict) => {

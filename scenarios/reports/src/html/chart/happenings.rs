@@ -6,7 +6,7 @@ use drawing::Area;
 use drawing::canvas::{Canvas, Paint, TextStyle};
 use drawing::icons::Icon;
 use drawing::theme::{self, Color};
-use recording::{FaultCourse, RunView};
+use recording::{FaultCourse, RunView, words};
 
 use super::sheet::Chart;
 use crate::timeline::Timeline;
@@ -55,7 +55,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     });
     let arrivals = view.arrivals().map(|(place, at)| Happening {
         time: at,
-        words: format!("at {place}"),
+        words: words::arrival(place),
         icon: Icon::Check,
         color: theme::GOOD,
         across: false,
@@ -64,7 +64,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     });
     let said = view.said().iter().map(|said| Happening {
         time: said.time,
-        words: format!("“{}”", said.text),
+        words: words::speech(&said.text),
         icon: Icon::Open,
         color: theme::MUTED,
         across: false,
