@@ -1,10 +1,10 @@
 //! Adaptive Monte Carlo localization.
 //!
-//! There is one algorithm per file: the [likelihood field](crate::atlas::likelihood_field), the [motion model](motion_model),
-//! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
-//! [beam model](crate::atlas::beam_model), the [search] for a robot that may be anywhere, the [contradiction] that detects a robot
-//! that may be lost, and the [reconsideration] that decides what to do about it. The [filter] combines them, and
-//! [`Localization`] connects it with odometry, scans and frames.
+//! There is one algorithm per file: the [likelihood field](crate::atlas::likelihood_field), the
+//! [motion model](motion_model), [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters],
+//! [scan matching](scan_matching), the [beam model](crate::atlas::beam_model), the [search] for a robot that may be
+//! anywhere, the [contradiction] that detects a robot that may be lost, and the [reconsideration] that decides what to
+//! do about it. The [filter] combines them, and [`Localization`] connects it with odometry, scans and frames.
 
 mod challengers;
 mod clusters;
