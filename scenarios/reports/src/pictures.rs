@@ -9,8 +9,8 @@ use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
 use recording::{
-    FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
-    Premises, RunView,
+    FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
+    RunView,
 };
 
 /// The trail has a point this often, in meters.

@@ -1,6 +1,7 @@
 //! A running scenario: the world, the channel system and the monitors, step by step.
 
 mod record;
+mod recorded;
 
 use std::any::Any;
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use scenarios::names::unknown;
 use scenarios::scenario::{Monitoring, STEP, Scenario, TreeIds};
 use scenarios::{Complaints, Error};
 
-use self::record::Recorded;
+use self::recorded::Recorded;
 use crate::error::StepError;
 use crate::injector::{self, Injector, SystemUnderTest};
 use crate::player::{Part, Player};

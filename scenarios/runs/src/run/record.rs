@@ -6,36 +6,13 @@ use std::time::Duration;
 use channels::{Monitor, ProcessId};
 use maps::Place;
 use programs::ProgramProcess;
-use recording::{
-    Detail, Details, End, Ended, Header, MonitorEnd, MonitorLog, MonitorState, Navigation, RobotBody, RobotState,
-    Scene, Step,
-};
+use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::{MachineMonitor, Premises, STEP, Scenario, settings};
 
 use super::Run;
 use crate::machines;
-
-/// The contents of earlier records: only changes must be recorded again.
-#[derive(Debug, Default)]
-pub(super) struct Recorded {
-    outcomes: Vec<Option<bt::Outcome>>,
-    /// The locations of skills and components, in the order of their names in the header.
-    locations: Vec<Option<String>>,
-    pub(super) monitors: MonitorLog,
-    navigation: Navigation,
-    robot: RobotState,
-    /// Whether the record of the last step had a scene.
-    scene: bool,
-}
-
-impl Recorded {
-    /// Nothing has been recorded of a run with this many monitors.
-    pub(super) fn of(monitors: usize) -> Self {
-        Self { monitors: MonitorLog::new(monitors), ..Self::default() }
-    }
-}
 
 /// The records of a run.
 impl Run {

@@ -1,0 +1,23 @@
+//! What has been recorded of a run.
+
+use recording::{MonitorLog, Navigation, RobotState};
+
+/// The contents of earlier records: only changes must be recorded again.
+#[derive(Debug, Default)]
+pub(super) struct Recorded {
+    pub(super) outcomes: Vec<Option<bt::Outcome>>,
+    /// The locations of skills and components, in the order of their names in the header.
+    pub(super) locations: Vec<Option<String>>,
+    pub(super) monitors: MonitorLog,
+    pub(super) navigation: Navigation,
+    pub(super) robot: RobotState,
+    /// Whether the record of the last step had a scene.
+    pub(super) scene: bool,
+}
+
+impl Recorded {
+    /// Nothing has been recorded of a run with this many monitors.
+    pub(super) fn of(monitors: usize) -> Self {
+        Self { monitors: MonitorLog::new(monitors), ..Self::default() }
+    }
+}
