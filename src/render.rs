@@ -81,7 +81,7 @@ impl Finding {
     }
 }
 
-/// The number of all parts of a diagnostic. Finding their locations would take a time proportional to the text for each.
+/// The number of all parts of a diagnostic. To find the location of each takes a time proportional to the text.
 pub(crate) fn count(diagnostic: &dyn Diagnostic) -> usize {
     problems(diagnostic, None).len()
 }

@@ -6,14 +6,14 @@
 //!
 //! # Inside
 //! `faults` has the catalogue of what can go wrong. `scenario/monitoring` makes the monitors of a scenario: those of
-//! its properties, and those that it attaches directly, an SCXML machine (`monitoring/machine.rs`) or a program graph of
-//! the paper's figure. `scenario/declaration` declares the processes and channels, so that a scenario whose skills and
-//! components do not fit together is refused when it is loaded; and a scenario is loaded only if the robot can reach the
-//! places that it names: `scenario/places.rs` asks `nav::Reach`, which starts and ends paths as the planner does. A
-//! scenario without a map has no `Premises`. A scenario of a RoAML model has its `Model`, from which tree, skills and
-//! components come. Data shared by the runs of a scenario is built once and kept by its `Scenario`: the software's
-//! `nav::Atlas`, the simulation's `sim::Building`, the properties' `Monitoring`; `Scenario::load_like` passes it on to
-//! the same scenario with other values.
+//! its properties, and those that it attaches directly, an SCXML machine (`monitoring/machine.rs`) or a program graph
+//! of the paper's figure. `scenario/declaration` declares the processes and channels, so that a scenario whose skills
+//! and components do not fit together is refused when it is loaded; and a scenario is loaded only if the robot can
+//! reach the places that it names: `scenario/places.rs` asks `nav::Reach`, which starts and ends paths as the planner
+//! does. A scenario without a map has no `Premises`. A scenario of a RoAML model has its `Model`, from which tree,
+//! skills and components come. Data shared by the runs of a scenario is built once and kept by its `Scenario`: the
+//! software's `nav::Atlas`, the simulation's `sim::Building`, the properties' `Monitoring`; `Scenario::load_like`
+//! passes it on to the same scenario with other values.
 //!
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.

@@ -69,10 +69,12 @@ impl Identifiers {
     }
 
     /// The id of a state, if the index is that of one.
+    #[cfg(feature = "ecmascript")]
     pub(crate) fn state(&self, index: usize) -> Option<&Arc<str>> {
         self.states.get(index)
     }
 
+    #[cfg(feature = "ecmascript")]
     pub(crate) fn datum(&self, data: DataId) -> &str {
         &self.data[data.index()]
     }

@@ -114,7 +114,7 @@ pub(crate) fn spawn(command: &mut Command) -> io::Result<Child> {
     Ok(keeper)
 }
 
-/// Call this when a keeper has ended and was waited for. If somebody else `killed` it, kills what it has left, and waits
+/// Call this when a keeper has ended and was waited for. If somebody `killed` it, kills what it has left, and waits
 /// until it is gone.
 pub(crate) fn buried(keeper: u32, killed: bool) {
     let mut keepers = KEEPERS.lock().unwrap_or_else(PoisonError::into_inner);

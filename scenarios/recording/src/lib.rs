@@ -15,8 +15,8 @@
 //!    [`SceneClock`] and the happenings.
 //! 4. An [`End`]: why the run ended, the hash of the trace, the final verdicts. An interrupted run has none.
 //!
-//! A [`RunView`] takes the records one after the other and answers the questions of readers. A [`Follower`] sees the view
-//! after each of them: every file, page and picture of a run is made by one.
+//! A [`RunView`] takes the records one after the other and answers the questions of readers. A [`Follower`] sees the
+//! view after each of them: every file, page and picture of a run is made by one.
 //!
 //! # Units and frames
 //!

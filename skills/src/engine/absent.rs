@@ -3,7 +3,7 @@
 use super::World;
 use crate::Datum;
 use crate::datum::EvaluationError;
-use crate::expression::ExpressionProblem;
+use crate::expression::{Code, ExpressionProblem, Form};
 
 pub(super) const AVAILABLE: bool = false;
 

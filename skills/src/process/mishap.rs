@@ -9,8 +9,8 @@ use crate::machine::Note;
 const MAX_MISHAPS: usize = 100;
 
 /// An error of a skill's machine: an expression or a script failed (`error.execution`), a message could not be sent
-/// (`error.communication`) and not just because nobody waited for it any longer, or the machine did not come to rest and
-/// was stopped.
+/// (`error.communication`) and not just because nobody waited for it any longer, or the machine did not come to rest
+/// and was stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mishap {
     /// The innermost state around the failed element; `None` outside of states, or in an invoked machine.
