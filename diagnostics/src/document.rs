@@ -19,24 +19,29 @@
 //! # Ok::<(), diagnostics::FileProblems>(())
 //! ```
 //!
+//! A key may also carry its meaning and default: [`DeclaredKey::all`] collects them from the reader, without a file, for
+//! schemas and references.
+//!
 //! To find every problem, ask for all the keys of a table before a `?` can end the reading, and use
 //! [`each`](Field::each) for arrays.
 
+mod declared;
 mod field;
 mod item;
+mod log;
 mod node;
 mod overrides;
 mod table;
 mod toml_text;
 mod yaml_text;
 
-use std::cell::RefCell;
-
+pub use declared::{DeclaredKey, Takes, Written};
 pub use field::Field;
 pub use item::{FromItem, Item};
 pub use table::Table;
 
 use crate::{FileProblems, Source, Spanned};
+use log::Log;
 use node::{Kind, Node};
 
 /// A parsed file, ready to be read.
@@ -121,10 +126,10 @@ impl Document {
     /// Every problem reported by `read` or by the types it asked for, and every key that it did not ask for. If `read`
     /// returns `None` without a problem, that is reported as an error.
     pub fn read<T>(self, read: impl for<'d> FnOnce(Table<'d>) -> Option<T>) -> Result<T, FileProblems> {
-        let log = RefCell::new(Vec::new());
+        let log = Log::default();
         let root = Item::new(&self.root, "this file".into(), &log);
         let value = root.as_table().and_then(read);
-        let mut problems = log.into_inner();
+        let mut problems = log.problems.into_inner();
         self.root.left_over(&mut problems);
         // The file comes before its overrides.
         problems.sort_by_key(|problem| !problem.is_of(self.root.span.source()));

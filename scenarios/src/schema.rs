@@ -1,11 +1,13 @@
 //! The meanings and types of a file's keys.
 //!
 //! From this description, the file's JSON schema (which editors use), its chapter in the reference, and the text of
-//! `steward help` are generated. Tests check it against the reader: keys, types, ranges and defaults.
+//! `steward help` are generated. It comes from the file's reader where that [declares](Key::all) its keys; of the other
+//! keys, tests check it against the reader: keys, types, ranges and defaults.
 
 pub mod interface;
 pub mod mapping;
 
+use diagnostics::document::{DeclaredKey, Table, Takes};
 use serde_json::{Value, json};
 
 /// A key of a file that people write.
@@ -35,6 +37,26 @@ impl Key {
         Self { required: true, ..self }
     }
 
+    /// All keys that a reader declares.
+    #[must_use]
+    pub fn all(read: impl for<'d> FnOnce(Table<'d>)) -> Vec<Self> {
+        DeclaredKey::all(read).into_iter().map(Self::declared).collect()
+    }
+
+    fn declared(key: DeclaredKey) -> Self {
+        let mut takes = of_type(&key.takes);
+        for (name, value) in [
+            ("title", key.words.map(Value::from)),
+            ("minLength", key.filled.then(|| json!(1))),
+            ("minimum", key.range.as_ref().map(|[least, _]| of_toml(least))),
+            ("maximum", key.range.as_ref().map(|[_, most]| of_toml(most))),
+            ("default", key.default.as_ref().map(of_toml)),
+        ] {
+            takes = with(takes, value.map_or_else(|| json!({}), |value| json!({ (name): value })));
+        }
+        Self { path: key.path, about: key.about, takes, required: key.required }
+    }
+
     /// Its table, empty at the top level, and its name there.
     #[must_use]
     pub fn split(&self) -> (&str, &str) {
@@ -57,6 +79,35 @@ impl Key {
     #[must_use]
     pub fn default(&self) -> Option<String> {
         self.takes.get("default").map(Value::to_string)
+    }
+}
+
+fn of_type(takes: &Takes) -> Value {
+    match takes {
+        Takes::Text => text(),
+        Takes::OneOf(names) => json!({ "enum": names }),
+        Takes::Number => json!({ "type": "number" }),
+        Takes::Integer => json!({ "type": "integer" }),
+        Takes::Count => whole(0),
+        Takes::Flag => flag(),
+        Takes::Seconds => seconds(),
+        Takes::Table => table(json!({})),
+        Takes::Array(of, _) if **of == Takes::Table => of_type(of),
+        Takes::Array(of, None) => json!({ "type": "array", "items": of_type(of) }),
+        Takes::Array(of, Some(count)) => {
+            json!({ "type": "array", "items": of_type(of), "minItems": count, "maxItems": count })
+        }
+        Takes::Other => json!({}),
+    }
+}
+
+fn of_toml(value: &toml::Value) -> Value {
+    match value {
+        toml::Value::Float(number) => plain(*number),
+        toml::Value::Integer(number) => json!(number),
+        toml::Value::Boolean(value) => json!(value),
+        toml::Value::Array(items) => items.iter().map(of_toml).collect(),
+        other => json!(other.as_str()),
     }
 }
 
@@ -152,10 +203,13 @@ pub fn points() -> Value {
     list("[[x, y], …] in meters", &point())
 }
 
+/// The numbers of a pose.
+pub(crate) const POSE: &str = "[x, y, heading] in meters and degrees";
+
 /// A pose in the `map` frame.
 #[must_use]
 pub fn pose() -> Value {
-    numbers("[x, y, heading] in meters and degrees", 3)
+    numbers(POSE, 3)
 }
 
 /// A text, a number, true or false.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use super::Table;
+use super::{DeclaredKey, Table, Written};
 use crate::{Problem, Span, Spanned};
 
 /// The value of a table under one key. Checks skip a value that is missing or already refused, so one mistake is
@@ -13,6 +13,8 @@ use crate::{Problem, Span, Spanned};
 pub struct Field<'d, T> {
     table: Table<'d>,
     key: String,
+    /// Its number among the declared keys, if no file is read.
+    declared: Option<usize>,
     state: State<T>,
 }
 
@@ -27,15 +29,34 @@ enum State<T> {
 
 impl<'d, T> Field<'d, T> {
     pub(super) fn given(table: Table<'d>, key: &str, value: T, span: Span) -> Self {
-        Self { table, key: key.into(), state: State::Given(value, span) }
+        Self { table, key: key.into(), declared: None, state: State::Given(value, span) }
     }
 
     pub(super) fn missing(table: Table<'d>, key: &str, wanted: String) -> Self {
-        Self { table, key: key.into(), state: State::Missing(wanted) }
+        Self { table, key: key.into(), declared: None, state: State::Missing(wanted) }
     }
 
     pub(super) fn refused(table: Table<'d>, key: &str) -> Self {
-        Self { table, key: key.into(), state: State::Refused }
+        Self { table, key: key.into(), declared: None, state: State::Refused }
+    }
+
+    pub(super) fn of(self, declared: Option<usize>) -> Self {
+        Self { declared, ..self }
+    }
+
+    pub(super) fn declare(self, change: impl FnOnce(&mut DeclaredKey)) -> Self {
+        self.table.log.amend(self.declared, change);
+        self
+    }
+
+    /// The key's meaning, in a sentence or two, with its unit.
+    pub fn about(self, meaning: &str) -> Self {
+        self.declare(|key| meaning.clone_into(&mut key.about))
+    }
+
+    /// The accepted values in words: `[x, y] in meters`.
+    pub fn words(self, words: &str) -> Self {
+        self.declare(|key| key.words = Some(words.to_owned()))
     }
 
     /// Refuses a value for which `holds` does not. `must` completes the sentence "`key` must …".
@@ -76,7 +97,7 @@ impl<'d, T> Field<'d, T> {
             State::Missing(wanted) => format!("add `{}`: {wanted}", self.key),
             _ => String::new(),
         };
-        self.required_or(&help)
+        self.declare(|key| key.required = true).required_or(&help)
     }
 
     /// Like [`required`](Self::required), with advice in case the key is missing.
@@ -105,6 +126,15 @@ impl<'d, T> Field<'d, T> {
         self.optional().unwrap_or(default)
     }
 
+    /// Like [`or`](Self::or), with a default that is part of the key's declaration.
+    #[must_use]
+    pub fn default(self, default: T) -> T
+    where
+        T: Written,
+    {
+        self.declare(|key| key.default = Some(default.written())).or(default)
+    }
+
     /// Processes a given value further. If `next` returns `None`, it has recorded a problem.
     fn step<U>(self, next: impl FnOnce(T, &Span) -> Option<U>) -> Field<'d, U> {
         let state = match self.state {
@@ -112,7 +142,7 @@ impl<'d, T> Field<'d, T> {
             State::Missing(wanted) => State::Missing(wanted),
             State::Refused => State::Refused,
         };
-        Field { table: self.table, key: self.key, state }
+        Field { table: self.table, key: self.key, declared: self.declared, state }
     }
 }
 
@@ -124,11 +154,22 @@ impl<'d, T> Field<'d, Vec<T>> {
     }
 }
 
+impl Field<'_, String> {
+    /// Refuses an empty text.
+    pub fn filled(self, must: impl fmt::Display) -> Self {
+        self.declare(|key| key.filled = true).check(|text| !text.is_empty(), must)
+    }
+}
+
 impl<T: PartialOrd + fmt::Display> Field<'_, T> {
     /// Refuses a value outside `range`.
-    pub fn within(self, range: RangeInclusive<T>) -> Self {
+    pub fn within(self, range: RangeInclusive<T>) -> Self
+    where
+        T: Written,
+    {
         let must = format!("lie between {} and {}", range.start(), range.end());
-        self.check(|value| range.contains(value), must)
+        let declared = self.declare(|key| key.range = Some([range.start().written(), range.end().written()]));
+        declared.check(|value| range.contains(value), must)
     }
 
     /// Refuses a value that is not above `limit`.

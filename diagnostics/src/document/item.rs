@@ -1,10 +1,10 @@
 //! A single value of a document, and the types that it can be converted to.
 
-use std::cell::RefCell;
 use std::time::Duration;
 
-use super::Table;
+use super::log::Log;
 use super::node::{Kind, Node};
+use super::{Table, Takes};
 use crate::{Problem, Span, Spanned};
 
 /// A value of a document whose type is not yet determined.
@@ -13,11 +13,11 @@ pub struct Item<'d> {
     node: &'d Node,
     /// The name of the value in problems: "`origin`", "item 2 of `origin`".
     name: String,
-    log: &'d RefCell<Vec<Problem>>,
+    log: &'d Log,
 }
 
 impl<'d> Item<'d> {
-    pub(super) fn new(node: &'d Node, name: String, log: &'d RefCell<Vec<Problem>>) -> Self {
+    pub(super) fn new(node: &'d Node, name: String, log: &'d Log) -> Self {
         Self { node, name, log }
     }
 
@@ -91,6 +91,18 @@ pub trait FromItem<'d>: Sized {
     /// The accepted values, as a phrase that follows "must be": "a number".
     fn wanted() -> String;
 
+    /// The type of the accepted values.
+    #[must_use]
+    fn takes() -> Takes {
+        Takes::Other
+    }
+
+    /// The value where keys are declared without a file: `table`, if this is a table or contains one.
+    #[must_use]
+    fn declaring(_table: Table<'d>) -> Option<Self> {
+        None
+    }
+
     /// Converts `item`.
     ///
     /// # Errors
@@ -100,10 +112,14 @@ pub trait FromItem<'d>: Sized {
 
 /// Implements [`FromItem`] for a type with a simple conversion.
 macro_rules! plain {
-    ($type:ty, $wanted:literal, $convert:expr) => {
+    ($type:ty, $takes:ident, $wanted:literal, $convert:expr) => {
         impl<'d> FromItem<'d> for $type {
             fn wanted() -> String {
                 $wanted.into()
+            }
+
+            fn takes() -> Takes {
+                Takes::$takes
             }
 
             fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
@@ -114,23 +130,48 @@ macro_rules! plain {
     };
 }
 
-plain!(f64, "a number", |item| item.as_number().filter(|number| number.is_finite()));
-plain!(i64, "an integer", Item::as_integer);
-plain!(u64, "an integer of at least 0", |item| {
+plain!(f64, Number, "a number", |item| item.as_number().filter(|number| number.is_finite()));
+plain!(i64, Integer, "an integer", Item::as_integer);
+plain!(u64, Count, "an integer of at least 0", |item| {
     if let Kind::Integer(number) = item.node.kind { number.try_into().ok() } else { None }
 });
-plain!(bool, "true or false", Item::as_boolean);
-plain!(String, "a string", |item| item.as_text().map(str::to_owned));
-plain!(Duration, "a number of seconds from 0 to 1e9", |item| {
+plain!(bool, Flag, "true or false", Item::as_boolean);
+plain!(String, Text, "a string", |item| item.as_text().map(str::to_owned));
+plain!(Duration, Seconds, "a number of seconds from 0 to 1e9", |item| {
     let seconds = item.as_number().filter(|seconds| (0.0..=1e9).contains(seconds))?;
     Duration::try_from_secs_f64(seconds).ok()
 });
-plain!(Item<'d>, "a value", |item| Some(item.clone()));
-plain!(Table<'d>, "a table", Item::as_table);
+plain!(Item<'d>, Other, "a value", |item| Some(item.clone()));
+
+impl<'d> FromItem<'d> for Table<'d> {
+    fn wanted() -> String {
+        "a table".into()
+    }
+
+    fn takes() -> Takes {
+        Takes::Table
+    }
+
+    fn declaring(table: Table<'d>) -> Option<Self> {
+        Some(table)
+    }
+
+    fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
+        item.as_table().ok_or_else(|| vec![item.wrong(&Self::wanted())])
+    }
+}
 
 impl<'d, T: FromItem<'d>> FromItem<'d> for Spanned<T> {
     fn wanted() -> String {
         T::wanted()
+    }
+
+    fn takes() -> Takes {
+        T::takes()
+    }
+
+    fn declaring(table: Table<'d>) -> Option<Self> {
+        Some(Self { value: T::declaring(table)?, span: table.span().clone() })
     }
 
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
@@ -141,6 +182,14 @@ impl<'d, T: FromItem<'d>> FromItem<'d> for Spanned<T> {
 impl<'d, T: FromItem<'d>> FromItem<'d> for Vec<T> {
     fn wanted() -> String {
         format!("an array, each item {}", T::wanted())
+    }
+
+    fn takes() -> Takes {
+        Takes::Array(Box::new(T::takes()), None)
+    }
+
+    fn declaring(table: Table<'d>) -> Option<Self> {
+        Some(vec![T::declaring(table)?])
     }
 
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
@@ -159,6 +208,10 @@ impl<'d, T: FromItem<'d>> FromItem<'d> for Vec<T> {
 impl<'d, T: FromItem<'d>, const N: usize> FromItem<'d> for [T; N] {
     fn wanted() -> String {
         format!("an array of {N} items, each {}", T::wanted())
+    }
+
+    fn takes() -> Takes {
+        Takes::Array(Box::new(T::takes()), Some(N))
     }
 
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {

@@ -1,10 +1,10 @@
 //! A table of a document, whose keys the reader requests.
 
-use std::cell::RefCell;
 use std::time::Duration;
 
+use super::log::Log;
 use super::node::Entries;
-use super::{Field, FromItem, Item};
+use super::{Field, FromItem, Item, Takes};
 use crate::{Problem, Span, did_you_mean};
 
 /// A table of a document that is being read. Every requested key counts as known.
@@ -12,18 +12,27 @@ use crate::{Problem, Span, did_you_mean};
 pub struct Table<'d> {
     entries: &'d Entries,
     span: &'d Span,
-    log: &'d RefCell<Vec<Problem>>,
+    pub(super) log: &'d Log,
+    /// Its number among the declared keys. The top level and the tables of a file have none.
+    declared: Option<usize>,
 }
 
 impl<'d> Table<'d> {
-    pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d RefCell<Vec<Problem>>) -> Self {
-        Self { entries, span, log }
+    pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d Log) -> Self {
+        Self { entries, span, log, declared: None }
     }
 
     /// The value of `key` as a `T`.
     pub fn get<T: FromItem<'d>>(&self, key: &str) -> Field<'d, T> {
         self.know(key);
-        let Some(entry) = self.entries.by_key.get(key) else { return Field::missing(*self, key, T::wanted()) };
+        let Some(entry) = self.entries.by_key.get(key) else {
+            let declared = self.log.declare(self.declared, key, T::takes());
+            let field = match declared.and_then(|_| T::declaring(Self { declared, ..*self })) {
+                Some(value) => Field::given(*self, key, value, self.span.clone()),
+                None => Field::missing(*self, key, T::wanted()),
+            };
+            return field.of(declared);
+        };
         let item = Item::new(&entry.value, format!("`{key}`"), self.log);
         match item.get() {
             Ok(value) => Field::given(*self, key, value, item.span().clone()),
@@ -71,7 +80,8 @@ impl<'d> Table<'d> {
 
     /// The choice that the text under `key` names. `choices` lists every name with its value.
     pub fn one_of<T: Clone>(&self, key: &str, choices: &[(&str, T)]) -> Field<'d, T> {
-        self.text(key).try_map(|text, span| {
+        let names = || Takes::OneOf(choices.iter().map(|(name, _)| (*name).to_owned()).collect());
+        self.text(key).declare(|key| key.takes = names()).try_map(|text, span| {
             if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
                 return Ok(value.clone());
             }
@@ -115,7 +125,7 @@ impl<'d> Table<'d> {
 
     /// Records a problem; reading can continue.
     pub fn report(&self, problem: Problem) {
-        self.log.borrow_mut().push(problem);
+        self.log.problems.borrow_mut().push(problem);
     }
 
     /// Records the problem of a missing key, unless the key turns out to be misspelled.

@@ -1,10 +1,12 @@
-//! The keys of a scenario file.
+//! The keys of a scenario file: those that its reader [declares](Key::all), and descriptions of the others.
 
 use devices::DeviceKind;
 use serde_json::{Value, json};
 
 use super::component_entry::{Form, forms};
+use super::premises::ON_A_MAP;
 use super::prove::{MEMORY_MB, STATES};
+use super::robot::read_sim;
 use crate::faults::KINDS;
 use crate::schema::{
     Key, flag, json_schema, list, number, one_of, or, plain, point, points, pose, scalar, seconds, some_seconds, table,
@@ -17,10 +19,8 @@ const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
 /// The JSON schema of a scenario file.
 #[must_use]
 pub fn schema() -> Value {
-    let with_map =
-        ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"].map(|key| (key, json!(["map"])));
-    let mut dependent: serde_json::Map<String, Value> =
-        with_map.into_iter().map(|(key, needed)| (key.to_owned(), needed)).collect();
+    let needed = ON_A_MAP.map(|key| (key.to_owned(), json!(["map"])));
+    let mut dependent: serde_json::Map<String, Value> = needed.into_iter().collect();
     dependent.insert("map".to_owned(), json!(["sites"]));
     let whole = json!({
         "required": ["tree", "skills"],
@@ -40,7 +40,8 @@ pub fn schema() -> Value {
 /// All keys of a scenario file except the parameters of its faults, which depend on their [kinds](KINDS).
 #[must_use]
 pub fn keys() -> Vec<Key> {
-    let parts = [files(), robot(), execution(), world(), monitors(), faults(), ending(), prove()];
+    let robot = Key::all(|root| drop(read_sim(root)));
+    let parts = [files(), robot, execution(), world(), monitors(), faults(), ending(), prove()];
     parts.into_iter().flatten().collect()
 }
 
@@ -122,78 +123,6 @@ fn files() -> Vec<Key> {
         ),
         Key::new("sites.destination", "The place to which the robot is sent, for pictures.", text()),
     ]
-}
-
-fn robot() -> Vec<Key> {
-    let rate = |default| or(number(0.0, 100.0), default);
-    let sigma = || or(number(0.0, 1.0), 0);
-    let docking = |name: &str, about, takes| Key::new(&format!("robot.docking.{name}"), about, takes);
-    let laser = |name: &str, about, takes| Key::new(&format!("robot.lasers[].{name}"), about, takes);
-    let mut keys = vec![
-        Key::new("robot", "The robot: a round body on two driven wheels.", table(json!({}))),
-        Key::new(
-            "robot.radius_m",
-            "Radius of the body, in meters. The footprint is a disc; other shapes are not supported.",
-            or(number(0.05, 2.0), 0.3),
-        ),
-        Key::new("robot.max_linear_mps", "Maximum forward speed, in meters per second.", or(number(0.05, 3.0), 0.45)),
-        Key::new("robot.max_angular_radps", "Maximum turning rate, in radians per second.", or(number(0.1, 4.0), 1)),
-        Key::new(
-            "robot.max_linear_acceleration_mps2",
-            "Maximum acceleration, in meters per second squared.",
-            or(number(0.05, 10.0), 0.5),
-        ),
-        Key::new(
-            "robot.max_angular_acceleration_radps2",
-            "Maximum angular acceleration, in radians per second squared.",
-            or(number(0.1, 50.0), 2),
-        ),
-        Key::new(
-            "robot.lasers[]",
-            "A laser scanner. If none is given, there are two, `front` and `back`, with the defaults below.",
-            table(json!({})),
-        ),
-        laser("name", "The laser's name, for faults and reports.", name()).required(),
-        laser(
-            "at",
-            "Its position on the robot, x ahead and y to the left of the center, and the direction of the middle of \
-             its field of view.",
-            or(pose(), json!([0, 0, 0])),
-        ),
-        laser("field_of_view_deg", "Its field of view, in degrees.", or(number(1.0, 360.0), 270)),
-        laser("beams", "The number of beams.", or(with(whole(2), json!({ "maximum": 5000 })), 360)),
-        laser("range_m", "The maximum distance that it measures, in meters.", or(number(0.5, 100.0), 10)),
-        laser("min_range_m", "The minimum distance that it measures, in meters.", or(number(0.0, 0.4), 0.1)),
-        laser("rate_hz", "Scans per second.", or(number(1.0, 50.0), 10)),
-        Key::new("robot.docking", "When the robot is docked at its station, and charges.", table(json!({}))),
-        docking("distance_m", "Maximum distance from the station, in meters.", or(number(0.01, 10.0), 0.5)),
-        docking(
-            "angle_deg",
-            "Maximum difference between its heading and the station's, in degrees.",
-            or(number(0.1, 180.0), 10),
-        ),
-        docking("rest_s", "How long the robot must be at rest, in seconds.", or(seconds(), 1)),
-        Key::new("battery", "The battery.", table(json!({}))),
-        Key::new("battery.initial_pct", "Charge at the start, in percent.", rate(json!(100))),
-        Key::new("battery.drain_pct_per_s", "Drain while driving, in percent per second.", rate(json!(0.05))),
-        Key::new("battery.standstill_drain_pct_per_s", "Drain while standing, in percent per second.", rate(json!(0))),
-        Key::new("battery.charge_pct_per_s", "Gain while charging, in percent per second.", rate(json!(0.05))),
-        Key::new("noise", "The noise of sensors and wheels.", table(json!({}))),
-        Key::new("noise.laser_sigma_m", "Standard deviation of a range, in meters.", sigma()),
-    ];
-    for (part, of) in [("odometry", "the odometry reports"), ("motion", "the wheels carry out")] {
-        let key = |name: &str, about: String| Key::new(&format!("noise.{part}.{name}"), &about, sigma());
-        keys.push(Key::new(&format!("noise.{part}"), &format!("The noise of the motion that {of}."), table(json!({}))));
-        for (name, what, after) in [
-            ("angle_per_sqrt_rad", "the angle, in radians", "1 rad"),
-            ("angle_per_sqrt_m", "the angle, in radians", "1 m"),
-            ("distance_per_sqrt_m", "the distance, in meters", "1 m"),
-            ("distance_per_sqrt_rad", "the distance, in meters", "1 rad"),
-        ] {
-            keys.push(key(name, format!("Standard deviation of {what}, after {after}.")));
-        }
-    }
-    keys
 }
 
 /// The keys that say what a component runs.

@@ -65,7 +65,7 @@ impl FromItem<'_> for Start {
 }
 
 /// The keys of a file that concern its map and the robot on it.
-const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
+pub(super) const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
 
 /// The keys of tables that require something of a robot on a map.
 const OF_A_ROBOT: [(&str, &[&str]); 3] = [
