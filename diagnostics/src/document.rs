@@ -19,8 +19,8 @@
 //! # Ok::<(), diagnostics::FileProblems>(())
 //! ```
 //!
-//! A key may also carry its meaning and default: [`DeclaredKey::all`] collects them from the reader, without a file, for
-//! schemas and references.
+//! A key may also carry its meaning and default: [`DeclaredKey::all`] collects them from the reader, without a file,
+//! for schemas and references.
 //!
 //! To find every problem, ask for all the keys of a table before a `?` can end the reading, and use
 //! [`each`](Field::each) for arrays.
@@ -40,9 +40,11 @@ pub use field::Field;
 pub use item::{FromItem, Item};
 pub use table::Table;
 
+use std::cell::RefCell;
+
 use crate::{FileProblems, Source, Spanned};
 use log::Log;
-use node::{Kind, Node};
+use node::{Entries, Kind, Node};
 
 /// A parsed file, ready to be read.
 #[derive(Debug)]
@@ -135,6 +137,28 @@ impl Document {
         problems.sort_by_key(|problem| !problem.is_of(self.root.span.source()));
         FileProblems::none_of(problems)?;
         value.ok_or_else(|| self.root.span.problem("the file was refused, but its reader gave no reason").into())
+    }
+}
+
+impl DeclaredKey {
+    /// All keys that `read` asks for, in this order. It reads an empty file in which every table exists once, so what
+    /// it returns and reports has no meaning.
+    ///
+    /// ```
+    /// use diagnostics::document::DeclaredKey;
+    ///
+    /// let keys = DeclaredKey::all(|root| {
+    ///     let battery = root.table("battery").about("The battery.").optional();
+    ///     battery.map(|battery| battery.number("charge_pct").about("Charge, in percent.").default(80.0));
+    /// });
+    /// assert_eq!(keys[1].path, "battery.charge_pct");
+    /// assert_eq!(keys[1].default, Some(80.0.into()));
+    /// ```
+    pub fn all(read: impl for<'d> FnOnce(Table<'d>)) -> Vec<Self> {
+        let (entries, span) = (Entries::default(), Source::new("", "").span(0..0));
+        let log = Log { declared: Some(RefCell::default()), ..Log::default() };
+        read(Table::open(&entries, &span, &log));
+        log.declared.map(RefCell::into_inner).unwrap_or_default()
     }
 }
 

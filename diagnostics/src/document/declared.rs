@@ -1,12 +1,8 @@
-//! The keys that a reader asks for, collected without a file.
+//! Keys as their readers declare them.
 
-use std::cell::RefCell;
 use std::time::Duration;
 
-use super::Table;
-use super::log::Log;
-use super::node::Entries;
-use crate::{Source, Spanned};
+use crate::Spanned;
 
 /// A key as its reader declares it.
 #[derive(Clone, Debug)]
@@ -55,51 +51,9 @@ pub enum Takes {
 }
 
 impl DeclaredKey {
-    fn new(path: String, takes: Takes) -> Self {
+    pub(super) fn new(path: String, takes: Takes) -> Self {
         let (about, filled, required) = (String::new(), false, false);
         Self { path, about, takes, words: None, range: None, filled, default: None, required }
-    }
-
-    /// All keys that `read` asks for, in this order. It reads an empty file in which every table exists once, so what
-    /// it returns and reports has no meaning.
-    ///
-    /// ```
-    /// use diagnostics::document::DeclaredKey;
-    ///
-    /// let keys = DeclaredKey::all(|root| {
-    ///     let battery = root.table("battery").about("The battery.").optional();
-    ///     battery.map(|battery| battery.number("charge_pct").about("Charge, in percent.").default(80.0));
-    /// });
-    /// assert_eq!(keys[1].path, "battery.charge_pct");
-    /// assert_eq!(keys[1].default, Some(80.0.into()));
-    /// ```
-    pub fn all(read: impl for<'d> FnOnce(Table<'d>)) -> Vec<Self> {
-        let (entries, span) = (Entries::default(), Source::new("", "").span(0..0));
-        let log = Log { declared: Some(RefCell::default()), ..Log::default() };
-        read(Table::open(&entries, &span, &log));
-        log.declared.map(RefCell::into_inner).unwrap_or_default()
-    }
-}
-
-impl Log {
-    /// Declares a key of the table with this number, unless a file is read. Returns the key's number.
-    pub(super) fn declare(&self, table: Option<usize>, key: &str, takes: Takes) -> Option<usize> {
-        let mut declared = self.declared.as_ref()?.borrow_mut();
-        let many = matches!(&takes, Takes::Array(of, _) if **of == Takes::Table);
-        let table = table.map_or_else(String::new, |table| format!("{}.", declared[table].path));
-        let path = format!("{table}{key}{}", if many { "[]" } else { "" });
-        if let Some(known) = declared.iter().position(|known| known.path == path) {
-            return Some(known);
-        }
-        declared.push(DeclaredKey::new(path, takes));
-        Some(declared.len() - 1)
-    }
-
-    /// Changes a declaration, if there is one.
-    pub(super) fn amend(&self, key: Option<usize>, change: impl FnOnce(&mut DeclaredKey)) {
-        if let (Some(declared), Some(key)) = (&self.declared, key) {
-            change(&mut declared.borrow_mut()[key]);
-        }
     }
 }
 

@@ -282,3 +282,21 @@ fn many_unknown_keys_are_each_reported() {
     };
     assert_eq!(document.read(read).unwrap_err().problems().len(), 20_000);
 }
+
+#[test]
+fn a_reader_declares_its_keys_without_a_file() {
+    let keys = DeclaredKey::all(|root| {
+        let _ = root.get::<u64>("beams").about("Beams.").within(2..=5000).default(360);
+        let _ = root.tables("lasers").each(|laser| laser.text("name").filled("not be empty").required()).optional();
+        let docking = root.table("docking").optional();
+        let _ = docking.map(|docking| docking.one_of("side", &[("left", 1), ("right", 2)]).optional());
+        let _ = root.get::<u64>("beams").optional();
+    });
+    let paths: Vec<&str> = keys.iter().map(|key| key.path.as_str()).collect();
+    assert_eq!(paths, ["beams", "lasers[]", "lasers[].name", "docking", "docking.side"]);
+    let [beams, _, name, docking, side] = &keys[..] else { panic!("{keys:?}") };
+    assert_eq!((&*beams.about, &beams.range), ("Beams.", &Some([2.into(), 5000.into()])));
+    assert_eq!(beams.default, Some(360.into()));
+    assert!(name.required && name.filled && !docking.required);
+    assert_eq!((&docking.takes, &side.takes), (&Takes::Table, &Takes::OneOf(vec!["left".into(), "right".into()])));
+}
