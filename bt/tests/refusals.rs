@@ -256,7 +256,11 @@ fn a_copy_that_the_library_refuses_or_loses_is_a_warning() {
     assert!(helps(&[count, &set("many")])[0].contains("Can't convert string [many] to type [int]"));
     assert!(helps(&[count, "<Measure in=\"{y}\"/>", &set("{y}")])[0].contains("set(x): once declared"));
     assert!(helps(&[count, script, &set("{y}")])[0].contains("int64_t"));
-    assert!(helps(&["<Script code=\"x := 1\"/>", &set("2")])[0].contains("is emptied"));
+    let (made, string) = ("<Script code=\"x := 1\"/>", "<Script code=\"z := 'a'; y := true ? z : z\"/>");
+    for nodes in [vec![made, &set("2")], vec![made, "<Say out=\"{y}\"/>", &set("{y}")], vec![string, &set("{y}")]] {
+        assert!(helps(&nodes)[0].contains("is emptied"), "{nodes:?}");
+    }
+    assert!(helps(&[made, script, &set("{y}")]).is_empty(), "a number is copied as it is");
     let accepted = [vec![count, "<Say out=\"{y}\"/>"], vec!["<Say out=\"{x}\"/>"], vec![count]];
     for (nodes, value) in accepted.into_iter().zip(["{y}", "2", "2"]) {
         let set = set(value);

@@ -1,6 +1,6 @@
 //! The parts of a script.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::Value;
@@ -13,26 +13,44 @@ pub(crate) struct Script {
 }
 
 impl Script {
-    /// Adds the entries that the script assigns to.
-    pub(crate) fn assigned(&self, slots: &mut BTreeSet<Slot>) {
-        self.statements.iter().for_each(|statement| statement.assigned(slots));
+    /// Adds the entries that the script assigns to, each with whether it can be assigned a string. `is_text` says of an
+    /// entry that no script has assigned to so far whether it is a string.
+    pub(crate) fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) {
+        for statement in &self.statements {
+            statement.assigned(slots, is_text);
+        }
     }
 }
 
 impl Expression {
-    fn assigned(&self, slots: &mut BTreeSet<Slot>) {
+    /// Adds the entries assigned to, as [`Script::assigned`] does. Returns whether the result can be a string.
+    fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) -> bool {
         match self {
-            Self::Literal(_) | Self::Name(..) => {}
-            Self::Unary(_, operand) => operand.assigned(slots),
-            Self::Binary(_, left, right) => [left, right].into_iter().for_each(|side| side.assigned(slots)),
-            Self::Comparison(first, others) => {
-                first.assigned(slots);
-                others.iter().for_each(|(_, other)| other.assigned(slots));
+            Self::Literal(value) => matches!(value, Value::Text(_)),
+            Self::Name(slot, _) => is_text(*slot) || slots.get(slot).is_some_and(|text| *text),
+            Self::Unary(_, operand) => {
+                operand.assigned(slots, is_text);
+                false
             }
-            Self::Choice(parts) => parts.iter().for_each(|part| part.assigned(slots)),
+            Self::Binary(operator, left, right) => {
+                let texts = [left, right].map(|side| side.assigned(slots, is_text));
+                matches!(operator, Binary::Add | Binary::Join) && texts.contains(&true)
+            }
+            Self::Comparison(first, others) => {
+                first.assigned(slots, is_text);
+                for (_, other) in others {
+                    other.assigned(slots, is_text);
+                }
+                false
+            }
+            Self::Choice(parts) => {
+                let [_, chosen, other] = parts.each_ref().map(|part| part.assigned(slots, is_text));
+                chosen || other
+            }
             Self::Assignment(_, slot, _, right) => {
-                slots.insert(*slot);
-                right.assigned(slots);
+                let text = right.assigned(slots, is_text);
+                *slots.entry(*slot).or_default() |= text;
+                text
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Assembles the main tree with its subtrees.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -192,20 +192,26 @@ fn warn_of_copies(nodes: &[Node], program: &Program, names: &Directory, files: &
     if copies.peek().is_none() {
         return;
     }
-    let mut scripted = BTreeSet::new();
-    program.scripts().for_each(|script| script.assigned(&mut scripted));
+    let mut scripted = BTreeMap::new();
+    let is_text = |slot| names.declared.type_of(slot) == Type::Text;
+    program.scripts().for_each(|script| script.assigned(&mut scripted, is_text));
     for node in copies {
         let Setting::SetBlackboard { key: Input::Constant(key), value, scope } = program.setting(node.number.0) else {
             continue;
         };
         let key = key.to_text();
-        let Some(slot) = names.scopes.find(*scope, &key) else { continue };
         let source = match value {
             Input::Constant(text) => Written::Constant(text.to_text()),
-            Input::Entry(slot, _) => Written::Copy(names.declared.type_of(*slot), scripted.contains(slot)),
+            Input::Entry(slot, _) => match (names.declared.type_of(*slot), scripted.get(slot)) {
+                (Type::Any, Some(true)) => Written::ScriptedString,
+                (Type::Any, Some(false)) => Written::ScriptedNumber,
+                (of, _) => Written::Copy(of),
+            },
         };
-        let is_made = scripted.contains(&slot) || names.declared.exists(slot);
-        if let Some(problem) = copy_refused(&key, names.declared.type_of(slot), is_made, &source) {
+        let slot = names.scopes.find(*scope, &key);
+        let of = slot.map_or(Type::Any, |slot| names.declared.type_of(slot));
+        let is_made = slot.is_some_and(|slot| scripted.contains_key(&slot) || names.declared.exists(slot));
+        if let Some(problem) = copy_refused(&key, of, is_made, &source) {
             files[node.file].problems.push(problem.at(node.span, "written here"));
         }
     }

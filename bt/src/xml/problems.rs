@@ -101,8 +101,12 @@ pub(super) fn types_differ(key: &str, clash: &Clash, of: &Type, direction: Direc
 /// What a SetBlackboard writes.
 pub(super) enum Written {
     Constant(Arc<str>),
-    /// The value of an entry of this type, and whether a script assigns to it.
-    Copy(Type, bool),
+    /// The value of an entry of this type.
+    Copy(Type),
+    /// The value of an entry without a type, to which only scripts assign numbers.
+    ScriptedNumber,
+    /// The value of an entry without a type, to which a script can assign a string.
+    ScriptedString,
 }
 
 /// The problem with writing to the entry of a key, of this type, by SetBlackboard; `is_made` if the entry can exist
@@ -115,17 +119,20 @@ pub(super) fn copy_refused(key: &str, of: Type, is_made: bool, written: &Written
         )
     };
     let help = match written {
-        Written::Constant(_) if !of.is_strong() && is_made => {
+        // A new entry that gets what a script has made has no type either.
+        Written::Constant(_) | Written::Copy(Type::Text) | Written::ScriptedString
+            if !of.is_strong() && (is_made || matches!(written, Written::ScriptedString)) =>
+        {
             "BehaviorTree.CPP parses the string with the entry's type; this entry has none and is emptied".to_owned()
         }
         Written::Constant(text) if of.parse(text).is_err() => {
             format!("BehaviorTree.CPP throws \"Can't convert string [{text}] to type [{of}]\"")
         }
-        Written::Copy(from, _) if of.is_strong() && from.is_strong() && *from != Type::Text && *from != of => {
+        Written::Copy(from) if of.is_strong() && from.is_strong() && *from != Type::Text && *from != of => {
             changed(from)
         }
         // A script's numbers are 64 bits wide.
-        Written::Copy(Type::Any, true) if matches!(of, Type::Int { .. } | Type::Bool) && of != Type::INT64 => {
+        Written::ScriptedNumber if matches!(of, Type::Int { .. } | Type::Bool) && of != Type::INT64 => {
             changed(&"of a script is an int64_t or a double")
         }
         _ => return None,
