@@ -198,7 +198,8 @@ impl Levels<'_> {
             Formula::Always(part) | Formula::Historically(_, part) if role.holds => self.of_formula(part, role),
             // What never holds is a requirement, too.
             Formula::Eventually(part) | Formula::Once(_, part) if !role.holds => self.of_formula(part, role),
-            Formula::And(parts) if role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
+            // `not (a and b)` is `a implies not b`.
+            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
             Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
             Formula::Implies(a, b) => {
                 self.of_formula(a, role.among_others());
@@ -232,13 +233,11 @@ impl Levels<'_> {
                 }
             }
             MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
-            MessageCondition::And(parts) if role.holds => {
-                parts.iter().for_each(|part| self.of_condition(part, channel, role));
-            }
+            MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
             MessageCondition::Or(parts) if !role.holds => {
                 parts.iter().for_each(|part| self.of_condition(part, channel, role));
             }
-            MessageCondition::And(parts) | MessageCondition::Or(parts) => {
+            MessageCondition::Or(parts) => {
                 parts.iter().for_each(|part| self.of_condition(part, channel, role.among_others()));
             }
             MessageCondition::Implies(a, b) => {
