@@ -44,6 +44,10 @@ class Tour:
         return "ok", {}
 
 
+def count(number, thing):
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
+
+
 tour, said = None, 0
 for line in sys.stdin:
     message = json.loads(line)
@@ -55,5 +59,5 @@ for line in sys.stdin:
     else:
         head, fields = tour.answer(event, data)
         reaction["send"] = [{"to": message["from"], "event": head, "data": fields}]
-    reaction["state"] = f"{len(tour.todo)} stops left, {said} texts said"
+    reaction["state"] = f"{count(len(tour.todo), 'stop')} left, {count(said, 'text')} said"
     print(json.dumps(reaction), flush=True)
