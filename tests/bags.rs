@@ -189,7 +189,7 @@ property starts := eventually (base, m, m.speed = <still>)\n",
     assert!(told["monitors"][0]["unsure"].as_str().unwrap().contains("no symbol"), "{told}");
     // Whatever is left out, a message that violates a property by itself does so.
     for more in [&["--json"][..], &["--json", "--out", &out]] {
-        let (status, told) = verify("\"0.4\" = \"fast\"", more);
+        let (status, told) = verify("\"0.4\" = \"fast\", \"9.5\" = \"still\"", more);
         let told: Value = serde_json::from_str(&told).unwrap();
         let verdicts = [0, 1].map(|index| told["monitors"][index]["verdict"].as_str().unwrap());
         assert_eq!((status, verdicts), (Some(1), ["violated", "unsure"]), "{told}");
