@@ -151,6 +151,7 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
                     violation.in_words(&finding.question.property, args.messages) + &written::physics(finding),
                 )?;
             }
+            print_wrapped(table::mistakes(&findings))?;
             print_wrapped(table::unreached(&findings, args.unreached))?;
         }
         if let Some(out) = &args.out {

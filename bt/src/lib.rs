@@ -92,8 +92,8 @@ pub use node::{Node, NodeId, one_line};
 pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
-    blackboard_in_mut, declare_channels, faults_in, node_processes, outcomes_known_to, reply_domain, request_domain,
-    states_in, tick_domain,
+    blackboard_in_mut, declare_channels, faults_in, faults_known_to, node_processes, outcomes_known_to, reply_domain,
+    request_domain, states_in, tick_domain,
 };
 pub use rehearsal::{Cue, Inputs, Part, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};

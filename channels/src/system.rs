@@ -157,7 +157,13 @@ impl ChannelSystem {
     /// The process as a `P`, if it is one.
     #[must_use]
     pub fn process<P: Process>(&self, id: ProcessId) -> Option<&P> {
-        self.processes[id.0].as_ref()?.as_any().downcast_ref()
+        self.any_process(id)?.as_any().downcast_ref()
+    }
+
+    /// The process; `None` for a composed process.
+    #[must_use]
+    pub fn any_process(&self, id: ProcessId) -> Option<&dyn Process> {
+        self.processes[id.0].as_deref()
     }
 
     /// The process as a `P`, if it is one, so that its driver can give it data between steps.

@@ -1,7 +1,9 @@
 //! The findings: as text, as a test case, and as JSON.
 
+use std::collections::BTreeSet;
+
 use explorer::{Limit, Outcome};
-use proofs::{Answer, Physical, Proof, Question, Round, Subject, Unreached};
+use proofs::{Answer, Mistake, Physical, Proof, Question, Round, Subject, Unreached};
 use reports::junit::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
@@ -93,6 +95,11 @@ pub(super) fn unreached(answer: &Answer) -> String {
 }
 
 impl Findings {
+    /// The errors of the tree and of machines, each once.
+    pub(super) fn mistakes(findings: &[Finding]) -> BTreeSet<&Mistake> {
+        findings.iter().flat_map(|finding| &finding.answer.mistakes).collect()
+    }
+
     pub(crate) fn suite(&self) -> Suite {
         let case = |finding: &Finding| {
             let details = match &finding.violation {
@@ -119,6 +126,7 @@ impl Findings {
             let (file, line) = (place.source().name(), place.line());
             json!({ "kind": kind.name(), "words": words, "file": file, "line": line })
         };
+        let wrong = |Mistake { place, message }: &Mistake| json!({ "place": place, "message": message });
         let of = |finding: &Finding| {
             let explorer::Progress { states, quiet, depth, memory, .. } = finding.answer.exploration.progress;
             let round = |Round { levels, progress, .. }: &Round| {
@@ -153,6 +161,7 @@ impl Findings {
             "scenario": self.proof.scenario().name,
             "assumptions": self.proof.assumptions(),
             "properties": self.findings.iter().map(of).collect::<Vec<_>>(),
+            "errors": Self::mistakes(&self.findings).into_iter().map(wrong).collect::<Vec<_>>(),
             "unreached": unreached.map(|found| found.iter().map(never).collect::<Vec<_>>()),
         })
     }

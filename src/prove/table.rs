@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use proofs::{Proof, Question, Unreachable};
+use proofs::{Mistake, Proof, Question, Unreachable};
 use scenarios::scenario::ProofOutcome;
 
-use super::finding::{self, Finding};
+use super::finding::{self, Finding, Findings};
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text};
 
 /// The widest column of names that leaves room for the others in 80 columns.
@@ -19,6 +19,19 @@ pub(super) fn head(proof: &Proof) -> Text {
     let _ = writeln!(text);
     for assumption in proof.assumptions() {
         let _ = writeln!(text, "  {assumption}");
+    }
+    text
+}
+
+/// The errors of the tree and of machines, one per line.
+pub(super) fn mistakes(findings: &[Finding]) -> Text {
+    let mut text = Text::default();
+    let mistakes = Findings::mistakes(findings);
+    if !mistakes.is_empty() {
+        let _ = writeln!(text, "\nsome of the runs contain errors; they are explored like the others:");
+    }
+    for Mistake { place, message } in mistakes {
+        let _ = writeln!(text, "  {place}: {message}");
     }
     text
 }

@@ -102,17 +102,20 @@ pub fn outcomes_known_to(process: &dyn Process) -> Vec<(NodeId, Outcome)> {
 /// if its nodes are processes. A caller that asks after every step of the system sees them all.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
-    if let Some(process) = system.process::<TreeProcess>(bt) {
-        return process.execution().faults().to_vec();
-    }
     let topology = system.topology();
-    let members = || topology.processes().filter(|member| topology.whole(*member) == bt);
-    let boards = members().filter_map(|member| system.process::<BlackboardProcess>(member));
-    let nodes = members().filter_map(|member| system.process::<NodeProcess>(member));
-    let leaves = members().filter_map(|member| system.process::<LeafProcess>(member));
-    let of_boards = boards.flat_map(|board| board.faults().to_vec());
-    let of_leaves = leaves.flat_map(|leaf| leaf.faults().to_vec());
-    of_boards.chain(nodes.filter_map(NodeProcess::fault)).chain(of_leaves).collect()
+    let members = topology.processes().filter(|member| topology.whole(*member) == bt);
+    members.filter_map(|member| system.any_process(member)).flat_map(faults_known_to).collect()
+}
+
+/// The faults that a process knows of, if it is (a part of) a tree.
+#[must_use]
+pub fn faults_known_to(process: &dyn Process) -> Vec<Fault> {
+    let process = process.as_any();
+    let of_tree = || process.downcast_ref().map(TreeProcess::faults);
+    let of_board = || process.downcast_ref().map(BlackboardProcess::faults);
+    let of_leaf = || process.downcast_ref().map(LeafProcess::faults);
+    let several = of_tree().or_else(of_board).or_else(of_leaf).unwrap_or_default();
+    several.iter().cloned().chain(process.downcast_ref().and_then(NodeProcess::fault)).collect()
 }
 
 /// The blackboard of a tree that is the process `bt` of a system, in either form. `None` if the tree's nodes are

@@ -1,9 +1,9 @@
-//! Everything that is never reached: nodes of the tree, states and transitions of machines.
+//! Everything that is never reached: nodes of the tree, states and transitions of machines; and the errors that occur.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use bt::{Node, NodeId, Outcome, Status, Tree, outcomes_known_to};
+use bt::{Fault, Node, NodeId, Outcome, Status, Tree, faults_known_to, outcomes_known_to};
 use channels::{ChannelSystem, Process, ProcessId};
 use diagnostics::Span;
 use explorer::Onlooker;
@@ -45,6 +45,16 @@ impl Unreachable {
     }
 }
 
+/// An error of the tree or of a machine, in some of the runs that were explored. What follows it is explored, too: a
+/// property can be proved in spite of it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mistake {
+    /// The node or the process, with the state if it is known: `BatteryLevel, state get`.
+    pub place: String,
+    /// The error, in words.
+    pub message: String,
+}
+
 /// Observes everything that happens in a system.
 #[derive(Debug)]
 pub(super) struct Coverage {
@@ -60,6 +70,7 @@ struct Seen {
     outcomes: BTreeSet<(usize, &'static str)>,
     states: BTreeSet<(ProcessId, usize)>,
     transitions: BTreeSet<(ProcessId, usize)>,
+    mistakes: BTreeSet<Mistake>,
 }
 
 impl Coverage {
@@ -83,6 +94,16 @@ impl Coverage {
         }
         unreached
     }
+
+    /// The errors so far.
+    pub(super) fn mistakes(&self) -> Vec<Mistake> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner).mistakes.iter().cloned().collect()
+    }
+
+    fn of_node(&self, Fault { node, message }: Fault) -> Mistake {
+        let label = self.tree.as_ref().map_or("", |tree| tree.node(node).process());
+        Mistake { place: format!("{label} (node {node})"), message }
+    }
 }
 
 impl Onlooker for Coverage {
@@ -90,8 +111,13 @@ impl Onlooker for Coverage {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let outcomes = outcomes_known_to(process);
         seen.outcomes.extend(outcomes.into_iter().map(|(node, outcome)| (node.index(), outcome.name())));
+        seen.mistakes.extend(faults_known_to(process).into_iter().map(|fault| self.of_node(fault)));
         let Some(skill) = inside(process).as_any().downcast_ref::<SkillProcess>() else { return };
         let machine = skill.machine();
+        seen.mistakes.extend(skill.mishaps().iter().map(|mishap| {
+            let of = self.machines.iter().find(|(known, ..)| *known == id).map_or("", |(_, name, _)| name);
+            Mistake { place: mishap.place(of), message: mishap.message.clone() }
+        }));
         // A fault may have replaced its machine.
         if self.machines.iter().any(|(known, _, chart)| *known == id && Arc::ptr_eq(chart, machine.chart())) {
             seen.states.extend(machine.entered().map(|state| (id, state.index())));

@@ -36,7 +36,7 @@ use scenarios::scenario::{ALL_REACHED, BatteryAssumption, GENERAL, PROGRESS, Pas
 use scenarios::{Complaints, Error};
 
 use self::coverage::Coverage;
-pub use self::coverage::{Unreachable, Unreached};
+pub use self::coverage::{Mistake, Unreachable, Unreached};
 use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
 use self::faults::WithFaults;
 use self::levels::{Levels, Rates, micros};
@@ -94,6 +94,8 @@ pub struct Answer {
     pub is_spurious: bool,
     /// What never happens, if everything was explored without a property.
     pub unreached: Option<Vec<Unreached>>,
+    /// The errors in the runs that the last search explored, each once.
+    pub mistakes: Vec<Mistake>,
     subject: Subject,
 }
 
@@ -241,7 +243,16 @@ impl Proof {
             }
             let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided(_));
             let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
-            return Ok(Answer { model, exploration, rounds, is_spurious, unreached, subject: question.subject });
+            let mistakes = coverage.mistakes();
+            return Ok(Answer {
+                model,
+                exploration,
+                rounds,
+                is_spurious,
+                unreached,
+                mistakes,
+                subject: question.subject,
+            });
         }
     }
 

@@ -21,6 +21,14 @@ pub struct Mishap {
     pub times: u64,
 }
 
+impl Mishap {
+    /// The skill or component of this name, and the state if it is known: `BatteryLevel, state get`.
+    #[must_use]
+    pub fn place(&self, process: &str) -> String {
+        self.state.as_ref().map_or_else(|| process.to_owned(), |state| format!("{process}, state {state}"))
+    }
+}
+
 /// All mishaps of a machine, each once, in the order of their first occurrence.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mishaps(Vec<Mishap>);
