@@ -35,7 +35,7 @@ fn pair(dice: &mut Dice, channel: ChannelId, depth: u32) -> Pair {
         0 => {
             let field = dice.roll(3) as usize;
             let value = Value::Bool(true);
-            let condition = MessageCondition::Compare { field: field + 1, relation: Relation::Equal, value };
+            let condition = MessageCondition::Compare { field: (field + 1).into(), relation: Relation::Equal, value };
             Pair(Formula::Event(EventAtom { channel, condition }), format!("{{{}}}", NAMES[field]))
         }
         1 => {

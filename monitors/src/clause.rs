@@ -499,7 +499,8 @@ mod tests {
             topology.channel(pair[0], pair[1], channels::Capacity::One, channels::Domain::new([])).unwrap();
         }
         let channel = topology.channels().nth(channel).unwrap();
-        let condition = MessageCondition::Compare { field, relation: Relation::Equal, value: true.into() };
+        let condition =
+            MessageCondition::Compare { field: field.into(), relation: Relation::Equal, value: true.into() };
         Formula::Event(EventAtom { channel, condition })
     }
 

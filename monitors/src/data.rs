@@ -92,7 +92,7 @@ impl Term {
     /// The term's value; `None` if a field or a remembered value is missing, or if an operand is not a number.
     fn value(&self, message: &Message, values: &Values) -> Option<Value> {
         match self {
-            Self::Field(field) => message.field(*field).cloned(),
+            Self::Field(field) => message.field(field.number).cloned(),
             Self::Value(value) => Some(value.clone()),
             Self::Remembered(name) => values.get(name).cloned(),
             Self::Arithmetic(left, operator, right) => {
@@ -176,16 +176,16 @@ impl MessageCondition {
         match self {
             Self::True => true,
             Self::False => false,
-            Self::Compare { field, relation, value } => {
-                message.field(*field).map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value))
-            }
+            Self::Compare { field, relation, value } => message
+                .field(field.number)
+                .map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value)),
             Self::Relate { left, relation, right } => {
                 match (left.value(message, values), right.value(message, values)) {
                     (Some(left), Some(right)) => relation.holds(&left, &right),
                     _ => *relation == Relation::NotEqual,
                 }
             }
-            Self::Remember { field, .. } => message.field(*field).is_some(),
+            Self::Remember { field, .. } => message.field(field.number).is_some(),
             Self::Not(condition) => !condition.holds_with(message, values),
             Self::And(conditions) => conditions.iter().all(|condition| condition.holds_with(message, values)),
             Self::Or(conditions) => conditions.iter().any(|condition| condition.holds_with(message, values)),
@@ -220,7 +220,7 @@ impl MessageCondition {
     /// Calls `visit` with each name that it gives to a field.
     pub(crate) fn remembers<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>, usize)) {
         if let Self::Remember { field, name } = self {
-            visit(name, *field);
+            visit(name, field.number);
         }
         self.operands().into_iter().for_each(|operand| operand.remembers(visit));
     }

@@ -216,7 +216,7 @@ pub(crate) fn brief_not(condition: &MessageCondition) -> String {
                 Relation::Greater => Relation::LessOrEqual,
                 Relation::GreaterOrEqual => Relation::Less,
             };
-            brief(&MessageCondition::Compare { field: *field, relation, value: value.clone() })
+            brief(&MessageCondition::Compare { field: field.clone(), relation, value: value.clone() })
         }
         other => format!("not {}", brief_inside(other)),
     }
@@ -228,7 +228,8 @@ fn brief_inside(condition: &MessageCondition) -> String {
 }
 
 fn is_ok(condition: &MessageCondition) -> bool {
-    matches!(condition, MessageCondition::Compare { field: 1, relation: Relation::Equal, value } if value.is_symbol("ok"))
+    matches!(condition, MessageCondition::Compare { field, relation: Relation::Equal, value }
+        if field.number == 1 && value.is_symbol("ok"))
 }
 
 /// The condition under which a clause demands something, in short form: its negated events hold, and its other present
@@ -294,7 +295,7 @@ mod tests {
             (*seed >> 33) % sides
         };
         let channel = topology.channels().nth(roll(3) as usize).unwrap();
-        let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: true.into() };
+        let condition = MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value: true.into() };
         let event = EventAtom { channel, condition };
         let (relation, ticks) = BOUNDS[roll(6) as usize];
         let kind = match (depth, back) {

@@ -2,10 +2,12 @@
 //!
 //! No two formulas with different meanings read alike: a nested part whose extent could be misread is in parentheses.
 
+use std::borrow::Cow;
+
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
-use crate::wording::duration;
+use crate::formula::{Bound, EventAtom, Field, Formula, MessageCondition, Term};
+use crate::wording::{by_name, duration};
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
@@ -205,7 +207,14 @@ impl Explainer<'_> {
         }
     }
 
+    /// The condition, or the comparison by names that stands for it.
+    fn as_called<'c>(&self, condition: &'c MessageCondition, channel: ChannelId) -> Cow<'c, MessageCondition> {
+        let shapes = self.topology.get(channel).domain.shapes();
+        by_name(condition, shapes).map_or(Cow::Borrowed(condition), Cow::Owned)
+    }
+
     fn condition(&self, condition: &MessageCondition, channel: ChannelId) -> String {
+        let condition = &*self.as_called(condition, channel);
         let join = |parts: &[MessageCondition], word: &str, is_alike: fn(&MessageCondition) -> bool| {
             let part = |part: &MessageCondition| match is_alike(part) {
                 true => self.condition(part, channel),
@@ -217,18 +226,18 @@ impl Explainer<'_> {
             MessageCondition::True => "anything holds".to_owned(),
             MessageCondition::False => "a contradiction holds".to_owned(),
             MessageCondition::Compare { field, relation, value } => {
-                format!("{} {} {}", self.field(*field, value, channel), verb(*relation), plain(value))
+                format!("{} {} {}", self.field(field, Some(value), channel), verb(*relation), plain(value))
             }
             MessageCondition::Relate { left, relation, right } => {
                 format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel))
             }
-            MessageCondition::Remember { field, name } => format!("{} is {name}", self.field_name(*field, channel)),
+            MessageCondition::Remember { field, name } => format!("{} is {name}", self.field(field, None, channel)),
             MessageCondition::Not(inside) => match &**inside {
                 MessageCondition::Relate { left, relation, right } => {
                     format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
                 }
                 MessageCondition::Compare { field, relation, value } => {
-                    format!("{} {} {}", self.field(*field, value, channel), negated_verb(*relation), plain(value))
+                    format!("{} {} {}", self.field(field, Some(value), channel), negated_verb(*relation), plain(value))
                 }
                 inside => format!("it is not the case that {}", self.condition_inside(inside, channel)),
             },
@@ -249,6 +258,7 @@ impl Explainer<'_> {
 
     /// A condition inside another one.
     fn condition_inside(&self, condition: &MessageCondition, channel: ChannelId) -> String {
+        let condition = &*self.as_called(condition, channel);
         let is_one = match condition {
             MessageCondition::True | MessageCondition::False | MessageCondition::Remember { .. } => true,
             MessageCondition::Compare { .. } | MessageCondition::Relate { .. } => true,
@@ -263,7 +273,7 @@ impl Explainer<'_> {
 
     fn term(&self, term: &Term, channel: ChannelId) -> String {
         match term {
-            Term::Field(field) => self.field_name(*field, channel),
+            Term::Field(field) => self.field(field, None, channel),
             Term::Value(value) => plain(value),
             Term::Remembered(name) => name.to_string(),
             Term::Arithmetic(left, operator, right) => {
@@ -276,30 +286,19 @@ impl Explainer<'_> {
         }
     }
 
-    /// The name of a field, if it has the same in all messages; else its number.
-    fn field_name(&self, field: usize, channel: ChannelId) -> String {
+    /// A field by its name, if the property calls it by name or it has the same in all messages (in which it can be
+    /// compared with the value); else by its number.
+    fn field(&self, field: &Field, value: Option<&Value>, channel: ChannelId) -> String {
         let shapes = self.topology.get(channel).domain.shapes().iter();
-        let mut names: Vec<&str> =
-            shapes.filter_map(|shape| shape.fields().get(field - 1)).map(|(name, _)| name.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
-        match names[..] {
-            [name] => format!("its {name}"),
-            _ => format!("m[{field}]"),
-        }
-    }
-
-    /// A field by its name in the shapes whose field can hold this value, or by its number.
-    fn field(&self, field: usize, value: &Value, channel: ChannelId) -> String {
-        let shapes = self.topology.get(channel).domain.shapes().iter();
-        let fields =
-            shapes.filter_map(|shape| shape.fields().get(field - 1)).filter(|(_, kind)| kind.is_comparable_to(value));
+        let fields = shapes.filter_map(|shape| shape.fields().get(field.number - 1));
+        let fields = fields.filter(|(_, kind)| value.is_none_or(|value| kind.is_comparable_to(value)));
         let mut names: Vec<&str> = fields.map(|(name, _)| name.as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        match names[..] {
-            [name] => format!("its {name}"),
-            _ => format!("m[{field}]"),
+        match (&field.name, &names[..]) {
+            (Some(name), _) => format!("`{name}`"),
+            (None, [name]) => format!("`{name}`"),
+            _ => format!("m[{}]", field.number),
         }
     }
 }

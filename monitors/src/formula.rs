@@ -1,5 +1,6 @@
 //! Formulas with resolved names, as the semantics uses them.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use channels::{ChannelId, Relation, Value};
@@ -120,8 +121,8 @@ pub enum MessageCondition {
     /// `m[field] ⋈ value`. If the field is missing or of another type, every relation is false except `!=`, which means
     /// `not (m[field] = value)`.
     Compare {
-        /// The field, counted from 1.
-        field: usize,
+        /// The field.
+        field: Field,
         /// ⋈
         relation: Relation,
         /// The value that it is compared with.
@@ -146,18 +147,48 @@ pub enum MessageCondition {
     },
     /// The message has the field, and its value is remembered: `m[field] as name`.
     Remember {
-        /// The field, counted from 1.
-        field: usize,
+        /// The field.
+        field: Field,
         /// The name of the value.
         name: Arc<str>,
     },
 }
 
+/// A field of a message.
+///
+/// Its number says which field is meant. The name is a word for people: fields with one number are equal, whatever
+/// they are called.
+#[derive(Clone, Debug, Eq, Serialize, Deserialize)]
+pub struct Field {
+    /// Its position, counted from 1.
+    pub number: usize,
+    /// Its name, if the property calls it by name.
+    pub name: Option<Arc<str>>,
+}
+
+impl PartialEq for Field {
+    fn eq(&self, other: &Self) -> bool {
+        self.number == other.number
+    }
+}
+
+impl Hash for Field {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.number.hash(state);
+    }
+}
+
+impl From<usize> for Field {
+    fn from(number: usize) -> Self {
+        Self { number, name: None }
+    }
+}
+
 /// A value that a condition compares.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Term {
-    /// The field of the message, counted from 1.
-    Field(usize),
+    /// The field of the message.
+    Field(Field),
     /// A constant.
     Value(Value),
     /// A value that was remembered from this message or another.
@@ -202,7 +233,7 @@ impl MessageCondition {
     pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
         match self {
             Self::True | Self::False | Self::Relate { .. } | Self::Remember { .. } => {}
-            Self::Compare { field, relation, value } => visit(*field, *relation, value),
+            Self::Compare { field, relation, value } => visit(field.number, *relation, value),
             Self::Not(condition) => condition.comparisons(visit),
             Self::And(conditions) | Self::Or(conditions) => {
                 conditions.iter().for_each(|condition| condition.comparisons(visit));
@@ -214,11 +245,27 @@ impl MessageCondition {
         }
     }
 
+    /// Whether it is one comparison (or remembers one value), and calls a field by its name.
+    pub(crate) fn calls_by_name(&self) -> bool {
+        fn of(term: &Term) -> bool {
+            match term {
+                Term::Field(field) => field.name.is_some(),
+                Term::Value(_) | Term::Remembered(_) => false,
+                Term::Arithmetic(left, _, right) => of(left) || of(right),
+            }
+        }
+        match self {
+            Self::Compare { field, .. } | Self::Remember { field, .. } => field.name.is_some(),
+            Self::Relate { left, right, .. } => of(left) || of(right),
+            _ => false,
+        }
+    }
+
     /// Calls `visit` with each field that is remembered, or compared with anything but a constant.
     pub fn related_fields(&self, visit: &mut impl FnMut(usize)) {
         fn of(term: &Term, visit: &mut impl FnMut(usize)) {
             match term {
-                Term::Field(field) => visit(*field),
+                Term::Field(field) => visit(field.number),
                 Term::Value(_) | Term::Remembered(_) => {}
                 Term::Arithmetic(left, _, right) => {
                     of(left, visit);
@@ -228,7 +275,7 @@ impl MessageCondition {
         }
         match self {
             Self::True | Self::False | Self::Compare { .. } => {}
-            Self::Remember { field, .. } => visit(*field),
+            Self::Remember { field, .. } => visit(field.number),
             Self::Relate { left, right, .. } => {
                 of(left, visit);
                 of(right, visit);

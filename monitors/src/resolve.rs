@@ -7,12 +7,12 @@ mod duration;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use channels::{Relation, Topology};
+use channels::{Capacity, Domain, Relation, Shape, Topology};
 use diagnostics::{Problem, nearest_or_all};
 
-use crate::formula::{Bound, Formula};
+use crate::formula::{Bound, Formula, MessageCondition};
 use crate::syntax::{
-    ByteRange, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand, PropertyItem,
+    ByteRange, Condition, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand, PropertyItem,
 };
 
 /// A property of a file with resolved names.
@@ -25,15 +25,7 @@ pub(crate) struct Definition {
 
 /// The properties of a file and everything that is wrong with it.
 pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -> (Vec<Definition>, Vec<Problem>) {
-    let mut resolver = Resolver {
-        topology,
-        tick_period,
-        is_timed: false,
-        constants: BTreeMap::new(),
-        remembered: BTreeSet::new(),
-        unreadable: false,
-        problems: Vec::new(),
-    };
+    let mut resolver = Resolver::new(topology, tick_period);
     resolver.declare(file);
     let properties = file.items.iter().filter_map(|item| match item {
         Item::Property(property) => Some(property),
@@ -41,6 +33,18 @@ pub(crate) fn resolve(file: &File, topology: &Topology, tick_period: Duration) -
     });
     let definitions = properties.filter_map(|property| resolver.definition(property)).collect();
     (definitions, resolver.problems)
+}
+
+/// What a condition means for messages of these shapes, if it is right; these names are of remembered values.
+pub(crate) fn meaning(condition: &Condition, remembered: &[&str], shapes: &[Shape]) -> Option<MessageCondition> {
+    let mut topology = Topology::default();
+    let [source, target] = ["P", "Q"].map(|name| topology.process(name).ok());
+    let domain = Domain::new(shapes.iter().cloned());
+    let channel = topology.channel(source?, target?, Capacity::One, domain).ok()?;
+    let mut resolver = Resolver::new(&topology, Duration::ZERO);
+    resolver.remembered = remembered.iter().map(ToString::to_string).collect();
+    let meant = resolver.condition(condition, Some(channel));
+    meant.filter(|_| resolver.problems.is_empty())
 }
 
 /// Where a constraint is.
@@ -66,6 +70,18 @@ struct Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
+    fn new(topology: &'a Topology, tick_period: Duration) -> Self {
+        Self {
+            topology,
+            tick_period,
+            is_timed: false,
+            constants: BTreeMap::new(),
+            remembered: BTreeSet::new(),
+            unreadable: false,
+            problems: Vec::new(),
+        }
+    }
+
     /// Collects the file's constants, and reports names that are defined twice.
     fn declare(&mut self, file: &'a File) {
         let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();

@@ -1,8 +1,9 @@
 //! Formulas in the SCOPE language: text that reads back as the same formula.
 
-use channels::{FieldKind, Shape, Topology, Value};
+use channels::{Relation, Shape, Topology, Value};
 
-use crate::formula::{Bound, EventAtom, Formula, MessageCondition, Term};
+use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term};
+use crate::resolve::meaning;
 use crate::syntax::{
     self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
     Operand, Unit,
@@ -23,7 +24,8 @@ impl Formula {
 }
 
 impl MessageCondition {
-    /// The condition in the SCOPE language. Fields have the names that messages of these shapes give them, or numbers.
+    /// The condition in the SCOPE language, for messages of these shapes. Fields have the names by which the property
+    /// calls them, where reading the text gives the same condition, or numbers.
     #[must_use]
     pub fn text(&self, shapes: &[Shape]) -> String {
         condition(self, shapes).to_string()
@@ -85,6 +87,51 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
 
 /// A condition in the words of the language.
 pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition {
+    match by_name(from, shapes) {
+        Some(comparison) => spelled(&comparison, shapes, &called),
+        None => spelled(from, shapes, &|field| FieldName::Number(field.number)),
+    }
+}
+
+/// The comparison that stands for this condition, if it calls its fields by names that say all: without the parts that
+/// select the messages which have these fields. Without shapes, names are taken as they are.
+pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<MessageCondition> {
+    let (inside, is_denied) = match from {
+        MessageCondition::Not(inside) => (&**inside, true),
+        from => (from, false),
+    };
+    let mut last = inside;
+    while let MessageCondition::And(parts) | MessageCondition::Or(parts) = last {
+        last = parts.last()?;
+    }
+    let mut comparison = last.clone();
+    match &mut comparison {
+        MessageCondition::Compare { relation, .. } | MessageCondition::Relate { relation, .. }
+            if is_denied && *relation == Relation::Equal =>
+        {
+            *relation = Relation::NotEqual;
+        }
+        _ if is_denied => return None,
+        _ => {}
+    }
+    if !comparison.calls_by_name() {
+        return None;
+    }
+    let said = spelled(&comparison, shapes, &called);
+    let mut remembered = Vec::new();
+    comparison.names(&mut |name| remembered.push(&**name));
+    let says_all = match shapes {
+        [] => *from == comparison,
+        shapes => meaning(&said, &remembered, shapes).as_ref() == Some(from),
+    };
+    says_all.then_some(comparison)
+}
+
+fn called(field: &formula::Field) -> FieldName {
+    field.name.as_ref().map_or(FieldName::Number(field.number), |name| FieldName::Named(name.to_string()))
+}
+
+fn spelled(from: &MessageCondition, shapes: &[Shape], name: &dyn Fn(&formula::Field) -> FieldName) -> Condition {
     let of = |part: &MessageCondition| Box::new(condition(part, shapes));
     let list = |parts: &[MessageCondition]| parts.iter().map(|part| condition(part, shapes)).collect();
     let kind = match from {
@@ -98,16 +145,16 @@ pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition 
         MessageCondition::And(parts) => ConditionKind::And(list(parts)),
         MessageCondition::Or(parts) => ConditionKind::Or(list(parts)),
         MessageCondition::Compare { field, relation, value } => ConditionKind::Compare {
-            left: syntax::Term::Field(named(*field, shapes)),
+            left: syntax::Term::Field(named(name(field))),
             relation: *relation,
             right: syntax::Term::Operand(operand(literal(value))),
         },
         MessageCondition::Relate { left, relation, right } => {
-            ConditionKind::Compare { left: term(left, shapes), relation: *relation, right: term(right, shapes) }
+            ConditionKind::Compare { left: term(left, name), relation: *relation, right: term(right, name) }
         }
-        MessageCondition::Remember { field, name } => {
-            let name = Name { text: name.to_string(), span: NOWHERE };
-            ConditionKind::Remember { field: named(*field, shapes), name }
+        MessageCondition::Remember { field, name: value } => {
+            let value = Name { text: value.to_string(), span: NOWHERE };
+            ConditionKind::Remember { field: named(name(field)), name: value }
         }
         MessageCondition::Not(part) => ConditionKind::Not(of(part)),
         MessageCondition::Implies(a, b) => ConditionKind::Implies(of(a), of(b)),
@@ -115,33 +162,20 @@ pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition 
     Condition { kind, span: NOWHERE }
 }
 
-fn named(field: usize, shapes: &[Shape]) -> Field {
-    let name = field_name(field, shapes).map_or(FieldName::Number(field), |name| FieldName::Named(name.to_owned()));
+fn named(name: FieldName) -> Field {
     Field { name, span: NOWHERE }
 }
 
-/// The name of a field, if it means this field in all messages. A first field that is always a symbol tells what the
-/// message is: it keeps its number, as in the paper.
-pub(crate) fn field_name(field: usize, shapes: &[Shape]) -> Option<&str> {
-    let index = field.checked_sub(1)?;
-    let mut here = shapes.iter().filter_map(|shape| shape.fields().get(index));
-    let (name, _) = here.clone().next()?;
-    let is_tag = index == 0 && here.clone().all(|(_, kind)| matches!(kind, FieldKind::Symbol(_)));
-    let elsewhere = shapes.iter().flat_map(|shape| shape.fields().iter().enumerate());
-    let is_unique = elsewhere.filter(|(_, (known, _))| known == name).all(|(place, _)| place == index);
-    (!is_tag && is_unique && here.all(|(known, _)| known == name)).then_some(name)
-}
-
 /// A term in the words of the language.
-fn term(from: &Term, shapes: &[Shape]) -> syntax::Term {
+fn term(from: &Term, name: &dyn Fn(&formula::Field) -> FieldName) -> syntax::Term {
     match from {
-        Term::Field(field) => syntax::Term::Field(named(*field, shapes)),
+        Term::Field(field) => syntax::Term::Field(named(name(field))),
         Term::Value(value) => syntax::Term::Operand(operand(literal(value))),
         Term::Remembered(name) => {
             syntax::Term::Operand(Operand::Constant(Name { text: name.to_string(), span: NOWHERE }))
         }
         Term::Arithmetic(left, operator, right) => {
-            syntax::Term::Arithmetic(Box::new(term(left, shapes)), *operator, Box::new(term(right, shapes)))
+            syntax::Term::Arithmetic(Box::new(term(left, name)), *operator, Box::new(term(right, name)))
         }
     }
 }

@@ -192,7 +192,8 @@ fn logs_with_missing_ticks_are_judged_too() {
 fn messages_outside_the_domains_are_judged_too() {
     let topology = topology();
     let channel = topology.channels().nth(2).expect("C → D");
-    let on = |value: bool| MessageCondition::Compare { field: 1, relation: Relation::Equal, value: value.into() };
+    let on =
+        |value: bool| MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value: value.into() };
     let [is_on, is_off] = [true, false].map(|value| monitors::EventAtom { channel, condition: on(value) });
     let (mut automata, mut left) = (0, 0);
     for seed in 0..cases(4_000) {
@@ -238,7 +239,7 @@ fn answers_with_separate_deadlines_are_distinguished() {
     let topology = topology();
     let on = |channel, value: Value| monitors::EventAtom {
         channel: topology.channels().nth(channel).expect("four channels"),
-        condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
+        condition: MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value },
     };
     let asks = Formula::Event(on(0, Value::symbol("x")));
     let within =
@@ -270,8 +271,8 @@ fn answers_with_separate_deadlines_are_distinguished() {
 #[test]
 fn a_graph_with_too_many_states_is_left_to_an_automaton() {
     let topology = topology();
-    let equals = |channel, field, value: Value| {
-        let condition = MessageCondition::Compare { field, relation: Relation::Equal, value };
+    let equals = |channel, field: usize, value: Value| {
+        let condition = MessageCondition::Compare { field: field.into(), relation: Relation::Equal, value };
         Formula::Event(monitors::EventAtom {
             channel: topology.channels().nth(channel).expect("four channels"),
             condition,
@@ -292,14 +293,14 @@ fn a_graph_with_too_many_states_is_left_to_an_automaton() {
 #[test]
 fn a_message_that_two_clauses_check_is_remembered_for_both() {
     let topology = topology();
-    let level = |relation, value: f64| MessageCondition::Compare { field: 2, relation, value: value.into() };
+    let level = |relation, value: f64| MessageCondition::Compare { field: 2.into(), relation, value: value.into() };
     let high = monitors::EventAtom {
         channel: topology.channels().nth(1).expect("B → C"),
         condition: level(Relation::Greater, 50.0),
     };
     let on = |channel, value: Value| monitors::EventAtom {
         channel: topology.channels().nth(channel).expect("four channels"),
-        condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
+        condition: MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value },
     };
     let (x, yes) = (on(0, Value::symbol("x")), on(2, Value::Bool(true)));
     let either =

@@ -311,13 +311,24 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
         ("m.level != 5", "not (m[1] = <volume> and m[2] = 5 or m[3] = 5)"),
         ("m.thing = \"cup\"", "m[2] = <pick> and m[3] = \"cup\""),
         ("lamp != \"red\" or request = <say>", "not (m[1] = <dim> and m[2] = \"red\") or m[1] = <say>"),
+        ("m.percent as p", "m[1] = <charge> and m[2] as p"),
     ] {
         let formula = spoken(named).unwrap_or_else(|error| panic!("{named}: {error:?}"));
-        assert_eq!(formula, spoken(numbered).unwrap(), "{named}");
-        let text = format!("property p := {}", formula.text(&speaker()));
-        let read = monitors::formulas("p", &text, &speaker(), Duration::from_secs(1)).unwrap();
-        assert_eq!(read[0].1, formula, "{text}");
+        let numbers = spoken(numbered).unwrap();
+        assert_eq!(formula, numbers, "{named}");
+        // Each is printed as it was written, and reads back as the same formula.
+        for (formula, written) in [(&formula, named), (&numbers, numbered)] {
+            let text = formula.text(&speaker());
+            let written = written.replace("lamp", "m.lamp").replace("request", "m.request");
+            assert_eq!(text, format!("eventually (Guide, Speaker, {written})"));
+            let text = format!("property p := {text}");
+            let read = monitors::formulas("p", &text, &speaker(), Duration::from_secs(1)).unwrap();
+            assert_eq!(read[0].1, *formula, "{text}");
+        }
     }
+    let formula = spoken("m.percent + 1 < m.percent * 2 or m.level != 5").unwrap();
+    let said = monitors::explain(&formula, &speaker());
+    assert!(said.ends_with("that `percent` + 1 is less than `percent` * 2 or `level` is not 5."), "{said}");
 }
 
 #[test]
@@ -363,7 +374,7 @@ fn durations_become_ticks_of_the_period() {
 
 #[test]
 fn a_comparison_needs_a_field_of_its_type() {
-    let compare = |relation, value| MessageCondition::Compare { field: 2, relation, value };
+    let compare = |relation, value| MessageCondition::Compare { field: 2.into(), relation, value };
     let message = Message::new([Value::symbol("error"), "no sensor".into()]);
     use Relation::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
     for relation in [Equal, Less, LessOrEqual, Greater, GreaterOrEqual] {

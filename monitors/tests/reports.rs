@@ -332,7 +332,7 @@ fn a_past_event_that_never_happened_is_reported() {
     watch.running();
     let vacuous = watch.monitor().vacuous();
     let said: Vec<_> = vacuous.iter().map(|found| (found.antecedent.as_str(), found.asked)).collect();
-    assert_eq!(said, [("once (BatteryReader, BatteryLevel, m[2] < 30)", 1)]);
+    assert_eq!(said, [("once (BatteryReader, BatteryLevel, m.level < 30)", 1)]);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn run(words: &str) -> Vec<Event> {
 }
 
 fn atom(name: &str) -> monitors::EventAtom {
-    let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: Value::Bool(true) };
+    let condition = MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value: Value::Bool(true) };
     monitors::EventAtom { channel: channel(name), condition }
 }
 
@@ -282,7 +282,11 @@ fn in_endless_runs_each_cycle_advances_time() {
 
 #[test]
 fn conditions_follow_boolean_logic() {
-    let compare = |field, relation, value: bool| MessageCondition::Compare { field, relation, value: value.into() };
+    let compare = |field: usize, relation, value: bool| MessageCondition::Compare {
+        field: field.into(),
+        relation,
+        value: value.into(),
+    };
     let (yes, no) = (compare(1, Relation::Equal, true), compare(1, Relation::Equal, false));
     let (plus, minus) = (Message::new([Value::Bool(true)]), Message::new([Value::Bool(false)]));
     let not = |part: &MessageCondition| MessageCondition::Not(Box::new(part.clone()));

@@ -198,7 +198,7 @@ mod tests {
     use crate::formula::{EventAtom, Formula};
 
     fn compare(field: usize, relation: Relation, value: impl Into<Value>) -> MessageCondition {
-        MessageCondition::Compare { field, relation, value: value.into() }
+        MessageCondition::Compare { field: field.into(), relation, value: value.into() }
     }
 
     /// The number of different letters of the domain's messages under these conditions.

@@ -213,8 +213,8 @@ impl MessageCondition {
     /// Calls `visit` with each field that the condition mentions, and with the constant if it compares with one.
     fn mentions<'a>(&'a self, visit: &mut impl FnMut(usize, Option<&'a Value>)) {
         match self {
-            Self::Compare { field, value, .. } => visit(*field, Some(value)),
-            Self::Remember { field, .. } => visit(*field, None),
+            Self::Compare { field, value, .. } => visit(field.number, Some(value)),
+            Self::Remember { field, .. } => visit(field.number, None),
             _ => self.operands().into_iter().for_each(|operand| operand.mentions(visit)),
         }
     }
@@ -222,11 +222,11 @@ impl MessageCondition {
     /// What is left of the condition if a field has this value, or is missing.
     fn given(&self, field: usize, value: Option<&Value>) -> Self {
         match self {
-            Self::Compare { field: compared, relation, value: constant } if *compared == field => {
+            Self::Compare { field: compared, relation, value: constant } if compared.number == field => {
                 let holds = value.map_or(*relation == Relation::NotEqual, |value| relation.holds(value, constant));
                 Self::constant(holds)
             }
-            Self::Remember { field: remembered, .. } if *remembered == field => Self::constant(value.is_some()),
+            Self::Remember { field: remembered, .. } if remembered.number == field => Self::constant(value.is_some()),
             Self::Not(a) => a.given(field, value).denied(),
             Self::And(parts) => Self::joined(parts.iter().map(|part| part.given(field, value)), true),
             Self::Or(parts) => Self::joined(parts.iter().map(|part| part.given(field, value)), false),

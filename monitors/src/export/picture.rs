@@ -73,7 +73,7 @@ pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> C
         MessageCondition::True => Condition::True,
         MessageCondition::False => Condition::True.negated(),
         MessageCondition::Compare { field, relation, value } => {
-            variable.field(*field).compare(*relation, value.clone())
+            variable.field(field.number).compare(*relation, value.clone())
         }
         MessageCondition::Relate { .. } | MessageCondition::Remember { .. } => {
             unreachable!("a property that compares several values has no graph")

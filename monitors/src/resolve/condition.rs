@@ -48,7 +48,7 @@ impl<'a> Resolver<'a> {
             }
             ConditionKind::Remember { field, name } => {
                 let (place, mut guards) = self.place(field, channel?)?;
-                guards.push(MessageCondition::Remember { field: place.number, name: name.text.as_str().into() });
+                guards.push(MessageCondition::Remember { field: place.called(field), name: name.text.as_str().into() });
                 all(guards)
             }
         })
@@ -76,7 +76,7 @@ impl<'a> Resolver<'a> {
             Term::Field(field) => {
                 let (place, telling) = self.place(field, channel?)?;
                 guards.extend(telling.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
-                (formula::Term::Field(place.number), Some(place.kinds().map(|(_, kind)| kind).collect()))
+                (formula::Term::Field(place.called(field)), Some(place.kinds().map(|(_, kind)| kind).collect()))
             }
             Term::Operand(Operand::Constant(name)) if self.remembered.contains(&name.text) => {
                 (formula::Term::Remembered(name.text.as_str().into()), None)
@@ -242,11 +242,14 @@ impl<'a> Resolver<'a> {
     ) -> Option<MessageCondition> {
         // A missing value differs from every value.
         let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
-        let compare = |field, relation| MessageCondition::Compare { field, relation, value: value.clone() };
+        let compare = |place: &Place<'_>, relation| {
+            let field = place.called(field);
+            MessageCondition::Compare { field, relation, value: value.clone() }
+        };
         if let [place] = places
             && place.confused_with(value).next().is_none()
         {
-            return Some(compare(place.number, relation));
+            return Some(compare(place, relation));
         }
         let mut alternatives = Vec::new();
         for place in places {
@@ -257,7 +260,7 @@ impl<'a> Resolver<'a> {
                 self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
                 return None;
             };
-            conditions.push(compare(place.number, positive));
+            conditions.push(compare(place, positive));
             alternatives.push(all(conditions));
         }
         let holds = any(alternatives);
@@ -312,6 +315,15 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
+    /// The field here, as it is written.
+    fn called(&self, field: &Field) -> formula::Field {
+        let name = match &field.name {
+            FieldName::Named(name) => Some(name.as_str().into()),
+            FieldName::Number(_) => None,
+        };
+        formula::Field { number: self.number, name }
+    }
+
     /// The possible values of the field.
     fn kinds(&self) -> impl Iterator<Item = (usize, &'a FieldKind)> {
         self.with.iter().filter_map(|shape| Some((self.number, kind(shape, self.number)?)))
@@ -359,7 +371,7 @@ fn symbols(shape: &Shape, at: usize) -> &[Symbol] {
 }
 
 fn is(field: usize, symbol: &Symbol) -> MessageCondition {
-    MessageCondition::Compare { field, relation: Relation::Equal, value: Value::Symbol(symbol.clone()) }
+    MessageCondition::Compare { field: field.into(), relation: Relation::Equal, value: Value::Symbol(symbol.clone()) }
 }
 
 /// All of these conditions hold.

@@ -165,7 +165,7 @@ fn remembering(
 ) -> Formula {
     let remembers = |dice: &mut Dice| {
         let (channel, field) = *dice.pick(fields);
-        EventAtom { channel, condition: MessageCondition::Remember { field, name: "p".into() } }
+        EventAtom { channel, condition: MessageCondition::Remember { field: field.into(), name: "p".into() } }
     };
     let compares = |dice: &mut Dice| {
         let (channel, field) = *dice.pick(fields);
@@ -174,7 +174,7 @@ fn remembering(
         let sum = Term::Arithmetic(remembered.clone(), operator, more);
         let right = if dice.roll(3) == 0 { sum } else { *remembered };
         let relation = *dice.pick(&RELATIONS);
-        EventAtom { channel, condition: MessageCondition::Relate { left: Term::Field(field), relation, right } }
+        EventAtom { channel, condition: MessageCondition::Relate { left: Term::Field(field.into()), relation, right } }
     };
     let mut events = vec![compares(dice), compares(dice)];
     events.extend_from_slice(others);

@@ -232,7 +232,7 @@ fn longest_look_back(parts: &Parts, unit: u64) -> u64 {
 /// The fields to which a condition gives names.
 fn named(condition: &MessageCondition, names: &mut BTreeMap<Arc<str>, usize>) {
     match condition {
-        MessageCondition::Remember { field, name } => _ = names.insert(Arc::clone(name), *field),
+        MessageCondition::Remember { field, name } => _ = names.insert(Arc::clone(name), field.number),
         MessageCondition::Not(a) => named(a, names),
         MessageCondition::And(all) | MessageCondition::Or(all) => all.iter().for_each(|part| named(part, names)),
         MessageCondition::Implies(a, b) => {

@@ -108,7 +108,7 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
         MessageCondition::True => true,
         MessageCondition::False => false,
         MessageCondition::Compare { field: compared, relation, value } => {
-            field(*compared).map_or(*relation == Relation::NotEqual, |found| relates(found, *relation, value))
+            field(compared.number).map_or(*relation == Relation::NotEqual, |found| relates(found, *relation, value))
         }
         MessageCondition::Relate { left, relation, right } => {
             match (term(left, message, names), term(right, message, names)) {
@@ -116,7 +116,7 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
                 _ => *relation == Relation::NotEqual,
             }
         }
-        MessageCondition::Remember { field: remembered, .. } => field(*remembered).is_some(),
+        MessageCondition::Remember { field: remembered, .. } => field(remembered.number).is_some(),
         MessageCondition::Not(a) => !satisfies(a, message, names),
         MessageCondition::And(all) => !all.iter().any(|part| !satisfies(part, message, names)),
         MessageCondition::Or(all) => all.iter().any(|part| satisfies(part, message, names)),
@@ -126,7 +126,7 @@ pub(crate) fn satisfies(condition: &MessageCondition, message: &Message, names: 
 
 fn term(term: &Term, message: &Message, names: &Names) -> Option<Value> {
     match term {
-        Term::Field(field) => message.fields().get(field.wrapping_sub(1)).cloned(),
+        Term::Field(field) => message.fields().get(field.number.wrapping_sub(1)).cloned(),
         Term::Value(value) => Some(value.clone()),
         Term::Remembered(name) => names.get(name).cloned(),
         Term::Arithmetic(left, operator, right) => {

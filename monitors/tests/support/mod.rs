@@ -57,7 +57,8 @@ pub(crate) fn topology() -> Arc<Topology> {
 pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::EventAtom {
     let channels: Vec<ChannelId> = topology.channels().collect();
     let index = dice.roll(4) as usize;
-    let compare = |field, relation, value: Value| MessageCondition::Compare { field, relation, value };
+    let compare =
+        |field: usize, relation, value: Value| MessageCondition::Compare { field: field.into(), relation, value };
     let relations = [
         Relation::Equal,
         Relation::NotEqual,

@@ -89,7 +89,11 @@ fn relation(dice: &mut Dice) -> Relation {
 
 /// The condition that these fields are, or are not, all in an interval.
 fn box_of(dice: &mut Dice, fields: usize) -> MessageCondition {
-    let bound = |field, relation, value: f64| MessageCondition::Compare { field, relation, value: value.into() };
+    let bound = |field: usize, relation, value: f64| MessageCondition::Compare {
+        field: field.into(),
+        relation,
+        value: value.into(),
+    };
     let side = *dice.pick(&[0.5, 2.9, 1e308]);
     let inside =
         (1..=fields).flat_map(|field| [bound(field, Relation::Greater, -side), bound(field, Relation::Less, side)]);
@@ -108,7 +112,7 @@ fn condition(dice: &mut Dice, fields: usize, depth: u32) -> MessageCondition {
                 1 => Value::from("reason"),
                 _ => number(dice),
             };
-            MessageCondition::Compare { field, relation, value }
+            MessageCondition::Compare { field: field.into(), relation, value }
         }
         4 => MessageCondition::True,
         5 => MessageCondition::Not(Box::new(part(dice))),
@@ -121,7 +125,7 @@ fn condition(dice: &mut Dice, fields: usize, depth: u32) -> MessageCondition {
 
 /// A condition on two fields, or one that calculates.
 fn relation_of_fields(dice: &mut Dice, fields: usize) -> MessageCondition {
-    let field = |dice: &mut Dice| Term::Field(1 + dice.roll(fields as u64) as usize);
+    let field = |dice: &mut Dice| Term::Field((1 + dice.roll(fields as u64) as usize).into());
     let (left, relation, other) = (field(dice), relation(dice), field(dice));
     let operator = *dice.pick(&[Arithmetic::Add, Arithmetic::Subtract, Arithmetic::Multiply, Arithmetic::Divide]);
     let sum = Term::Arithmetic(Box::new(other.clone()), operator, Box::new(Term::Value(number(dice))));

@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{ChannelId, Relation, Shape, Topology, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
-use monitors::{EventAtom, Formula, MessageCondition};
+use monitors::{EventAtom, Field, Formula, MessageCondition};
 use recording::{
     FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
     RunView,
@@ -227,7 +227,7 @@ impl Levels<'_> {
             MessageCondition::Compare { field, relation, value } => {
                 let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
                 let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
-                if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, *field))
+                if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, field))
                 {
                     self.found.push(ComparedLevel { channel, level_pct, critical: role.alone && least == role.holds });
                 }
@@ -247,12 +247,15 @@ impl Levels<'_> {
         }
     }
 
-    /// Whether a field of a channel's messages, counted from 1, is the battery's level.
-    fn is_level(&self, channel: ChannelId, field: usize) -> bool {
+    /// Whether a field of a channel's messages is the battery's level.
+    fn is_level(&self, channel: ChannelId, field: &Field) -> bool {
         let named = |shape: &Shape| {
-            field.checked_sub(1).and_then(|field| shape.fields().get(field)).is_some_and(|(name, _)| name == LEVEL)
+            field.number.checked_sub(1).and_then(|at| shape.fields().get(at)).is_some_and(|(name, _)| name == LEVEL)
         };
-        self.topology.get(channel).domain.shapes().iter().any(named)
+        match &field.name {
+            Some(name) => &**name == LEVEL,
+            None => self.topology.get(channel).domain.shapes().iter().any(named),
+        }
     }
 }
 

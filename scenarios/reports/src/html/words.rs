@@ -40,7 +40,9 @@ pub(super) fn wanted(condition: &MessageCondition, shapes: &[Shape]) -> String {
     };
     let field = |number: usize| {
         parts.iter().find_map(|part| match part {
-            MessageCondition::Compare { field, relation: Relation::Equal, value } if *field == number => Some(value),
+            MessageCondition::Compare { field, relation: Relation::Equal, value } if field.number == number => {
+                Some(value)
+            }
             _ => None,
         })
     };
@@ -85,7 +87,8 @@ mod tests {
 
     #[test]
     fn a_condition_on_every_field_is_a_message() {
-        let equals = |field, value| MessageCondition::Compare { field, relation: Relation::Equal, value };
+        let equals =
+            |field: usize, value| MessageCondition::Compare { field: field.into(), relation: Relation::Equal, value };
         let start = [equals(1, Value::symbol("start_navigation")), equals(2, Value::symbol("RechargingStation"))];
         assert_eq!(wanted(&MessageCondition::And(start.to_vec()), &[]), "[<start_navigation>, <RechargingStation>]");
         assert_eq!(wanted(&equals(2, true.into()), &[]), "a message with m[2] = true");
