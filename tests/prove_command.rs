@@ -442,6 +442,23 @@ fn a_machine_stands_in_for_a_component() {
 }
 
 #[test]
+fn a_proof_names_the_errors_in_the_runs_that_it_explored() {
+    // The property is proved although a leaf does not confirm its halt in time: the result mentions both.
+    let name = "nav2/halted_early_fixed";
+    for tree in ["execution.tree=whole", "execution.tree=nodes"] {
+        let proof = proof(0, &[name, "--set", tree]);
+        assert_eq!(results(&proof), [("stands_still", "proved"), ("progress", "proved")]);
+        let error = &proof["errors"][0];
+        assert_eq!(error["place"], "FollowPath (node 2)");
+        assert_eq!(error["message"], "FollowPath did not confirm that it has halted within 2 s");
+        assert_eq!(proof["errors"].as_array().map(Vec::len), Some(1), "each is named once");
+    }
+    let words = String::from_utf8(steward(&["prove", name]).stdout).expect("text");
+    assert!(words.contains("some of the runs contain errors"), "{words}");
+    assert_eq!(proof(0, &["nominal"])["errors"], Value::Array(Vec::new()));
+}
+
+#[test]
 fn faults_of_the_catalogue_may_occur_in_a_proof() {
     let mistake = "FollowPath: the transition in `halting` on `ControllerServer.follow_path.accepted` is removed";
     let faults = format!("prove.faults={{skill_mutant='{mistake}'}}");
