@@ -26,7 +26,7 @@ use serde_json::json;
 use crate::counted::counted;
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_wrapped};
-use judge::{Verified, judge, load, recorded};
+use judge::{Verified, judge, load, recorded, unheard};
 
 pub(crate) use args::VerifyArgs;
 
@@ -145,7 +145,12 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {}: the scenario does not have their channels", counted(log.skipped(), "message")));
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
-    Ok(Verified { properties, end, unsure, start_ns: None, notes: skipped.into_iter().chain(unjudged).collect() })
+    let unheard = match of_recording {
+        Some(_) => unheard(path, &properties, &system.topology),
+        None => vec![None; properties.len()],
+    };
+    let notes = skipped.into_iter().chain(unjudged).collect();
+    Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
 }
 
 /// The header of a recording, which says everything about its system; none of other logs.
@@ -253,6 +258,9 @@ fn in_words(verified: &Verified) -> String {
             let _ = writeln!(text, "  {why}");
             let _ = writeln!(text, "  without what is missing: {}", verified.outcome(index));
         }
+        if let Some(unheard) = &verified.unheard[index] {
+            let _ = writeln!(text, "  {unheard}");
+        }
         let Some(monitor) = property.scope_monitor() else { continue };
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
@@ -268,7 +276,7 @@ fn in_words(verified: &Verified) -> String {
 }
 
 fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
-    let Verified { properties, unsure, start_ns, notes, .. } = verified;
+    let Verified { properties, unsure, unheard, start_ns, notes, .. } = verified;
     let of = |(index, property): (usize, &Property)| {
         let monitor = property.scope_monitor();
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
@@ -282,6 +290,7 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
             "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
             "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "unheard": unheard[index],
         })
     };
     let mut inspected = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });

@@ -231,4 +231,14 @@ fn a_satisfied_property_that_heard_no_level_says_how_low_the_true_one_was() {
     assert!(unheard.starts_with("no message carries a level below 25 %, the last one at 9."), "{unheard}");
     assert!(unheard.contains("; the true level fell to 1"), "{unheard}");
     assert!(summary.contains(&unheard) && page.contains(&unheard.replace(" %", "\u{a0}%")), "{summary}");
+    // The recording of the run knows the true level, too.
+    let record = folder.path().join("run.mcap");
+    let [scenario, record] = [&scenario, &record].map(|path| path.to_str().unwrap());
+    steward(&["run", scenario, "--no-snapshots", "--record", record]);
+    let verified = steward(&["verify", record]);
+    let verified = String::from_utf8_lossy(&verified.stdout);
+    assert!(verified.contains(&format!("satisfied\n  {unheard}")), "{verified}");
+    let verified = steward(&["verify", record, "--json"]);
+    let verified: serde_json::Value = serde_json::from_slice(&verified.stdout).unwrap();
+    assert_eq!(verified["monitors"][0]["unheard"], unheard);
 }

@@ -33,7 +33,8 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let about = format!("A ROS 2 bag{start}");
     let (end, unsure) = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
-    Ok(Verified { properties, end, unsure, start_ns: events.start_ns(), notes })
+    let unheard = vec![None; properties.len()];
+    Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
 }
 
 /// The contents of a bag.

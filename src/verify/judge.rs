@@ -4,8 +4,9 @@ use std::path::Path;
 
 use bags::{Found, Gap};
 use campaigns::{Error, refuse_campaign};
+use channels::Topology;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
-use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, RunView};
+use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
 use reports::{Outputs, Presentation, file_name};
 use runs::FITS;
 
@@ -19,6 +20,9 @@ pub(super) struct Verified {
     pub(super) end: LogEnd,
     /// For each property why its verdict is unsure, if it is: messages are missing that could change it.
     pub(super) unsure: Vec<Option<String>>,
+    /// For each property that a recording satisfies although the true level fell below what it requires: that no
+    /// message told so.
+    pub(super) unheard: Vec<Option<String>>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(super) start_ns: Option<i64>,
     /// Missing or damaged parts of a bag, in words.
@@ -59,6 +63,21 @@ impl Verified {
     pub(super) fn is_bad(&self) -> bool {
         (0..self.properties.len()).any(|index| self.unsure[index].is_some() || self.outcome(index) == Outcome::Violated)
     }
+}
+
+/// For each property that is satisfied although, in this recording of a simulated run, the true level fell below what
+/// it requires: that no message told so. A level in the rest of a truncated recording is unknown, like its messages.
+pub(super) fn unheard(path: &Path, properties: &[Property], topology: &Topology) -> Vec<Option<String>> {
+    let view = Recording::open(path).and_then(|mut recording| {
+        let mut view = recording.begin()?;
+        while view.end().is_none() && recording.advance(&mut view).is_ok() {}
+        Ok(view)
+    });
+    let unheard = |property: &Property| {
+        let outcome = Outcome::of(property.monitor.as_ref());
+        reports::unheard_level(&Monitor::of(property, topology), outcome, view.as_ref().ok()?)
+    };
+    properties.iter().map(unheard).collect()
 }
 
 /// How far a log goes, and which verdicts are unsure, and why.

@@ -23,3 +23,4 @@ pub use error::Error;
 pub use file_name::file_name;
 pub use presentation::{Outputs, Presentation, REPORT, report_recording};
 pub use reporting::witness;
+pub use unheard::unheard_level;

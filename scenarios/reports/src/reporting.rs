@@ -150,7 +150,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             unsure: said.unsure,
             open: words(&said.open),
             vacuous: words(&said.vacuous),
-            unheard: unheard_level(&monitor, view),
+            unheard: unheard_level(monitor.about, monitor.outcome(), view),
             errors: said.errors,
         }
     };

@@ -4,15 +4,16 @@
 //! low. That is what it says, but not what a reader takes it to mean, and a simulation knows better.
 
 use monitors::Outcome;
-use recording::{HeardLevels, MonitorView, RunView, decimals};
+use recording::{HeardLevels, Monitor, RunView, decimals};
 
 use crate::pictures::compared_levels;
 
 /// For a satisfied property that requires levels in messages: that the true level fell below them, in words.
-pub(crate) fn unheard_level(monitor: &MonitorView<'_>, view: &RunView) -> Option<String> {
+#[must_use]
+pub fn unheard_level(property: &Monitor, outcome: Outcome, view: &RunView) -> Option<String> {
     let truth = view.tally().battery()?;
-    let is_satisfied = monitor.outcome() == Outcome::Satisfied;
-    let mut levels = compared_levels(monitor.about, view.topology()).into_iter().filter(|_| is_satisfied);
+    let is_satisfied = outcome == Outcome::Satisfied;
+    let mut levels = compared_levels(property, view.topology()).into_iter().filter(|_| is_satisfied);
     levels.find_map(|compared| {
         let required_pct = compared.level_pct;
         let heard = view.heard(compared.channel)?;
