@@ -66,6 +66,7 @@ mod execution;
 mod hooks;
 mod kind;
 mod leaf;
+mod library;
 mod mutation;
 mod node;
 mod ports;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use diagnostics::{Problem, Source};
 
 use crate::blackboard::Scopes;
+use crate::library::{Library, Model};
 use crate::program::Program;
-use crate::xml::{Library, Model};
 use crate::{Node, NodeId, TreeError};
 
 /// A behavior tree, checked and ready to run: the main tree of a file with its subtrees inserted.

@@ -9,7 +9,6 @@ mod compile;
 mod document;
 mod elements;
 mod kept;
-mod library;
 mod loader;
 mod model;
 mod nav2;
@@ -26,9 +25,7 @@ use std::path::Path;
 
 use diagnostics::text_from_disk;
 
-pub(crate) use library::Library;
 pub use loader::Loader;
-pub(crate) use model::Model;
 pub use ports::{BuiltinPort, builtin_ports};
 
 use crate::{Tree, TreeError};

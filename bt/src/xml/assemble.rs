@@ -8,13 +8,12 @@ use diagnostics::{Problem, Source};
 use miette::SourceSpan;
 
 use super::compile::{Compiler, Surroundings};
-use super::library::{Definition, Library, Scanned};
 use super::loader::Loader;
-use super::model::Model;
 use super::ports::is_port_name;
 use super::problems::{Written, copy_refused, hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
 use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
+use crate::library::{Definition, Library, Model, Scanned};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;

@@ -7,12 +7,11 @@ use diagnostics::Problem;
 use miette::SourceSpan;
 
 use super::elements::span;
-use super::library::Attribute;
-use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
 use super::problems::{Problems, missing_port, not_supported, port_value, types_differ};
 use crate::blackboard::{Clash, ScopeId, Slot, Type, pointed_key};
 use crate::hooks::Hooks;
+use crate::library::{Attribute, Model};
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
 use crate::settings::{Constants, Goals, Index, Input, Loop, Nav2, Setting, Update, period};

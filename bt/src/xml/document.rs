@@ -12,14 +12,14 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::assemble::{self, Index};
 use super::elements::{MAX_ATTRIBUTES, span, tag_span};
 use super::kept::{namespaces, other_attributes};
-use super::library::{Definition, Library};
 use super::loader::Loader;
-use super::model::{Models, read_models};
+use super::model::read_models;
 use super::nav2::nav2_model;
 use super::problems::{Problems, hint, listed, missing_port, not_supported, too_large, wrong_category};
 use super::scan::Scan;
 use super::source_file::SourceFile;
 use super::vocabulary::{self, Builtin};
+use crate::library::{Definition, Library, Models};
 use crate::{Category, Tree, TreeError};
 
 /// The maximum number of files.

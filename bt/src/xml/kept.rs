@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use roxmltree::{Attribute, Document, Node as Element};
 
-/// Attributes by their names as written, in the order of the file.
-pub(crate) type Kept = Vec<(String, String)>;
+use crate::library::Kept;
 
 /// An attribute's name as written, with its prefix.
 pub(super) fn written_name<'a>(element: Element<'a, '_>, attribute: &Attribute<'_, '_>) -> &'a str {

@@ -1,85 +1,17 @@
 //! The declarations of nodes in a file: its `<TreeNodesModel>`.
 
-use std::collections::BTreeMap;
-
 use diagnostics::Problem;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
 use super::elements::{MAX_PORTS, required_id, tag_span, value_span};
-use super::kept::{Kept, other_attributes, verbatim};
+use super::kept::{other_attributes, verbatim};
 use super::ports::is_port_name;
 use super::problems::{Problems, port_value, too_many, wrong_category};
 use super::vocabulary;
 use crate::blackboard::{Type, pointed_key};
+use crate::library::{Model, Models, PortModel};
 use crate::{Category, Direction};
-
-/// The declaration of a node's ID.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Model {
-    pub(crate) category: Category,
-    pub(crate) ports: Vec<PortModel>,
-    /// The index of each port.
-    pub(super) places: BTreeMap<String, usize>,
-    /// Whether a `<TreeNodesModel>` or Nav2's model declares it with all its ports; otherwise it is only used as a node
-    /// of this category.
-    pub(super) is_declared: bool,
-    /// Other contents of the declaration: attributes, and elements such as `<MetadataFields>` and `<description>`.
-    pub(super) kept: Kept,
-    pub(super) notes: Vec<String>,
-    /// The position of its declaration or first use, and the index of the file; none in Nav2's model.
-    pub(crate) declared: Option<(usize, SourceSpan)>,
-}
-
-/// The declaration of a port.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PortModel {
-    pub(crate) name: String,
-    pub(crate) direction: Direction,
-    pub(crate) of: Type,
-    /// The type's name in the file.
-    pub(crate) type_name: Option<String>,
-    pub(crate) default: Option<String>,
-    pub(crate) description: String,
-    pub(super) kept: Kept,
-}
-
-impl Model {
-    /// A model without a declaration.
-    pub(super) fn of(category: Category) -> Self {
-        Self {
-            category,
-            ports: Vec::new(),
-            places: BTreeMap::new(),
-            is_declared: false,
-            kept: Kept::new(),
-            notes: Vec::new(),
-            declared: None,
-        }
-    }
-
-    /// Whether it is from Nav2's model, because no file declares the node.
-    pub(crate) fn is_of_nav2(&self) -> bool {
-        self.declared.is_none()
-    }
-
-    /// Whether it contains more than the category.
-    pub(super) fn says_something(&self) -> bool {
-        !self.ports.is_empty() || !self.notes.is_empty() || self.kept.iter().any(|(name, _)| name != "editable")
-    }
-
-    pub(crate) fn port(&self, name: &str) -> Option<&PortModel> {
-        self.places.get(name).map(|place| &self.ports[*place])
-    }
-
-    fn add(&mut self, port: PortModel) {
-        self.places.entry(port.name.clone()).or_insert(self.ports.len());
-        self.ports.push(port);
-    }
-}
-
-/// Models by ID.
-pub(crate) type Models = BTreeMap<String, Model>;
 
 /// Reads the declarations of a file, in addition to existing ones.
 pub(super) fn read_models(root: Element<'_, '_>, file: usize, models: &mut Models, problems: &mut Problems) {

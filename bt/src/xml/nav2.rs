@@ -4,9 +4,10 @@ use std::sync::OnceLock;
 
 use roxmltree::{Document, Node as Element};
 
-use super::model::{Model, Models, declaration};
+use super::model::declaration;
 use super::problems::Problems;
 use super::vocabulary;
+use crate::library::{Model, Models};
 
 const TEXT: &str = include_str!("../../models/nav2.xml");
 

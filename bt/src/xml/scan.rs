@@ -11,9 +11,8 @@ use roxmltree::Node as Element;
 use super::compile::{Compiler, Nowhere};
 use super::elements::{required_id, span, tag_span, value_span};
 use super::kept::{other_attributes, written_name};
-use super::library::{Attribute, Definition, Scanned};
 use super::loader::Loader;
-use super::model::{Model, Models, misplaced};
+use super::model::misplaced;
 use super::nav2::nav2_models;
 use super::ports::is_port_name;
 use super::problems::{
@@ -21,6 +20,7 @@ use super::problems::{
     wrong_category,
 };
 use super::vocabulary::{self, Builtin};
+use crate::library::{Attribute, Definition, Model, Models, Scanned};
 use crate::{Category, Kind};
 
 /// The port of a RoundRobin.

@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use diagnostics::{MAX_HINTS, Problem};
 
 use super::compile::Compiler;
-use super::library::Attribute;
-use super::model::Model;
 use super::ports::{is_port_name, ports};
 use super::problems::{listed, near, unknown_port};
 use crate::hooks::Hooks;
+use crate::library::{Attribute, Model};
 
 /// Attributes that begin with `_` but are not scripts: other annotations of BehaviorTree.CPP and Groot.
 const NOTES: [&str; 7] =

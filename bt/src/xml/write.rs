@@ -5,11 +5,10 @@ use std::fmt::Write;
 
 use diagnostics::markup::{attribute, text};
 
-use super::library::{Definition, Scanned};
-use super::model::{Model, PortModel};
 use super::nav2::nav2_model;
 use super::ports::is_port_name;
 use super::vocabulary;
+use crate::library::{Definition, Model, PortModel, Scanned};
 use crate::{Category, Direction, Kind, Tree};
 
 impl Tree {

@@ -1,19 +1,25 @@
-//! The contents of files: trees as lists of nodes, and models.
+//! The contents of files, as data: trees as lists of nodes, and the models of nodes. `xml` reads and writes them.
+
+mod model;
 
 use miette::SourceSpan;
 
-use super::kept::Kept;
-use super::model::{Model, Models};
+pub(crate) use model::{Model, Models, PortModel};
+
 use crate::Kind;
+
+/// Attributes that have no meaning here, but are kept so that they can be written back: by their names as written, in
+/// the order of the file.
+pub(crate) type Kept = Vec<(String, String)>;
 
 /// The contents of files: their trees, and their declarations of nodes.
 #[derive(Debug, Default)]
 pub(crate) struct Library {
     /// The effective trees: of several with one ID, that of the including file.
     pub(crate) definitions: Vec<Definition>,
-    pub(super) models: Models,
+    pub(crate) models: Models,
     /// The main file's root attributes besides its format and its main tree, and the namespaces of all files.
-    pub(super) kept: Kept,
+    pub(crate) kept: Kept,
 }
 
 impl Library {
@@ -28,10 +34,10 @@ impl Library {
 pub(crate) struct Definition {
     pub(crate) id: Option<String>,
     /// The element's attributes besides its ID.
-    pub(super) kept: Kept,
-    pub(super) span: SourceSpan,
+    pub(crate) kept: Kept,
+    pub(crate) span: SourceSpan,
     /// The index of its file.
-    pub(super) file: usize,
+    pub(crate) file: usize,
     /// In document order, the root first; empty if the tree has no root.
     pub(crate) nodes: Vec<Scanned>,
 }
@@ -41,8 +47,8 @@ pub(crate) struct Definition {
 pub(crate) struct Scanned {
     pub(crate) kind: Kind,
     pub(crate) type_id: String,
-    pub(super) attributes: Vec<Attribute>,
-    pub(super) span: SourceSpan,
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) span: SourceSpan,
     /// Its index in the list of its tree.
     pub(crate) parent: Option<usize>,
 }
@@ -61,15 +67,15 @@ impl Scanned {
 
 /// An attribute of a node.
 #[derive(Clone, Debug)]
-pub(super) struct Attribute {
-    pub(super) name: String,
+pub(crate) struct Attribute {
+    pub(crate) name: String,
     /// The name in the file: some ports had other names in version 3.
-    pub(super) written: String,
-    pub(super) value: String,
+    pub(crate) written: String,
+    pub(crate) value: String,
     /// The position of the whole attribute.
-    pub(super) span: SourceSpan,
+    pub(crate) span: SourceSpan,
     /// The position of the value, between the quotes.
-    pub(super) value_span: SourceSpan,
+    pub(crate) value_span: SourceSpan,
     /// Whether the value is written literally, without entities such as `&lt;`.
-    pub(super) is_plain: bool,
+    pub(crate) is_plain: bool,
 }
