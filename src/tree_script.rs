@@ -25,7 +25,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use bt::{Cue, Part, Status, Tree, Value};
+use bt::{Cue, LeafBehavior, Status, Tree, Value};
 use campaigns::Error;
 use diagnostics::Problem;
 use diagnostics::document::{Document, Item, Table};
@@ -37,7 +37,7 @@ pub(crate) const MOST_TICKS: u64 = 1_000_000;
 #[derive(Clone, Debug)]
 pub(crate) struct TreeScript {
     /// For each leaf of the tree.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<LeafBehavior>,
     pub(crate) ticks: u64,
     pub(crate) period: Duration,
     /// The tree is halted after these ticks.
@@ -68,18 +68,18 @@ impl TreeScript {
             let entries = write.table("entries").required().and_then(|entries| values(&entries));
             writes.extend(tick.zip(entries));
         }
-        let otherwise = table.get::<Item<'_>>("otherwise").optional().map(|item| cues(&item).map(Part::new));
+        let otherwise = table.get::<Item<'_>>("otherwise").optional().map(|item| cues(&item).map(LeafBehavior::new));
         let otherwise = otherwise.and_then(|part| part.map_err(|problem| table.report(problem)).ok());
         let parts = parts(&table.table("leaves").required()?, tree, otherwise.as_ref())?;
         writes.insert(0, (1, blackboard?));
-        let longest = parts.iter().map(Part::length).max().unwrap_or(1);
+        let longest = parts.iter().map(LeafBehavior::length).max().unwrap_or(1);
         let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
         Some(Self { parts, ticks, period, halts, writes })
     }
 }
 
 /// The parts of all leaves: by their names, or otherwise by their IDs, or otherwise the one for all others.
-fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&Part>) -> Option<Vec<Part>> {
+fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&LeafBehavior>) -> Option<Vec<LeafBehavior>> {
     let mut parts = Vec::new();
     let mut missing = BTreeSet::new();
     for leaf in tree.leaves() {
@@ -101,14 +101,14 @@ fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&Part>) -> Option<Ve
     parts.into_iter().collect()
 }
 
-fn part(leaves: &Table<'_>, key: &str) -> Option<Part> {
+fn part(leaves: &Table<'_>, key: &str) -> Option<LeafBehavior> {
     let item = leaves.get::<Item<'_>>(key).optional()?;
     let read = if let Some(table) = item.as_table().filter(|table| table.has("answers")) {
         let answers = table.get::<Item<'_>>("answers").required()?;
         let repeats = table.boolean("repeat").or(false);
-        cues(&answers).map(|cues| if repeats { Part::new(cues).repeating() } else { Part::new(cues) })
+        cues(&answers).map(|cues| if repeats { LeafBehavior::new(cues).repeating() } else { LeafBehavior::new(cues) })
     } else {
-        cues(&item).map(Part::new)
+        cues(&item).map(LeafBehavior::new)
     };
     read.map_err(|problem| leaves.report(problem)).ok()
 }

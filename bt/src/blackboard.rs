@@ -128,7 +128,7 @@ impl Blackboard {
     }
 
     /// Whether the watched entry with this number exists and has been written since it was last seen to exist.
-    pub(crate) fn has_news(&mut self, number: usize) -> bool {
+    pub(crate) fn has_new_value(&mut self, number: usize) -> bool {
         self.exists(self.watched[number].0) && self.has_changed(number)
     }
 

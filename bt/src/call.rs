@@ -41,7 +41,7 @@ pub enum Reply {
 
 /// The progress of an execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Step {
+pub enum Progress {
     /// It waits for the answer to this call.
     Call(Call),
     /// The tick is finished, with this status of the tree.

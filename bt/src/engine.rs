@@ -14,16 +14,16 @@ mod ticking;
 pub(crate) use context::{Answers, Context, Later, Now};
 use reset::{After, Halting};
 use state::Point;
-pub(crate) use state::{Next, State};
+pub(crate) use state::{Next, TreeState};
 
-use crate::{Call, NodeId, Reply, Request, Step};
+use crate::{Call, NodeId, Progress, Reply, Request};
 
 /// The maximum number of repeated ticks of a tree within one tick.
 pub(crate) const MAX_REPEATS: u32 = 10_000;
 /// The message if the limit is exceeded.
 pub(crate) const TOO_MANY_REPEATS: &str = "the tree keeps asking to be ticked again";
 
-impl State {
+impl TreeState {
     /// The pending call, to be repeated.
     pub(crate) fn pending_again<A>(&self, context: &mut Context<'_, A>) -> Option<Next> {
         match self.point {
@@ -48,7 +48,7 @@ impl State {
 
     /// Continues until the tick is finished or a leaf does not answer at once.
     #[inline]
-    pub(crate) fn run<A: Answers>(&mut self, context: &mut Context<'_, A>, mut next: Next) -> Step {
+    pub(crate) fn run<A: Answers>(&mut self, context: &mut Context<'_, A>, mut next: Next) -> Progress {
         loop {
             next = match next {
                 Next::Enter(node) => match self.enter(context, node) {
@@ -61,13 +61,13 @@ impl State {
                 },
                 Next::Answer(node, status) => match self.answer(context, node, status) {
                     Ok(next) => next,
-                    Err(status) => return Step::Done(status),
+                    Err(status) => return Progress::Done(status),
                 },
                 Next::Pass(node) => self.pass(context, node),
                 Next::Reset => match self.reset(context) {
                     Some(After::Halted) => {
                         self.point = Point::Idle;
-                        return Step::Halted;
+                        return Progress::Halted;
                     }
                     Some(after) => self.after_reset(context, after),
                     None => {
@@ -79,8 +79,8 @@ impl State {
         }
     }
 
-    fn suspend(&mut self, point: Point, leaf: u32, request: Request) -> Step {
+    fn suspend(&mut self, point: Point, leaf: u32, request: Request) -> Progress {
         self.point = point;
-        Step::Call(Call { leaf: NodeId(leaf), request })
+        Progress::Call(Call { leaf: NodeId(leaf), request })
     }
 }

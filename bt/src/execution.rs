@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use channels::NormalForm;
 
-use crate::engine::{Context, Later, Now, State};
+use crate::engine::{Context, Later, Now, TreeState};
 use crate::shared::Shared;
-use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Reply, Status, Step, Tree};
+use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Progress, Reply, Status, Tree};
 
 /// A running tree: the tree and the status of each of its nodes.
 ///
@@ -18,7 +18,7 @@ use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, R
 /// ```
 /// use std::sync::Arc;
 /// use std::time::Duration;
-/// use bt::{Execution, Reply, Request, Status, Step, Tree};
+/// use bt::{Execution, Reply, Request, Status, Progress, Tree};
 ///
 /// let tree = Tree::from_xml("greet.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
 ///     <Sequence> <Condition ID="SomebodyThere"/> <Action ID="SayHello"/> </Sequence>
@@ -26,29 +26,29 @@ use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, R
 /// let mut execution = Execution::new(Arc::new(tree));
 ///
 /// let now = Duration::ZERO;
-/// let Some(Step::Call(call)) = execution.start_tick(now) else { unreachable!() };
+/// let Some(Progress::Call(call)) = execution.start_tick(now) else { unreachable!() };
 /// assert_eq!(execution.tree().node(call.leaf).label(), "SomebodyThere");
-/// let Some(Step::Call(call)) = execution.resume(now, Reply::Status(Status::Success)) else { unreachable!() };
+/// let Some(Progress::Call(call)) = execution.resume(now, Reply::Status(Status::Success)) else { unreachable!() };
 /// assert_eq!(execution.tree().node(call.leaf).label(), "SayHello");
-/// assert_eq!(execution.resume(now, Reply::Status(Status::Running)), Some(Step::Done(Status::Running)));
+/// assert_eq!(execution.resume(now, Reply::Status(Status::Running)), Some(Progress::Done(Status::Running)));
 ///
 /// // The greeting is still in progress, so halting the tree halts the action.
-/// let Some(Step::Call(call)) = execution.start_halt(now) else { unreachable!() };
+/// let Some(Progress::Call(call)) = execution.start_halt(now) else { unreachable!() };
 /// assert_eq!((execution.tree().node(call.leaf).label(), call.request), ("SayHello", Request::Halt));
-/// assert_eq!(execution.resume(now, Reply::Halted), Some(Step::Halted));
+/// assert_eq!(execution.resume(now, Reply::Halted), Some(Progress::Halted));
 /// # Ok::<(), bt::TreeError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Execution {
     tree: Shared<Tree>,
-    state: State,
+    state: TreeState,
 }
 
 impl Execution {
     /// The tree before its first tick.
     #[must_use]
     pub fn new(tree: Arc<Tree>) -> Self {
-        let state = State::new(&tree.program);
+        let state = TreeState::new(&tree.program);
         Self { tree: tree.into(), state }
     }
 
@@ -108,17 +108,17 @@ impl Execution {
     }
 
     /// Begins a tick at this time of the run. While a call is pending, does nothing and returns `None`.
-    pub fn start_tick(&mut self, now: Duration) -> Option<Step> {
+    pub fn start_tick(&mut self, now: Duration) -> Option<Progress> {
         self.pending().is_none().then(|| {
             let tick = self.state.new_tick();
             self.state.run(&mut Context::new(&self.tree, now, Later), tick)
         })
     }
 
-    /// Starts halting the whole tree, including the root: every running action is told to stop, in document order, and
+    /// Starts halting the whole tree, including the root: every running action is asked to stop, in document order, and
     /// all nodes become idle. As in BehaviorTree.CPP, every node is then halted once more, running or not, which is
     /// visible in `_onHalted` scripts. While a call is pending, does nothing and returns `None`.
-    pub fn start_halt(&mut self, now: Duration) -> Option<Step> {
+    pub fn start_halt(&mut self, now: Duration) -> Option<Progress> {
         self.pending().is_none().then(|| {
             let mut context = Context::new(&self.tree, now, Later);
             let halt = context.halt_all();
@@ -128,7 +128,7 @@ impl Execution {
 
     /// Continues with the answer to the pending call. Does nothing and returns `None` if no call is pending or the
     /// reply does not answer it.
-    pub fn resume(&mut self, now: Duration, reply: Reply) -> Option<Step> {
+    pub fn resume(&mut self, now: Duration, reply: Reply) -> Option<Progress> {
         let mut context = Context::new(&self.tree, now, Later);
         let next = self.state.replied(&mut context, reply)?;
         Some(self.state.run(&mut context, next))
@@ -140,10 +140,10 @@ impl Execution {
         self.state.normalize(&self.tree.program, form);
     }
 
-    /// Continues without an answer to the pending call: a leaf that was ticked has failed, one that was told to halt
+    /// Continues without an answer to the pending call: a leaf that was ticked has failed, one that was asked to halt
     /// has halted. `reason` is recorded as the leaf's [fault](Self::faults). Does nothing and returns `None` if no call
     /// is pending.
-    pub fn give_up(&mut self, now: Duration, reason: String) -> Option<Step> {
+    pub fn give_up(&mut self, now: Duration, reason: String) -> Option<Progress> {
         let Call { leaf, request } = self.pending()?;
         self.state.fault(leaf.0, reason);
         self.resume(now, request.unanswered())
@@ -158,7 +158,7 @@ impl Execution {
         let mut next = self.state.pending_again(&mut context);
         loop {
             let next = next.take().unwrap_or_else(|| self.state.new_tick());
-            if let Step::Done(status) = self.state.run(&mut context, next) {
+            if let Progress::Done(status) = self.state.run(&mut context, next) {
                 return status;
             }
         }

@@ -11,7 +11,7 @@ use crate::Status;
 /// August 2026. Terms used below:
 ///
 /// - A node is *reset* when its status goes back to idle. If it is running, it is *halted* first: its running children
-///   are halted in order, one after another, down to the actions, which are told to stop.
+///   are halted in order, one after another, down to the actions, which are asked to stop.
 /// - A node that is not running is never halted, and neither is anything below it.
 /// - When a node has succeeded or failed, all its children have been reset, except those of [`SequenceWithMemory`] and
 ///   [`PauseResumeController`].
@@ -211,10 +211,10 @@ pub enum Kind {
     Sleep,
     /// Succeeds if the blackboard's `entry` has been written since it was last checked.
     WasEntryUpdated,
-    /// A leaf that checks something, in a process of its own. It is never told to stop: a condition that returns
+    /// A leaf that checks something, in a process of its own. It is never asked to stop: a condition that returns
     /// running (it should not) is simply reset when it is halted.
     Condition,
-    /// A leaf that does something, in a process of its own. When it is halted while it runs, it is told to stop.
+    /// A leaf that does something, in a process of its own. When it is halted while it runs, it is asked to stop.
     Action,
 }
 

@@ -82,7 +82,7 @@ mod tree;
 mod xml;
 
 pub use blackboard::{Blackboard, Type, Value, ValueError};
-pub use call::{Call, Fault, Reply, Request, Step};
+pub use call::{Call, Fault, Progress, Reply, Request};
 pub use direction::Direction;
 pub use error::TreeError;
 pub use execution::Execution;
@@ -96,7 +96,7 @@ pub use process::{
     blackboard_in_mut, declare_channels, faults_in, faults_known_to, node_processes, outcomes_known_to, reply_domain,
     request_domain, states_in, tick_domain,
 };
-pub use rehearsal::{Cue, Inputs, Part, Rehearsal, RehearsedTick, table};
+pub use rehearsal::{Cue, Inputs, LeafBehavior, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};
 pub use tree::Tree;
 pub use xml::{BuiltinPort, Loader, builtin_ports};

@@ -1,7 +1,7 @@
 //! Trees as processes of a channel system.
 //!
 //! There are two forms with the same semantics: [`TreeProcess`] is the whole tree, [`node_processes`] is one process
-//! per node with handshakes between them. Other processes cannot tell them apart. Both receive `[<tick>, n]` from the
+//! per node with handshakes between them. To other processes they look the same. Both receive `[<tick>, n]` from the
 //! tick generator, send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), where X is the name of a
 //! leaf's [process](crate::Node::process), and wait for the answers on (X, BT). The values that a leaf's ports read
 //! from the blackboard come with each tick, and the values that they write with each answer ([`request_domain`],

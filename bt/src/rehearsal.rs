@@ -23,12 +23,12 @@ impl From<Status> for Cue {
 
 /// A leaf's behavior, tick by tick. After the last cue, it repeats either that cue or all cues from the first.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct LeafBehavior {
     cues: Vec<Cue>,
     repeats: bool,
 }
 
-impl Part {
+impl LeafBehavior {
     /// A part whose last cue is used for all further ticks.
     ///
     /// # Panics
@@ -63,14 +63,14 @@ impl Part {
 /// ```
 /// use std::sync::Arc;
 /// use std::time::Duration;
-/// use bt::{Part, Rehearsal, Status, Tree, table};
+/// use bt::{LeafBehavior, Rehearsal, Status, Tree, table};
 ///
 /// let tree = Arc::new(Tree::from_xml("door.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Door">
 ///     <Fallback> <Condition ID="IsOpen"/> <Action ID="Push"/> </Fallback>
 /// </BehaviorTree> </root>"#)?);
 /// let parts = tree.leaves().map(|leaf| match leaf.type_id() {
-///     "IsOpen" => Part::new([Status::Failure.into()]),
-///     _ => Part::new([Status::Running.into(), Status::Success.into()]),
+///     "IsOpen" => LeafBehavior::new([Status::Failure.into()]),
+///     _ => LeafBehavior::new([Status::Running.into(), Status::Success.into()]),
 /// });
 /// let mut rehearsal = Rehearsal::new(tree.clone(), parts);
 /// let moments = [rehearsal.tick(Duration::ZERO), rehearsal.tick(Duration::from_secs(1))];
@@ -89,7 +89,7 @@ pub struct Rehearsal {
 #[derive(Clone, Debug)]
 struct Cast {
     /// By leaf, in document order.
-    parts: Vec<Part>,
+    parts: Vec<LeafBehavior>,
     /// The number of times that each leaf has been ticked.
     ticked: Vec<usize>,
     /// By node, the index of its part.
@@ -128,8 +128,8 @@ impl Rehearsal {
     /// # Panics
     /// If there are fewer parts than leaves.
     #[must_use]
-    pub fn new(tree: Arc<Tree>, parts: impl IntoIterator<Item = Part>) -> Self {
-        let parts: Vec<Part> = parts.into_iter().take(tree.leaves().count()).collect();
+    pub fn new(tree: Arc<Tree>, parts: impl IntoIterator<Item = LeafBehavior>) -> Self {
+        let parts: Vec<LeafBehavior> = parts.into_iter().take(tree.leaves().count()).collect();
         assert_eq!(parts.len(), tree.leaves().count(), "every leaf has a part");
         let mut places = vec![0; tree.nodes().len()];
         for (place, leaf) in tree.leaves().enumerate() {

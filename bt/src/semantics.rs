@@ -2,7 +2,7 @@
 //! halted.
 //!
 //! Both the engine and the node processes use these functions. [`Kind`] describes the same in words. The values that a
-//! node reads from the blackboard are passed as a [`Reading`].
+//! node reads from the blackboard are passed as a [`PortReading`].
 
 mod begin;
 mod nav2;
@@ -50,7 +50,7 @@ pub(crate) struct Memory {
 pub(crate) struct Beginning {
     /// Its status before; `None` is idle.
     pub(crate) was: Option<Status>,
-    pub(crate) reading: Reading,
+    pub(crate) reading: PortReading,
     pub(crate) now: Duration,
     /// Whether its first child is running.
     pub(crate) child_runs: bool,
@@ -66,14 +66,14 @@ pub(crate) struct Answer {
     /// Whether it is the last child.
     pub(crate) is_last: bool,
     /// The values that the parent has read since then, if it [needs to](needs_reading_after).
-    pub(crate) reading: Reading,
+    pub(crate) reading: PortReading,
     /// The time of the answer.
     pub(crate) now: Duration,
 }
 
 /// The values that a node has read from its ports and the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Reading {
+pub(crate) enum PortReading {
     /// There is nothing to read.
     Nothing,
     /// Its parameters, or whether the entries that it watches have been written, 1 or 0.
@@ -191,19 +191,19 @@ impl Memory {
     }
 
     /// Brings it into [normal form](NormalForm). `reading` is what a node of this kind always reads, if that is known.
-    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>, kind: Kind, reading: Option<Reading>) {
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>, kind: Kind, reading: Option<PortReading>) {
         if let Some(until) = &mut self.until {
             form.time(until);
             // An expired wait has no age: how long ago it expired does not matter.
             *until = NormalForm::NOW.max(*until);
         }
-        let is_endless = matches!(reading, Some(Reading::Numbers([-1, _])));
+        let is_endless = matches!(reading, Some(PortReading::Numbers([-1, _])));
         if matches!(kind, Kind::Repeat | Kind::RetryUntilSuccessful) && is_endless {
             self.count = 0;
         }
     }
 
-    /// Whether a running node of this kind ticks its last child when it is halted, if its port says so.
+    /// Whether a running node of this kind ticks its last child when it is halted, if its port is set so.
     pub(crate) fn catches_halts(&self, kind: Kind) -> bool {
         kind == Kind::TryCatch && !self.flag && !self.catches
     }

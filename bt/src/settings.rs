@@ -12,7 +12,7 @@ pub(crate) use nav2::{Goals, Index, Nav2, Update, period};
 
 use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError};
 use crate::script::Script;
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
 use crate::{Item, Kind, Status};
 
 /// Values that a node must read, depending on its kind.
@@ -70,56 +70,61 @@ impl Setting {
     }
 
     /// The result of reading, if it does not involve the blackboard.
-    pub(crate) fn constant(&self) -> Option<Reading> {
+    pub(crate) fn constant(&self) -> Option<PortReading> {
         match self {
-            Self::Nothing => Some(Reading::Nothing),
-            Self::Constant(numbers) => Some(Reading::Numbers(*numbers)),
+            Self::Nothing => Some(PortReading::Nothing),
+            Self::Constant(numbers) => Some(PortReading::Numbers(*numbers)),
             _ => None,
         }
     }
 
     /// Reads what the node needs, and writes what it writes. `starts` means that the node was idle.
     #[inline]
-    pub(crate) fn read(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
+    pub(crate) fn read(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<PortReading, ReadError> {
         match self {
-            Self::Nothing => Ok(Reading::Nothing),
-            Self::Constant(numbers) => Ok(Reading::Numbers(*numbers)),
+            Self::Nothing => Ok(PortReading::Nothing),
+            Self::Constant(numbers) => Ok(PortReading::Numbers(*numbers)),
             _ => self.read_board(board, starts, kind),
         }
     }
 
-    fn read_board(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
-        let succeed_if = |holds| Reading::Status(if holds { Status::Success } else { Status::Failure });
+    fn read_board(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<PortReading, ReadError> {
+        let succeed_if = |holds| PortReading::Status(if holds { Status::Success } else { Status::Failure });
         Ok(match self {
-            Self::Nothing => Reading::Nothing,
-            Self::Constant(numbers) => Reading::Numbers(*numbers),
-            Self::Numbers(inputs) => Reading::Numbers(numbers(inputs, board, kind)?),
+            Self::Nothing => PortReading::Nothing,
+            Self::Constant(numbers) => PortReading::Numbers(*numbers),
+            Self::Numbers(inputs) => PortReading::Numbers(numbers(inputs, board, kind)?),
             Self::Switch { variable, cases, constants } => {
                 let chosen = choose(variable.as_ref(), cases, constants, board);
-                Reading::Numbers([i64::try_from(chosen).unwrap_or(i64::MAX), 0])
+                PortReading::Numbers([i64::try_from(chosen).unwrap_or(i64::MAX), 0])
             }
             Self::Script(script) => {
                 script.run(board)?;
-                Reading::Status(Status::Success)
+                PortReading::Status(Status::Success)
             }
             Self::Condition(script) => succeed_if(script.holds(board)?),
             Self::Precondition { script, otherwise } => {
                 let otherwise = otherwise.status(board)?;
-                if script.holds(board)? { Reading::Proceed } else { Reading::Status(otherwise) }
+                if script.holds(board)? { PortReading::Proceed } else { PortReading::Status(otherwise) }
             }
             Self::Loop(one) => one.read(board, starts)?,
-            Self::Watched(number) => Reading::Numbers([board.has_news(*number).into(), 0]),
+            Self::Watched(number) => PortReading::Numbers([board.has_new_value(*number).into(), 0]),
             Self::SetBlackboard { key, value, scope } => succeed_if(set(board, key, value, *scope)?),
             Self::UnsetBlackboard { key, scope } => {
                 unset(board, key, *scope)?;
-                Reading::Status(Status::Success)
+                PortReading::Status(Status::Success)
             }
             Self::Nav2(nav2) => nav2.read(board, starts)?,
         })
     }
 
     /// Reads what the node needs when a child has given this answer.
-    pub(crate) fn read_after(&self, status: Status, board: &mut Blackboard, kind: Kind) -> Result<Reading, ReadError> {
+    pub(crate) fn read_after(
+        &self,
+        status: Status,
+        board: &mut Blackboard,
+        kind: Kind,
+    ) -> Result<PortReading, ReadError> {
         match self {
             Self::Nav2(nav2) => nav2.read_after(status, board),
             _ => self.read(board, false, kind),
@@ -225,7 +230,7 @@ fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
 
 impl Loop {
     /// Takes the first item from the queue and writes it.
-    fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
+    fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
         if starts {
             // A queue in the file is copied again only now, because the loop may have emptied or abandoned its previous
             // copy.
@@ -255,11 +260,11 @@ impl Loop {
             },
             Input::Constant(_) => board.memo(self.memo).as_mut().and_then(VecDeque::pop_front),
         };
-        let Some(first) = first else { return Ok(Reading::Status(self.if_empty.status(board)?)) };
+        let Some(first) = first else { return Ok(PortReading::Status(self.if_empty.status(board)?)) };
         if let Some(slot) = self.value {
             board.write(slot, first, &self.item.type_of(), true)?;
         }
-        Ok(Reading::Proceed)
+        Ok(PortReading::Proceed)
     }
 
     fn copy(&self, value: &Value) -> Result<VecDeque<Value>, ReadError> {

@@ -56,7 +56,7 @@ impl fmt::Display for Status {
 pub enum Outcome {
     /// It was ticked and gave this answer.
     Answered(Status),
-    /// It was running and was told to stop.
+    /// It was running and was asked to stop.
     Halted,
 }
 

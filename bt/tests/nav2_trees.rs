@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use bt::{Direction, Execution, Kind, Loader, Part, Rehearsal, RehearsedTick, Status, Tree, Type, Value, table};
+use bt::{
+    Direction, Execution, Kind, LeafBehavior, Loader, Rehearsal, RehearsedTick, Status, Tree, Type, Value, table,
+};
 
 use crate::forest::{Cast, Script};
 use crate::processes::{Form, Stage, calls};
@@ -22,7 +24,7 @@ fn load(text: &str) -> Arc<Tree> {
 fn rehearse(tree: &Arc<Tree>, parts: &[(&str, &str)], ticks: u32) -> Vec<RehearsedTick> {
     let parts = tree.leaves().map(|leaf| {
         let part = parts.iter().find(|(name, _)| *name == leaf.process()).map_or("S", |(_, part)| part);
-        Part::new(part.split(' ').map(|letter| crate::stage::status(letter).into()))
+        LeafBehavior::new(part.split(' ').map(|letter| crate::stage::status(letter).into()))
     });
     let mut rehearsal = Rehearsal::new(Arc::clone(tree), parts);
     (0..ticks).map(|tick| rehearsal.tick(tick * Duration::from_millis(500))).collect()

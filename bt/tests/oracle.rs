@@ -6,7 +6,7 @@ mod controls;
 mod decorators;
 mod object;
 
-use bt::{Execution, Leaves, NodeState, Reply, Request, Status, Step};
+use bt::{Execution, Leaves, NodeState, Progress, Reply, Request, Status};
 use std::time::Duration;
 
 use proptest::prelude::*;
@@ -77,7 +77,7 @@ proptest! {
                 Order::Tick => split.start_tick(NOW),
                 Order::HaltTree => split.start_halt(NOW),
             };
-            while let Some(Step::Call(call)) = step {
+            while let Some(Progress::Call(call)) = step {
                 prop_assert_eq!(split.start_tick(NOW), None);
                 let (wrong, reply) = match call.request {
                     Request::Tick => (Reply::Halted, Reply::Status(others.tick(split.leaf(call.leaf, NOW)))),
@@ -95,10 +95,10 @@ proptest! {
                 prop_assert_eq!(&copy, &split);
             }
             let done = match order {
-                Order::Tick => Step::Done(whole.tick(NOW, &mut cast)),
+                Order::Tick => Progress::Done(whole.tick(NOW, &mut cast)),
                 Order::HaltTree => {
                     whole.halt(NOW, &mut cast);
-                    Step::Halted
+                    Progress::Halted
                 }
             };
             prop_assert_eq!(step, Some(done));
@@ -120,7 +120,7 @@ proptest! {
                 Order::Tick => split.start_tick(now),
                 Order::HaltTree => split.start_halt(now),
             };
-            while let Some(Step::Call(call)) = step {
+            while let Some(Progress::Call(call)) = step {
                 prop_assert_eq!(split.pending(), Some(call));
                 let reply = match call.request {
                     Request::Tick => Reply::Status(others.tick(split.leaf(call.leaf, now))),
@@ -135,10 +135,10 @@ proptest! {
                 prop_assert_eq!(&copy, &split);
             }
             match order {
-                Order::Tick => prop_assert_eq!(step, Some(Step::Done(whole.tick(now, &mut cast)))),
+                Order::Tick => prop_assert_eq!(step, Some(Progress::Done(whole.tick(now, &mut cast)))),
                 Order::HaltTree => {
                     whole.halt(now, &mut cast);
-                    prop_assert_eq!(step, Some(Step::Halted));
+                    prop_assert_eq!(step, Some(Progress::Halted));
                 }
             }
             prop_assert_eq!(&whole, &split);
@@ -158,7 +158,7 @@ proptest! {
 
             let mut step = execution.start_tick(NOW);
             for _ in 0..stop {
-                let Some(Step::Call(call)) = step else { break };
+                let Some(Progress::Call(call)) = step else { break };
                 let reply = match call.request {
                     Request::Tick => Reply::Status(cast.tick(execution.leaf(call.leaf, NOW))),
                     Request::Halt => {
@@ -168,7 +168,7 @@ proptest! {
                 };
                 step = execution.resume(NOW, reply);
             }
-            if let Some(Step::Call(_)) = step {
+            if let Some(Progress::Call(_)) = step {
                 prop_assert_eq!(execution.tick(NOW, &mut cast), status);
             }
             prop_assert_eq!(cast.calls(), expected_cast.calls());

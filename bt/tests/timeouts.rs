@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use bt::{Execution, Fault, LEAF_TIMEOUT, LeafProcess, Reply, Request, Status, Step, TreeProcess};
+use bt::{Execution, Fault, LEAF_TIMEOUT, LeafProcess, Progress, Reply, Request, Status, TreeProcess};
 use channels::{ChannelId, Disturbance, Effect};
 use proptest::prelude::*;
 
@@ -64,7 +64,7 @@ fn lossy_tick(execution: &mut Execution, actors: &mut Actors, sent: &mut u64, lo
         *sent - 1 != lost
     };
     let mut step = execution.start_tick(Duration::ZERO);
-    while let Some(Step::Call(call)) = step {
+    while let Some(Progress::Call(call)) = step {
         let leaf = execution.tree().node(call.leaf).process().to_owned();
         let reply = arrives().then(|| match call.request {
             Request::Tick => Reply::Status(actors.tick(&leaf)),

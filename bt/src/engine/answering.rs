@@ -1,15 +1,15 @@
 //! The way up: a node answers, and its parent reacts.
 
 use super::reset::{After, Halting};
-use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
+use super::{Context, MAX_REPEATS, Next, Point, TOO_MANY_REPEATS, TreeState};
 use crate::program::{Flags, Op, Program};
 use crate::semantics::{
-    Answer, Reaction, Reading, Reset, Resume, Then, Which, needs_reading_after, react, react_plain,
+    Answer, PortReading, Reaction, Reset, Resume, Then, Which, needs_reading_after, react, react_plain,
 };
 use crate::status::Mark;
 use crate::{Kind, Outcome, Status};
 
-impl State {
+impl TreeState {
     /// Handles the root's answer: returns the next action, or the tree's answer.
     pub(super) fn finish(&mut self, status: Status) -> Result<Next, Status> {
         if status.is_completed() {
@@ -52,7 +52,7 @@ impl State {
         }
         let was_idle = mark.was_idle();
         if kind.has_settings() {
-            let (reading, now) = (Reading::Nothing, context.now);
+            let (reading, now) = (PortReading::Nothing, context.now);
             let answer = Answer { status: Some(status), was_idle, is_last, reading, now };
             return Ok(self.react_with_settings(context, parent, node, answer));
         }
@@ -94,11 +94,11 @@ impl State {
 
     /// Reads a node's inputs again after this answer of a child. If they cannot be read, the node fails.
     #[inline(never)]
-    fn read_after(&mut self, program: &Program, node: u32, status: Status) -> Reading {
+    fn read_after(&mut self, program: &Program, node: u32, status: Status) -> PortReading {
         let kind = program.ops[node as usize].kind;
         program.setting(node).read_after(status, &mut self.board, kind).unwrap_or_else(|error| {
             self.fault(node, error.to_string());
-            Reading::Status(Status::Failure)
+            PortReading::Status(Status::Failure)
         })
     }
 
@@ -106,7 +106,7 @@ impl State {
     pub(super) fn pass<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Next {
         let Op { parent, end: sibling, .. } = context.op(node);
         let is_last = sibling == context.op(parent).end;
-        let answer = Answer { status: None, was_idle: false, is_last, reading: Reading::Nothing, now: context.now };
+        let answer = Answer { status: None, was_idle: false, is_last, reading: PortReading::Nothing, now: context.now };
         self.react_with_settings(context, parent, node, answer)
     }
 

@@ -1,9 +1,9 @@
 //! Resetting nodes, and halting running ones.
 
 use super::reset::{After, Halting};
-use super::{Answers, Context, Next, State};
+use super::{Answers, Context, Next, TreeState};
 use crate::program::{Flags, Op, Program};
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
 use crate::status::Mark;
 use crate::{Kind, Leaf, NodeId, Outcome, Status};
 
@@ -15,7 +15,7 @@ impl<A> Context<'_, A> {
     }
 }
 
-impl State {
+impl TreeState {
     /// Resets nodes until all are done, or until a leaf does not halt at once (then the cursor is at that leaf).
     /// Nothing below a node that is not running is visited.
     #[inline]
@@ -61,7 +61,7 @@ impl State {
         let place = program.ops[node as usize].place as usize;
         let wants = program.settings[place].read(&mut self.board, false, Kind::TryCatch);
         let catches =
-            matches!(wants, Ok(Reading::Numbers([1, _]))) && self.memories[place].catches_halts(Kind::TryCatch);
+            matches!(wants, Ok(PortReading::Numbers([1, _]))) && self.memories[place].catches_halts(Kind::TryCatch);
         self.memories[place].catches = catches;
         catches
     }

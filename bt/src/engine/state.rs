@@ -11,7 +11,7 @@ use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status};
 
 /// The state of a tree's nodes, and the position within a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct State {
+pub(crate) struct TreeState {
     pub(super) marks: Box<[Mark]>,
     /// What happened to each node in the last tick.
     pub(super) outcomes: Box<[Outcomes]>,
@@ -56,7 +56,7 @@ pub(crate) enum Next {
     Reset,
 }
 
-impl State {
+impl TreeState {
     /// A tree before its first tick.
     pub(crate) fn new(program: &Program) -> Self {
         let count = program.ops.len();
@@ -107,9 +107,9 @@ impl State {
 
     /// Everything that has happened to nodes in this tick. Nodes within their tick count as running.
     pub(crate) fn outcomes(&self, ops: &[Op]) -> Vec<(NodeId, Outcome)> {
-        let told = (0..).zip(&self.outcomes).flat_map(|(node, outcomes)| outcomes.iter().map(move |it| (node, it)));
+        let known = (0..).zip(&self.outcomes).flat_map(|(node, outcomes)| outcomes.iter().map(move |it| (node, it)));
         let under_way = self.under_way(ops).map(|node| (node, Outcome::Answered(Status::Running)));
-        told.chain(under_way).map(|(node, outcome)| (NodeId(node), outcome)).collect()
+        known.chain(under_way).map(|(node, outcome)| (NodeId(node), outcome)).collect()
     }
 
     /// The nodes within their tick.

@@ -1,14 +1,14 @@
 //! The way down: a node is ticked.
 
 use super::reset::{After, Halting};
-use super::{Answers, Context, Next, State};
+use super::{Answers, Context, Next, TreeState};
 use crate::hooks::Entrance;
 use crate::program::{Flags, Op};
-use crate::semantics::{Beginning, Reaction, Reading, Then, Which, begin, begin_plain, needs_reading};
+use crate::semantics::{Beginning, PortReading, Reaction, Then, Which, begin, begin_plain, needs_reading};
 use crate::status::Mark;
 use crate::{Leaf, NodeId, Status};
 
-impl State {
+impl TreeState {
     /// Ticks a node if its scripts permit. Returns the next action, or `None` if it is a leaf that does not answer at
     /// once.
     #[inline]
@@ -65,7 +65,7 @@ impl State {
     fn begin_with_settings<A>(&mut self, context: &mut Context<'_, A>, node: u32, was: Mark) -> Next {
         let Op { kind, place, end, .. } = context.op(node);
         let memory = &mut self.memories[place as usize];
-        let mut reading = Reading::Nothing;
+        let mut reading = PortReading::Nothing;
         if needs_reading(kind, memory, was.was_idle()) {
             match context.program().settings[place as usize].read(&mut self.board, was.was_idle(), kind) {
                 Ok(read) => reading = read,

@@ -58,7 +58,7 @@ impl Model {
     }
 
     /// Whether it contains more than the category.
-    pub(crate) fn says_something(&self) -> bool {
+    pub(crate) fn declares_more(&self) -> bool {
         !self.ports.is_empty() || !self.notes.is_empty() || self.kept.iter().any(|(name, _)| name != "editable")
     }
 

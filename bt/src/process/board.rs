@@ -9,11 +9,12 @@ use channels::{
     TransitionId, Use, Value,
 };
 
-use super::protocol::{Line, number, own_status_name, status_of, symbol};
+use super::protocol::{ChannelPair, number, own_status_name, status_of, symbol};
 use crate::blackboard::Blackboard;
 use crate::hooks::Entrance;
 use crate::ports::Traffic;
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
+use crate::settings::ReadError;
 use crate::shared::Shared;
 use crate::{Fault, Node, NodeId, Status, Tree};
 
@@ -25,7 +26,7 @@ use crate::{Fault, Node, NodeId, Status, Tree};
 /// through messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BlackboardProcess {
-    wiring: Shared<Wiring>,
+    wiring: Shared<BoardWiring>,
     board: Blackboard,
     faults: Vec<Fault>,
     /// The pending answer and its recipient.
@@ -33,14 +34,14 @@ pub struct BlackboardProcess {
 }
 
 #[derive(Debug, PartialEq)]
-struct Wiring {
+struct BoardWiring {
     tree: Arc<Tree>,
-    lines: Vec<Line>,
+    pairs: Vec<ChannelPair>,
     /// For leaves with ports connected to entries.
     traffic: BTreeMap<u32, Traffic>,
 }
 
-impl Eq for Wiring {}
+impl Eq for BoardWiring {}
 
 /// A question of a node to the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,9 +60,9 @@ pub(super) enum Question {
 
 /// The answer of the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum BoardAnswer {
     Entrance(Entrance),
-    Reading(Reading),
+    Reading(PortReading),
     Done,
     /// An error occurred.
     Fault,
@@ -72,12 +73,12 @@ const ANSWER: TransitionId = TransitionId(0);
 const FIRST_NODE: u32 = 1;
 
 impl BlackboardProcess {
-    pub(super) fn new(tree: Arc<Tree>, lines: Vec<Line>) -> Self {
+    pub(super) fn new(tree: Arc<Tree>, pairs: Vec<ChannelPair>) -> Self {
         let board = tree.program.blackboard();
         let with_entries = |leaf: &&Node| has_entries(&tree, leaf.id());
         let traffic = tree.leaves().filter(with_entries).map(|leaf| (leaf.id().0, Traffic::of(&tree, leaf.id())));
         let traffic = traffic.collect();
-        Self { wiring: Shared::new(Wiring { tree, lines, traffic }), board, faults: Vec::new(), answer: None }
+        Self { wiring: Shared::new(BoardWiring { tree, pairs, traffic }), board, faults: Vec::new(), answer: None }
     }
 
     /// The blackboard.
@@ -97,80 +98,81 @@ impl BlackboardProcess {
         &self.faults
     }
 
-    fn tell(&mut self, message: &Message) -> Message {
+    fn reply_to(&mut self, message: &Message) -> Message {
         let wiring = Shared::clone(&self.wiring);
-        let program = &wiring.tree.program;
         let node = number(message, 2).and_then(|node| u32::try_from(node).ok()).unwrap_or_default();
-        let own_status = symbol(message, 3).and_then(status_of);
-        let kind = wiring.tree.node(NodeId(node)).kind();
-        let board = &mut self.board;
-        let traffic = wiring.traffic.get(&node);
-        let told = match message.head() {
+        let (traffic, board) = (wiring.traffic.get(&node), &mut self.board);
+        let answer = match message.head() {
             Some("inputs") => {
                 let read = traffic.map_or(Ok(Vec::new()), |traffic| traffic.read(board));
                 let inputs = |inputs| Message::new(std::iter::once(Value::symbol("inputs")).chain(inputs));
-                return self.answered(node, read.map(inputs).map_err(|error| error.to_string()));
+                read.map(inputs).map_err(|error| error.to_string())
             }
             Some("outputs") => {
                 let outputs = message.fields().get(2..).unwrap_or_default();
                 let written = traffic.map_or(Ok(()), |traffic| traffic.write(outputs, board));
-                written.map(|()| Told::Done).map_err(|error| error.to_string())
+                written.map(|()| BoardAnswer::Done.message()).map_err(|error| error.to_string())
             }
-            Some("enter") => {
-                program.hooks(node).enter(own_status, board).map(Told::Entrance).map_err(|e| e.to_string())
-            }
-            Some("read") => {
-                let read = program.setting(node).read(board, own_status.is_none(), kind);
-                read.map(Told::Reading).map_err(|error| error.to_string())
-            }
-            Some("read_after") => {
-                let read = program.setting(node).read_after(own_status.unwrap_or(Status::Skipped), board, kind);
-                read.map(Told::Reading).map_err(|error| error.to_string())
-            }
-            Some("leave") => {
-                let left = program.hooks(node).leave(own_status.unwrap_or(Status::Running), board);
-                left.map(|()| Told::Done).map_err(|error| error.to_string())
-            }
-            _ => program.hooks(node).halted(board).map(|()| Told::Done).map_err(|error| error.to_string()),
+            _ => evaluate(&wiring.tree, node, message, board)
+                .map(BoardAnswer::message)
+                .map_err(|error| error.to_string()),
         };
-        self.answered(node, told.map(Told::message))
-    }
-
-    /// The answer to a node, or the fault in its place.
-    fn answered(&mut self, node: u32, answer: Result<Message, String>) -> Message {
+        // A node that asks at every tick would add the same fault each time, and the list would grow forever.
         answer.unwrap_or_else(|message| {
             let fault = Fault { node: NodeId(node), message };
             if !self.faults.contains(&fault) {
                 self.faults.push(fault);
             }
-            Told::Fault.message()
+            BoardAnswer::Fault.message()
         })
     }
+}
+
+/// Reads a node's ports or runs its scripts, as its question asks.
+fn evaluate(tree: &Tree, node: u32, question: &Message, board: &mut Blackboard) -> Result<BoardAnswer, ReadError> {
+    let (program, kind) = (&tree.program, tree.node(NodeId(node)).kind());
+    let status = symbol(question, 3).and_then(status_of);
+    Ok(match question.head() {
+        Some("enter") => BoardAnswer::Entrance(program.hooks(node).enter(status, board)?),
+        Some("read") => BoardAnswer::Reading(program.setting(node).read(board, status.is_none(), kind)?),
+        Some("read_after") => {
+            let status = status.unwrap_or(Status::Skipped);
+            BoardAnswer::Reading(program.setting(node).read_after(status, board, kind)?)
+        }
+        Some("leave") => {
+            program.hooks(node).leave(status.unwrap_or(Status::Running), board)?;
+            BoardAnswer::Done
+        }
+        _ => {
+            program.hooks(node).halted(board)?;
+            BoardAnswer::Done
+        }
+    })
 }
 
 impl Process for BlackboardProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
         if let Some((node, message)) = &self.answer {
-            let action = Action::Send(self.wiring.lines[*node].replies, message.clone().into());
+            let action = Action::Send(self.wiring.pairs[*node].replies, message.clone().into());
             offers.push(Offer { transition: ANSWER, action });
             return;
         }
-        offers.extend((FIRST_NODE..).zip(&self.wiring.lines).map(|(number, line)| Offer {
+        offers.extend((FIRST_NODE..).zip(&self.wiring.pairs).map(|(number, pair)| Offer {
             transition: TransitionId(number),
-            action: Action::Receive(line.requests, Pattern::Any),
+            action: Action::Receive(pair.requests, Pattern::Any),
         }));
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         self.answer = received.map(|envelope| {
-            let told = self.tell(&envelope.message);
-            ((transition.0 - FIRST_NODE) as usize, told)
+            let answer = self.reply_to(&envelope.message);
+            ((transition.0 - FIRST_NODE) as usize, answer)
         });
     }
 
     fn uses(&self) -> Vec<Use> {
-        let lines = self.wiring.lines.iter();
-        lines.flat_map(|line| [Use::Receives(line.requests, None), Use::Sends(line.replies, None)]).collect()
+        let pairs = self.wiring.pairs.iter();
+        pairs.flat_map(|pair| [Use::Receives(pair.requests, None), Use::Sends(pair.replies, None)]).collect()
     }
 
     /// Faults are only reported.
@@ -223,10 +225,10 @@ pub(super) fn leaf_domains(tree: &Tree, leaf: NodeId) -> [Domain; 2] {
     let inputs = Shape::new([head("question", "inputs"), node()]);
     let outputs = Shape::new([head("question", "outputs"), node()].into_iter().chain(traffic.output_fields()));
     let read = Shape::new(std::iter::once(head("answer", "inputs")).chain(traffic.input_fields()));
-    [Domain::new([inputs, outputs]), Domain::new([read, told_shape()])]
+    [Domain::new([inputs, outputs]), Domain::new([read, board_answer_shape()])]
 }
 
-pub(super) fn asked_domain() -> Domain {
+pub(super) fn board_question_domain() -> Domain {
     Domain::new([Shape::new([
         ("question", FieldKind::symbols(["enter", "read", "read_after", "leave", "halted"])),
         ("node", FieldKind::Int),
@@ -234,30 +236,30 @@ pub(super) fn asked_domain() -> Domain {
     ])])
 }
 
-pub(super) fn told_domain() -> Domain {
-    Domain::new([told_shape()])
+pub(super) fn board_answer_domain() -> Domain {
+    Domain::new([board_answer_shape()])
 }
 
 /// All answers have the same shape: a word and two numbers, which only some of them use.
-fn told_shape() -> Shape {
+fn board_answer_shape() -> Shape {
     let words =
         ["open", "left", "done", "fault", "nothing", "proceed", "numbers", "running", "success", "failure", "skipped"];
     Shape::new([("answer", FieldKind::symbols(words)), ("first", FieldKind::Int), ("second", FieldKind::Int)])
 }
 
-impl Told {
+impl BoardAnswer {
     fn message(self) -> Message {
         let (word, [first, second]) = match self {
             Self::Done => ("done", [0, 0]),
             Self::Fault => ("fault", [0, 0]),
             Self::Entrance(Entrance::Open) => ("open", [0, 0]),
             Self::Entrance(Entrance::Left) => ("left", [0, 0]),
-            Self::Entrance(Entrance::Closed(status)) | Self::Reading(Reading::Status(status)) => {
+            Self::Entrance(Entrance::Closed(status)) | Self::Reading(PortReading::Status(status)) => {
                 (status.name(), [0, 0])
             }
-            Self::Reading(Reading::Nothing) => ("nothing", [0, 0]),
-            Self::Reading(Reading::Proceed) => ("proceed", [0, 0]),
-            Self::Reading(Reading::Numbers(numbers)) => ("numbers", numbers),
+            Self::Reading(PortReading::Nothing) => ("nothing", [0, 0]),
+            Self::Reading(PortReading::Proceed) => ("proceed", [0, 0]),
+            Self::Reading(PortReading::Numbers(numbers)) => ("numbers", numbers),
         };
         Message::new([Value::symbol(word), Value::Int(first), Value::Int(second)])
     }
@@ -268,13 +270,13 @@ impl Told {
         let word = message.head().unwrap_or("fault");
         match (word, status_of(word)) {
             (_, Some(status)) if question == Question::Enter => Self::Entrance(Entrance::Closed(status)),
-            (_, Some(status)) => Self::Reading(Reading::Status(status)),
+            (_, Some(status)) => Self::Reading(PortReading::Status(status)),
             ("open", _) => Self::Entrance(Entrance::Open),
             ("left", _) => Self::Entrance(Entrance::Left),
             ("done", _) => Self::Done,
-            ("nothing", _) => Self::Reading(Reading::Nothing),
-            ("proceed", _) => Self::Reading(Reading::Proceed),
-            ("numbers", _) => Self::Reading(Reading::Numbers(numbers)),
+            ("nothing", _) => Self::Reading(PortReading::Nothing),
+            ("proceed", _) => Self::Reading(PortReading::Proceed),
+            ("numbers", _) => Self::Reading(PortReading::Numbers(numbers)),
             _ => Self::Fault,
         }
     }

@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use channels::{Capacity, ChannelSystem, Domain, Process, ProcessId, Topology, WiringError};
 
-use super::board::{BlackboardProcess, asked_domain, has_entries, leaf_domains, told_domain};
-use super::leaf::{LeafProcess, Wiring};
-use super::node::{self, Child, NodeProcess, Role};
-use super::protocol::{Line, Skill, find_channel, question_domain, said_domain};
+use super::board::{BlackboardProcess, board_answer_domain, board_question_domain, has_entries, leaf_domains};
+use super::leaf::{LeafProcess, LeafWiring};
+use super::node::{Child, InnerNode, NodeProcess, Role};
+use super::protocol::{ChannelPair, Skill, find_channel, node_reply_domain, node_request_domain};
 use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
 use crate::{Fault, Kind, Node, NodeId, NodeState, Outcome, Tree};
 
 /// A process and its id in the topology, as a channel system expects them.
@@ -50,11 +50,11 @@ pub fn node_processes(
         above_root,
         members: Vec::new(),
         leaves: BTreeMap::new(),
-        lines: BTreeMap::new(),
+        pairs: BTreeMap::new(),
         board: None,
     };
     composition.declare_members(whole, bt)?;
-    composition.declare_lines()?;
+    composition.declare_pairs()?;
 
     let root = NodeProcess::new(Role::Root(ticks), vec![composition.child(above_root, tree.node(NodeId::ROOT))]);
     let mut processes: Vec<WiredProcess> = vec![(above_root, Box::new(root))];
@@ -130,7 +130,7 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
     members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
 }
 
-/// Like [`blackboard_in`], but for writing: a robot's driver uses it to tell a tree where the robot is.
+/// Like [`blackboard_in`], but for writing: a robot's driver writes to it where the robot is.
 pub fn blackboard_in_mut(system: &mut ChannelSystem, bt: ProcessId) -> Option<&mut Blackboard> {
     if system.process::<TreeProcess>(bt).is_some() {
         return system.process_mut::<TreeProcess>(bt).map(TreeProcess::blackboard_mut);
@@ -150,7 +150,7 @@ struct Composition<'a> {
     /// The processes that communicate with skills.
     leaves: BTreeMap<NodeId, ProcessId>,
     /// The channels from a process that asks to one that answers, and back.
-    lines: BTreeMap<(ProcessId, ProcessId), Line>,
+    pairs: BTreeMap<(ProcessId, ProcessId), ChannelPair>,
     board: Option<ProcessId>,
 }
 
@@ -186,26 +186,26 @@ impl Composition<'_> {
         Ok(())
     }
 
-    fn declare_lines(&mut self) -> Result<(), WiringError> {
+    fn declare_pairs(&mut self) -> Result<(), WiringError> {
         for node in self.tree.nodes() {
             let own = self.member(node);
-            self.declare_line(self.parent(node), own, [question_domain(), said_domain()])?;
+            self.declare_pair(self.parent(node), own, [node_request_domain(), node_reply_domain()])?;
             let leaf = self.leaf_of(node);
             if let Some(leaf) = leaf.filter(|leaf| *leaf != own) {
-                self.declare_line(own, leaf, [question_domain(), said_domain()])?;
+                self.declare_pair(own, leaf, [node_request_domain(), node_reply_domain()])?;
             }
             let Some(board) = self.board else { continue };
             if self.flags(node) != Flags::default() {
-                self.declare_line(own, board, [asked_domain(), told_domain()])?;
+                self.declare_pair(own, board, [board_question_domain(), board_answer_domain()])?;
             }
             if let Some(leaf) = leaf.filter(|_| has_entries(self.tree, node.id())) {
-                self.declare_line(leaf, board, leaf_domains(self.tree, node.id()))?;
+                self.declare_pair(leaf, board, leaf_domains(self.tree, node.id()))?;
             }
         }
         Ok(())
     }
 
-    fn declare_line(
+    fn declare_pair(
         &mut self,
         asking: ProcessId,
         answering: ProcessId,
@@ -213,7 +213,7 @@ impl Composition<'_> {
     ) -> Result<(), WiringError> {
         let requests = self.topology.channel(asking, answering, Capacity::Zero, questions)?;
         let replies = self.topology.channel(answering, asking, Capacity::Zero, answers)?;
-        self.lines.insert((asking, answering), Line { requests, replies });
+        self.pairs.insert((asking, answering), ChannelPair { requests, replies });
         Ok(())
     }
 
@@ -227,8 +227,8 @@ impl Composition<'_> {
     }
 
     /// The channels to the blackboard, if this process has any.
-    fn to_board(&self, asking: ProcessId) -> Option<Line> {
-        self.lines.get(&(asking, self.board?)).copied()
+    fn to_board(&self, asking: ProcessId) -> Option<ChannelPair> {
+        self.pairs.get(&(asking, self.board?)).copied()
     }
 
     fn parent(&self, node: &Node) -> ProcessId {
@@ -237,29 +237,29 @@ impl Composition<'_> {
 
     fn child(&self, parent: ProcessId, node: &Node) -> Child {
         let is_guarded = node.kind().is_leaf() && self.has_process(node);
-        Child { node: node.id(), kind: node.kind(), is_guarded, line: self.lines[&(parent, self.member(node))] }
+        Child { node: node.id(), kind: node.kind(), is_guarded, channels: self.pairs[&(parent, self.member(node))] }
     }
 
     fn inner_node(&self, node: &Node) -> NodeProcess {
         let own = self.member(node);
         let children = match self.leaf_of(node) {
             Some(leaf) => {
-                let line = self.lines[&(own, leaf)];
-                vec![Child { node: node.id(), kind: node.kind(), is_guarded: false, line }]
+                let channels = self.pairs[&(own, leaf)];
+                vec![Child { node: node.id(), kind: node.kind(), is_guarded: false, channels }]
             }
             None => self.tree.children(node.id()).map(|child| self.child(own, child)).collect(),
         };
         let reading = if node.kind().is_leaf() {
-            Reading::Nothing
+            PortReading::Nothing
         } else {
-            self.tree.program.setting(node.id().0).constant().unwrap_or(Reading::Nothing)
+            self.tree.program.setting(node.id().0).constant().unwrap_or(PortReading::Nothing)
         };
-        let node = node::Node {
+        let node = InnerNode {
             id: node.id(),
             kind: node.kind(),
             flags: self.flags(node),
             reading,
-            parent: self.lines[&(self.parent(node), own)],
+            parent: self.pairs[&(self.parent(node), own)],
             board: self.to_board(own),
         };
         NodeProcess::new(Role::Node(node), children)
@@ -268,14 +268,14 @@ impl Composition<'_> {
     fn leaf(&self, leaf: &Node, skill: Skill, timeout: Duration) -> WiredProcess {
         let member = self.leaves[&leaf.id()];
         let asking = if self.has_process(leaf) { self.member(leaf) } else { self.parent(leaf) };
-        let wiring = Wiring { skill, parent: self.lines[&(asking, member)], board: self.to_board(member) };
+        let wiring = LeafWiring { skill, parent: self.pairs[&(asking, member)], board: self.to_board(member) };
         (member, Box::new(LeafProcess::new(wiring, timeout)))
     }
 
     fn board_process(&self) -> Option<WiredProcess> {
         let board = self.board?;
-        let lines =
-            self.lines.iter().filter(|((_, answering), _)| *answering == board).map(|(_, line)| *line).collect();
-        Some((board, Box::new(BlackboardProcess::new(Arc::clone(self.tree), lines))))
+        let pairs =
+            self.pairs.iter().filter(|((_, answering), _)| *answering == board).map(|(_, pair)| *pair).collect();
+        Some((board, Box::new(BlackboardProcess::new(Arc::clone(self.tree), pairs))))
     }
 }

@@ -9,7 +9,7 @@ use channels::{
 
 use super::board::{inputs_question, outputs_question};
 use super::patience::Patience;
-use super::protocol::{Line, Said, Skill, answers, reply_of, request_message, said_message};
+use super::protocol::{ChannelPair, NodeReply, Skill, answers, reply_of, request_message};
 use super::whole::tick_number;
 use crate::shared::Shared;
 use crate::{Fault, Reply, Request};
@@ -18,7 +18,7 @@ use crate::{Fault, Reply, Request};
 /// back. It asks the [`BlackboardProcess`](super::BlackboardProcess) to read and write its ports.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct LeafProcess {
-    wiring: Shared<Wiring>,
+    wiring: Shared<LeafWiring>,
     stage: Stage,
     /// The number of the last request to the skill.
     request: RequestNumber,
@@ -30,12 +30,12 @@ pub struct LeafProcess {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Wiring {
+pub(super) struct LeafWiring {
     pub(super) skill: Skill,
     /// To the process that asks the leaf.
-    pub(super) parent: Line,
+    pub(super) parent: ChannelPair,
     /// If the leaf has ports connected to blackboard entries.
-    pub(super) board: Option<Line>,
+    pub(super) board: Option<ChannelPair>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -60,10 +60,10 @@ enum Stage {
 const ASKED: TransitionId = TransitionId(0);
 const SEND: TransitionId = TransitionId(1);
 const ANSWERED: TransitionId = TransitionId(2);
-const TOLD: TransitionId = TransitionId(3);
+const BOARD_ANSWERED: TransitionId = TransitionId(3);
 
 impl LeafProcess {
-    pub(super) fn new(wiring: Wiring, timeout: Duration) -> Self {
+    pub(super) fn new(wiring: LeafWiring, timeout: Duration) -> Self {
         Self {
             wiring: Shared::new(wiring),
             stage: Stage::Idle,
@@ -120,7 +120,7 @@ impl LeafProcess {
     }
 
     /// Handles an answer of the blackboard. Its faults are recorded by the blackboard.
-    fn take_told(&mut self, message: &Message, now: Duration) {
+    fn take_board_answer(&mut self, message: &Message, now: Duration) {
         let failed = message.head() == Some("fault");
         match self.stage {
             Stage::Read if failed => self.stage = Stage::Answering(Request::Tick.unanswered()),
@@ -134,7 +134,7 @@ impl LeafProcess {
 
 impl Process for LeafProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
-        let Wiring { skill, parent, board } = &**self.wiring;
+        let LeafWiring { skill, parent, board } = &**self.wiring;
         let receive = |transition, channel| Offer { transition, action: Action::Receive(channel, Pattern::Any) };
         let send =
             |channel, message: Message| Offer { transition: SEND, action: Action::Send(channel, message.into()) };
@@ -142,21 +142,21 @@ impl Process for LeafProcess {
             Stage::Idle => Some(receive(ASKED, parent.requests)),
             Stage::Reading => board.map(|board| send(board.requests, inputs_question(skill.leaf))),
             Stage::Writing(_, answer) => board.map(|board| send(board.requests, outputs_question(skill.leaf, answer))),
-            Stage::Read | Stage::Written(_) => board.map(|board| receive(TOLD, board.replies)),
+            Stage::Read | Stage::Written(_) => board.map(|board| receive(BOARD_ANSWERED, board.replies)),
             Stage::Asking(_, message) => {
                 let envelope = Envelope { message: message.clone(), request: self.request };
-                Some(Offer { transition: SEND, action: Action::Send(skill.line.requests, envelope) })
+                Some(Offer { transition: SEND, action: Action::Send(skill.channels.requests, envelope) })
             }
             Stage::Waiting(_) => None,
-            Stage::Answering(reply) => Some(send(parent.replies, said_message(said_by_leaf(*reply)))),
+            Stage::Answering(reply) => Some(send(parent.replies, node_reply(*reply).message())),
         });
-        offers.push(receive(ANSWERED, skill.line.replies));
+        offers.push(receive(ANSWERED, skill.channels.replies));
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
         match (transition, received) {
             (ANSWERED, Some(envelope)) => self.take_reply(envelope),
-            (TOLD, Some(envelope)) => self.take_told(&envelope.message, now),
+            (BOARD_ANSWERED, Some(envelope)) => self.take_board_answer(&envelope.message, now),
             (_, Some(envelope)) => self.take_request(&envelope, now),
             (_, None) => {
                 self.stage = match std::mem::replace(&mut self.stage, Stage::Idle) {
@@ -186,21 +186,21 @@ impl Process for LeafProcess {
     }
 
     fn uses(&self) -> Vec<Use> {
-        let Wiring { skill, parent, board } = &**self.wiring;
+        let LeafWiring { skill, parent, board } = &**self.wiring;
         let parent = [Use::Receives(parent.requests, None), Use::Sends(parent.replies, None)];
-        let board = board.iter().flat_map(|line| [Use::Sends(line.requests, None), Use::Receives(line.replies, None)]);
+        let board = board.iter().flat_map(|pair| [Use::Sends(pair.requests, None), Use::Receives(pair.replies, None)]);
         skill.uses().chain(parent).chain(board).collect()
     }
 
     fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
         if let Stage::Asking(..) | Stage::Waiting(_) = self.stage {
-            requests.push((self.wiring.skill.line.requests, self.request));
+            requests.push((self.wiring.skill.channels.requests, self.request));
         }
     }
 
     /// Faults and the number of a tick are only reported.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        form.number(self.wiring.skill.line.requests, &mut self.request);
+        form.number(self.wiring.skill.channels.requests, &mut self.request);
         self.patience.normalize(form);
         self.tick = None;
         self.faults.clear();
@@ -222,9 +222,9 @@ impl Process for LeafProcess {
 }
 
 /// A leaf's answer to its parent.
-fn said_by_leaf(reply: Reply) -> Said {
+fn node_reply(reply: Reply) -> NodeReply {
     match reply {
-        Reply::Status(status) => Said { status: Some(status), own_status: Some(status), again: false },
-        Reply::Halted => Said { status: None, own_status: None, again: false },
+        Reply::Status(status) => NodeReply { status: Some(status), own_status: Some(status), again: false },
+        Reply::Halted => NodeReply { status: None, own_status: None, again: false },
     }
 }

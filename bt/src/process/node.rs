@@ -12,10 +12,10 @@ use channels::{
 
 use stage::Stage;
 
-use super::board::Told;
-use super::protocol::{Line, own_status_name, said_message};
+use super::board::BoardAnswer;
+use super::protocol::{ChannelPair, own_status_name};
 use crate::program::Flags;
-use crate::semantics::{Memory, Reading};
+use crate::semantics::{Memory, PortReading};
 use crate::shared::Shared;
 use crate::status::Mark;
 use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request, Status};
@@ -30,7 +30,7 @@ use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request, Status};
 /// One more such process, which is not a node, is above the root: it receives the ticks of the tick generator.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct NodeProcess {
-    wiring: Shared<Wiring>,
+    wiring: Shared<NodeWiring>,
     records: Box<[Record]>,
     memory: Memory,
     /// The child with which the next tick begins.
@@ -49,7 +49,7 @@ pub struct NodeProcess {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Wiring {
+pub(super) struct NodeWiring {
     pub(super) role: Role,
     pub(super) children: Vec<Child>,
 }
@@ -59,19 +59,19 @@ pub(super) struct Wiring {
 pub(super) enum Role {
     /// Receives ticks from this channel; the root is its only child.
     Root(ChannelId),
-    Node(Node),
+    Node(InnerNode),
 }
 
 /// A node as its process knows it.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Node {
+pub(super) struct InnerNode {
     pub(super) id: NodeId,
     pub(super) kind: Kind,
     pub(super) flags: Flags,
     /// Values that it reads without asking the blackboard.
-    pub(super) reading: Reading,
-    pub(super) parent: Line,
-    pub(super) board: Option<Line>,
+    pub(super) reading: PortReading,
+    pub(super) parent: ChannelPair,
+    pub(super) board: Option<ChannelPair>,
 }
 
 /// A child as its parent knows it.
@@ -81,7 +81,7 @@ pub(super) struct Child {
     pub(super) kind: Kind,
     /// Whether it is a leaf with scripts: then its parent asks the process that runs them.
     pub(super) is_guarded: bool,
-    pub(super) line: Line,
+    pub(super) channels: ChannelPair,
 }
 
 /// The status of a child.
@@ -102,7 +102,7 @@ impl NodeProcess {
         let memory = Memory::new(u32::try_from(children.len()).unwrap_or(u32::MAX));
         Self {
             records: vec![Record::default(); children.len()].into(),
-            wiring: Shared::new(Wiring { role, children }),
+            wiring: Shared::new(NodeWiring { role, children }),
             memory,
             resume: 0,
             mark: Mark::Idle,
@@ -135,13 +135,13 @@ impl NodeProcess {
     /// The status of the children. The one that is being ticked counts as running.
     pub(super) fn outcomes(&self) -> Vec<(NodeId, Outcome)> {
         let children = self.wiring.children.iter();
-        let told = children.zip(&self.records).filter_map(|(child, record)| Some((child.node, record.outcome?)));
+        let known = children.zip(&self.records).filter_map(|(child, record)| Some((child.node, record.outcome?)));
         let ticked = match self.stage {
             Stage::Waiting(child, Request::Tick, _) => Some(child),
             _ => None,
         };
         let running = |child: usize| (self.wiring.children[child].node, Outcome::Answered(Status::Running));
-        told.chain(ticked.map(running)).collect()
+        known.chain(ticked.map(running)).collect()
     }
 
     /// The number of the tick, if this is the process above the root.
@@ -149,7 +149,7 @@ impl NodeProcess {
         matches!(self.wiring.role, Role::Root(_)).then_some(self.tick).flatten()
     }
 
-    fn node(&self) -> Option<&Node> {
+    fn node(&self) -> Option<&InnerNode> {
         match &self.wiring.role {
             Role::Root(_) => None,
             Role::Node(node) => Some(node),
@@ -189,14 +189,14 @@ impl Process for NodeProcess {
             (Stage::Idle, Role::Root(ticks)) => Some(receive(ASKED, *ticks)),
             (Stage::Idle, Role::Node(node)) => Some(receive(ASKED, node.parent.requests)),
             (Stage::Asking(child, request, _), _) => {
-                Some(send(children[*child].line.requests, self.question(*child, *request)))
+                Some(send(children[*child].channels.requests, self.question(*child, *request)))
             }
-            (Stage::Waiting(child, ..), _) => Some(receive(ANSWERED, children[*child].line.replies)),
+            (Stage::Waiting(child, ..), _) => Some(receive(ANSWERED, children[*child].channels.replies)),
             (Stage::Consulting(question, _), Role::Node(node)) => {
-                board().map(|line| send(line.requests, question.message(node.id, self.mark.status())))
+                board().map(|pair| send(pair.requests, question.message(node.id, self.mark.status())))
             }
-            (Stage::Consulted(..), _) => board().map(|line| receive(ANSWERED, line.replies)),
-            (Stage::Answering(said), Role::Node(node)) => Some(send(node.parent.replies, said_message(*said))),
+            (Stage::Consulted(..), _) => board().map(|pair| receive(ANSWERED, pair.replies)),
+            (Stage::Answering(reply), Role::Node(node)) => Some(send(node.parent.replies, reply.message())),
             (Stage::Answering(_) | Stage::Consulting(..), Role::Root(_)) => None,
         });
     }
@@ -209,7 +209,7 @@ impl Process for NodeProcess {
                 self.take_reply(child, after, &envelope, now)
             }
             (ANSWERED, Stage::Consulted(question, purpose), Some(envelope)) => {
-                self.take_told(question, purpose, Told::of(&envelope.message, question), now)
+                self.take_board_answer(question, purpose, BoardAnswer::of(&envelope.message, question), now)
             }
             (SEND, Stage::Asking(child, request, after), _) => Stage::Waiting(child, request, after),
             (SEND, Stage::Consulting(question, purpose), _) => Stage::Consulted(question, purpose),
@@ -218,16 +218,16 @@ impl Process for NodeProcess {
     }
 
     fn uses(&self) -> Vec<Use> {
-        let both_ways = |line: Line| [Use::Sends(line.requests, None), Use::Receives(line.replies, None)];
+        let both_ways = |pair: ChannelPair| [Use::Sends(pair.requests, None), Use::Receives(pair.replies, None)];
         let asked = match &self.wiring.role {
             Role::Root(ticks) => vec![Use::Receives(*ticks, None)],
-            Role::Node(Node { parent, .. }) => {
+            Role::Node(InnerNode { parent, .. }) => {
                 vec![Use::Receives(parent.requests, None), Use::Sends(parent.replies, None)]
             }
         };
         let board = self.node().and_then(|node| node.board);
-        let lines = self.wiring.children.iter().map(|child| child.line).chain(board);
-        asked.into_iter().chain(lines.flat_map(both_ways)).collect()
+        let pairs = self.wiring.children.iter().map(|child| child.channels).chain(board);
+        asked.into_iter().chain(pairs.flat_map(both_ways)).collect()
     }
 
     /// The status of the children, faults and the number of a tick are only reported. Between ticks, the parent knows

@@ -67,9 +67,9 @@ pub fn declare_channels(
 pub(super) struct Skill {
     pub(super) leaf: NodeId,
     pub(super) process: String,
-    pub(super) line: Line,
+    pub(super) channels: ChannelPair,
     pub(super) traffic: Traffic,
-    /// Whether it can be told to halt.
+    /// Whether it can be asked to halt.
     halts: bool,
 }
 
@@ -79,7 +79,7 @@ impl Skill {
         Ok(Self {
             leaf: leaf.id(),
             process: leaf.process().to_owned(),
-            line: Line::find(topology, bt, leaf.process())?,
+            channels: ChannelPair::find(topology, bt, leaf.process())?,
             traffic: Traffic::of(tree, leaf.id()),
             halts: leaf.kind() == Kind::Action,
         })
@@ -87,7 +87,7 @@ impl Skill {
 
     /// The tree's use of the channels to the skill.
     pub(super) fn uses(&self) -> impl Iterator<Item = Use> {
-        let Line { requests, replies } = self.line;
+        let ChannelPair { requests, replies } = self.channels;
         let tick = (!self.traffic.reads()).then(|| request_message(Request::Tick, Vec::new()));
         let halt = self.halts.then(|| Use::Sends(requests, Some(request_message(Request::Halt, Vec::new()))));
         [Use::Sends(requests, tick)].into_iter().chain(halt).chain([Use::Receives(replies, None)])
@@ -96,12 +96,12 @@ impl Skill {
 
 /// The channels to a process and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Line {
+pub(super) struct ChannelPair {
     pub(super) requests: ChannelId,
     pub(super) replies: ChannelId,
 }
 
-impl Line {
+impl ChannelPair {
     /// The channels between two processes of these names.
     pub(super) fn find(topology: &Topology, asking: &str, answering: &str) -> Result<Self, WiringError> {
         let requests = find_channel(topology, asking, asking, answering)?;
@@ -122,9 +122,9 @@ pub(super) fn find_channel(
     topology.find_channel(source, target).ok_or_else(missing)
 }
 
-/// A node's message to its parent.
+/// A node's answer to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Said {
+pub(super) struct NodeReply {
     /// Its answer to a tick; `None` if it has been halted.
     pub(super) status: Option<Status>,
     /// Its status now; `None` is idle.
@@ -133,9 +133,9 @@ pub(super) struct Said {
     pub(super) again: bool,
 }
 
-/// A node's question to another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, where n is the number of the tree's
+/// The requests of a node to another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, where n is the number of the tree's
 /// tick, and the last field is the status of the asked node.
-pub(super) fn question_domain() -> Domain {
+pub(super) fn node_request_domain() -> Domain {
     Domain::new([Shape::new([
         ("request", FieldKind::symbols(["tick", "halt"])),
         ("tick", FieldKind::Int),
@@ -143,8 +143,8 @@ pub(super) fn question_domain() -> Domain {
     ])])
 }
 
-/// A node's answer to another.
-pub(super) fn said_domain() -> Domain {
+/// The replies of a node to another.
+pub(super) fn node_reply_domain() -> Domain {
     Domain::new([Shape::new([
         ("reply", FieldKind::symbols(["running", "success", "failure", "skipped", "halted"])),
         ("own_status", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
@@ -152,16 +152,18 @@ pub(super) fn said_domain() -> Domain {
     ])])
 }
 
-pub(super) fn said_message(said: Said) -> Message {
-    let reply = said.status.map_or("halted", Status::name);
-    Message::new([Value::symbol(reply), Value::symbol(own_status_name(said.own_status)), Value::Bool(said.again)])
-}
+impl NodeReply {
+    pub(super) fn message(self) -> Message {
+        let reply = self.status.map_or("halted", Status::name);
+        Message::new([Value::symbol(reply), Value::symbol(own_status_name(self.own_status)), Value::Bool(self.again)])
+    }
 
-pub(super) fn said_of(message: &Message) -> Said {
-    Said {
-        status: message.head().and_then(status_of),
-        own_status: symbol(message, 2).and_then(status_of),
-        again: message.field(3) == Some(&Value::Bool(true)),
+    pub(super) fn of(message: &Message) -> Self {
+        Self {
+            status: message.head().and_then(status_of),
+            own_status: symbol(message, 2).and_then(status_of),
+            again: message.field(3) == Some(&Value::Bool(true)),
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use channels::{
 use super::patience::{LEAF_TIMEOUT, Patience};
 use super::protocol::{Skill, answers, find_channel, reply_of, request_message};
 use crate::shared::Shared;
-use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step, Tree};
+use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Progress, Request, Tree};
 
 /// A tree as one process.
 ///
@@ -39,7 +39,7 @@ use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Re
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TreeProcess {
-    wiring: Shared<Wiring>,
+    wiring: Shared<TreeWiring>,
     execution: Execution,
     /// The number of the last request to each skill.
     requests: Box<[RequestNumber]>,
@@ -52,7 +52,7 @@ pub struct TreeProcess {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-struct Wiring {
+struct TreeWiring {
     ticks: ChannelId,
     /// In document order.
     skills: Vec<Skill>,
@@ -61,7 +61,7 @@ struct Wiring {
     halt: Message,
 }
 
-impl Wiring {
+impl TreeWiring {
     /// The index of a leaf's skill.
     fn place(&self, leaf: NodeId) -> usize {
         let place = self.skills.binary_search_by_key(&leaf, |skill| skill.leaf);
@@ -89,7 +89,7 @@ impl TreeProcess {
         let [tick, halt] = [Request::Tick, Request::Halt].map(|request| request_message(request, Vec::new()));
         Ok(Self {
             requests: vec![RequestNumber::default(); skills.len()].into(),
-            wiring: Shared::new(Wiring { ticks, skills, tick, halt }),
+            wiring: Shared::new(TreeWiring { ticks, skills, tick, halt }),
             execution: Execution::new(tree),
             message: None,
             is_sent: false,
@@ -144,11 +144,11 @@ impl TreeProcess {
     fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
         let place = self.wiring.place(self.execution.pending()?.leaf);
         let envelope = Envelope { message: self.message.clone()?, request: self.requests[place] };
-        Some((self.wiring.skills[place].line.requests, envelope))
+        Some((self.wiring.skills[place].channels.requests, envelope))
     }
 
-    fn go_on(&mut self, mut step: Option<Step>, now: Duration) {
-        while let Some(Step::Call(call)) = step {
+    fn go_on(&mut self, mut step: Option<Progress>, now: Duration) {
+        while let Some(Progress::Call(call)) = step {
             match self.message_of(call) {
                 Ok(message) => {
                     self.message = Some(message);
@@ -204,7 +204,7 @@ impl Process for TreeProcess {
         }
         offers.extend((FIRST_REPLY..).zip(&self.wiring.skills).map(|(number, skill)| Offer {
             transition: TransitionId(number),
-            action: Action::Receive(skill.line.replies, Pattern::Any),
+            action: Action::Receive(skill.channels.replies, Pattern::Any),
         }));
     }
 
@@ -246,7 +246,7 @@ impl Process for TreeProcess {
     /// The number of a tick is only reported.
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
         for (skill, number) in self.wiring.skills.iter().zip(&mut self.requests) {
-            form.number(skill.line.requests, number);
+            form.number(skill.channels.requests, number);
         }
         self.is_sent &= self.message.is_some();
         self.patience.normalize(form);

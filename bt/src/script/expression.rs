@@ -13,8 +13,8 @@ pub(crate) struct Script {
 }
 
 impl Script {
-    /// Adds the entries that the script assigns to, each with whether it can be assigned a string. `is_text` says of an
-    /// entry that no script has assigned to so far whether it is a string.
+    /// Adds the entries that the script assigns to, each with whether it can be assigned a string. `is_text` decides
+    /// whether an entry that no script has assigned to so far is a string.
     pub(crate) fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) {
         for statement in &self.statements {
             statement.assigned(slots, is_text);

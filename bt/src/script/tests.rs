@@ -6,9 +6,9 @@ use super::{Names, Script};
 use crate::Value;
 use crate::blackboard::{Blackboard, Scope, Scopes, Slot};
 
-struct Table(Scopes);
+struct Namespace(Scopes);
 
-impl Names for Table {
+impl Names for Namespace {
     fn constant(&self, name: &str) -> Option<i64> {
         (name == "RED").then_some(7)
     }
@@ -20,7 +20,7 @@ impl Names for Table {
 
 /// The value of a script's last expression, or its error.
 fn value(script: &str) -> String {
-    let mut table = Table(Scopes::default());
+    let mut table = Namespace(Scopes::default());
     table.0.push(Scope::default());
     let script = match Script::parse(script, &mut table) {
         Ok(script) => script,

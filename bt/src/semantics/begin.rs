@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::nav2::begin_nav2;
-use super::{Beginning, Memory, Reaction, Reading, Reset, Resume, Then, Which};
+use super::{Beginning, Memory, PortReading, Reaction, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
 
 /// Whether a node of this kind has anything to read in its current state.
@@ -65,7 +65,7 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
         Kind::Repeat | Kind::RetryUntilSuccessful => begin_repetition(kind, memory, beginning.reading),
         Kind::Delay | Kind::Timeout | Kind::Sleep => begin_timed(kind, memory, beginning),
         Kind::RunOnce if memory.flag => {
-            let skips = beginning.reading != Reading::Numbers([0, 0]);
+            let skips = beginning.reading != PortReading::Numbers([0, 0]);
             Reaction::answer(if skips { Status::Skipped } else { memory.kept.unwrap_or(Status::Skipped) })
         }
         Kind::Loop(_) => {
@@ -73,7 +73,7 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
             proceed(beginning.reading)
         }
         Kind::Precondition => {
-            memory.flag |= beginning.reading == Reading::Proceed;
+            memory.flag |= beginning.reading == PortReading::Proceed;
             proceed(beginning.reading)
         }
         Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => begin_update(kind, beginning),
@@ -86,16 +86,16 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
 }
 
 /// Gives the answer that was read, or else ticks the child.
-fn proceed(reading: Reading) -> Reaction {
+fn proceed(reading: PortReading) -> Reaction {
     match reading {
-        Reading::Status(status) => Reaction::answer(status),
+        PortReading::Status(status) => Reaction::answer(status),
         _ => Reaction::tick(Which::First),
     }
 }
 
-fn begin_switch(memory: &mut Memory, reading: Reading) -> Reaction {
+fn begin_switch(memory: &mut Memory, reading: PortReading) -> Reaction {
     let chosen = match reading {
-        Reading::Numbers([chosen, _]) => u32::try_from(chosen).unwrap_or(0),
+        PortReading::Numbers([chosen, _]) => u32::try_from(chosen).unwrap_or(0),
         _ => 0,
     };
     memory.count = chosen;
@@ -106,8 +106,8 @@ fn begin_switch(memory: &mut Memory, reading: Reading) -> Reaction {
     Reaction::Do { reset, resume: Resume::Same, then: Then::Tick(Which::Nth(chosen)) }
 }
 
-fn begin_parallel(kind: Kind, memory: &mut Memory, reading: Reading) -> Reaction {
-    let Reading::Numbers(limits) = reading else { return Reaction::fault("its thresholds are missing") };
+fn begin_parallel(kind: Kind, memory: &mut Memory, reading: PortReading) -> Reaction {
+    let PortReading::Numbers(limits) = reading else { return Reaction::fault("its thresholds are missing") };
     memory.limits = limits;
     memory.skipped = 0;
     let children = i64::from(memory.children);
@@ -131,8 +131,8 @@ pub(super) fn threshold(limit: i64, children: u32) -> i64 {
     if limit < 0 { (i64::from(children) + limit + 1).max(0) } else { limit }
 }
 
-fn begin_repetition(kind: Kind, memory: &mut Memory, reading: Reading) -> Reaction {
-    if let Reading::Numbers(limits) = reading {
+fn begin_repetition(kind: Kind, memory: &mut Memory, reading: PortReading) -> Reaction {
+    if let PortReading::Numbers(limits) = reading {
         memory.limits = limits;
     }
     if memory.may_go_on() {
@@ -152,7 +152,7 @@ impl Memory {
 fn begin_timed(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reaction {
     let Beginning { was, reading, now, child_runs } = beginning;
     let span = match reading {
-        Reading::Numbers([milliseconds, _]) => Duration::from_millis(milliseconds.try_into().unwrap_or(0)),
+        PortReading::Numbers([milliseconds, _]) => Duration::from_millis(milliseconds.try_into().unwrap_or(0)),
         _ => Duration::ZERO,
     };
     let starts = if kind == Kind::Sleep { was.is_none() } else { !memory.flag };
@@ -183,7 +183,7 @@ fn begin_timed(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
 
 fn begin_update(kind: Kind, beginning: Beginning) -> Reaction {
     let is_new = match beginning.reading {
-        Reading::Numbers([is_new, _]) => is_new != 0,
+        PortReading::Numbers([is_new, _]) => is_new != 0,
         // The child is running: nothing was read.
         _ => true,
     };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Answer, Beginning, Memory, Reaction, Reading, Reset, Resume, Then, Which};
+use super::{Answer, Beginning, Memory, PortReading, Reaction, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
 
 /// What a node of Nav2 does when it is ticked.
@@ -10,19 +10,21 @@ pub(super) fn begin_nav2(kind: Kind, memory: &mut Memory, beginning: Beginning) 
     let Beginning { was, reading, now, child_runs } = beginning;
     let starts = was.is_none();
     match (kind, reading) {
-        (Kind::PersistentSequence, Reading::Status(status)) => return Reaction::finish(status),
-        (_, Reading::Status(status)) => return Reaction::answer(status),
+        (Kind::PersistentSequence, PortReading::Status(status)) => return Reaction::finish(status),
+        (_, PortReading::Status(status)) => return Reaction::answer(status),
         (Kind::PipelineSequence, _) => (memory.at, memory.skipped) = (0, 0),
         (Kind::NonblockingSequence, _) => memory.count = 0,
-        (Kind::PersistentSequence, Reading::Numbers([index, _])) => return begin_at(index),
-        (Kind::RecoveryNode | Kind::RoundRobin, Reading::Numbers(limits)) => {
+        (Kind::PersistentSequence, PortReading::Numbers([index, _])) => return begin_at(index),
+        (Kind::RecoveryNode | Kind::RoundRobin, PortReading::Numbers(limits)) => {
             (memory.limits, memory.skipped) = (limits, 0);
             let retries_were_lowered = kind == Kind::RecoveryNode && i64::from(memory.count) > limits[0];
             return if retries_were_lowered { memory.end(Status::Failure) } else { Reaction::tick(Which::Resumed) };
         }
-        (Kind::PauseResumeController, Reading::Numbers(requests)) => return begin_pausable(memory, starts, requests),
+        (Kind::PauseResumeController, PortReading::Numbers(requests)) => {
+            return begin_pausable(memory, starts, requests);
+        }
         (Kind::RateController, _) => {
-            if let (true, Reading::Numbers(limits)) = (starts, reading) {
+            if let (true, PortReading::Numbers(limits)) = (starts, reading) {
                 (memory.limits, memory.flag) = (limits, true);
                 memory.until = Some(now.saturating_add(nanoseconds(limits[0])));
             }
@@ -30,7 +32,7 @@ pub(super) fn begin_nav2(kind: Kind, memory: &mut Memory, beginning: Beginning) 
             memory.flag = false;
             return tick_if(is_due || child_runs);
         }
-        (Kind::SpeedController, Reading::Numbers([is_new, period])) => {
+        (Kind::SpeedController, PortReading::Numbers([is_new, period])) => {
             let is_due = is_new == 0 && memory.until.is_none_or(|until| until <= now);
             if is_due || is_new != 0 {
                 memory.until = Some(now.saturating_add(nanoseconds(period)));
@@ -38,7 +40,7 @@ pub(super) fn begin_nav2(kind: Kind, memory: &mut Memory, beginning: Beginning) 
             return tick_if(is_due || is_new != 0 || child_runs);
         }
         (Kind::DistanceController | Kind::GoalUpdatedController, reading) => {
-            return tick_if(reading == Reading::Proceed || child_runs);
+            return tick_if(reading == PortReading::Proceed || child_runs);
         }
         (Kind::SingleTrigger, _) => {
             memory.flag &= !starts;
@@ -126,7 +128,7 @@ pub(super) fn react_nav2(kind: Kind, memory: &mut Memory, status: Status, answer
             if kind == Kind::RateController && status == Status::Success {
                 memory.until = Some(answer.now.saturating_add(nanoseconds(memory.limits[0])));
             }
-            Reaction::finish(if let Reading::Status(status) = answer.reading { status } else { status })
+            Reaction::finish(if let PortReading::Status(status) = answer.reading { status } else { status })
         }
     }
 }
@@ -176,11 +178,11 @@ fn react_nonblocking(memory: &mut Memory, status: Status, is_last: bool) -> Reac
 }
 
 /// The entry has been changed already.
-fn react_persistent(status: Status, reading: Reading) -> Reaction {
+fn react_persistent(status: Status, reading: PortReading) -> Reaction {
     match (status, reading) {
         (Status::Running, _) => Reaction::answer(status),
-        (Status::Success | Status::Skipped, Reading::Numbers([0, _])) => Reaction::finish(Status::Success),
-        (Status::Success | Status::Skipped, Reading::Numbers([next, _])) => {
+        (Status::Success | Status::Skipped, PortReading::Numbers([0, _])) => Reaction::finish(Status::Success),
+        (Status::Success | Status::Skipped, PortReading::Numbers([next, _])) => {
             Reaction::tick(Which::Nth(u32::try_from(next).unwrap_or(0)))
         }
         _ => Reaction::finish(Status::Failure),

@@ -2,7 +2,7 @@
 
 use super::begin::threshold;
 use super::nav2::react_nav2;
-use super::{Answer, Memory, Reaction, Reading, Reset, Resume, Then, Which};
+use super::{Answer, Memory, PortReading, Reaction, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
 
 /// What a node of this kind does when a child gives this answer.
@@ -225,7 +225,7 @@ fn react_try_catch(memory: &mut Memory, status: Status) -> Reaction {
 }
 
 fn react_repetition(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) -> Reaction {
-    if let Reading::Numbers(limits) = answer.reading {
+    if let PortReading::Numbers(limits) = answer.reading {
         memory.limits = limits;
     }
     let counted = if kind == Kind::Repeat { Status::Success } else { Status::Failure };

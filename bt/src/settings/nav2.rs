@@ -7,7 +7,7 @@ use super::input::{Input, ReadError};
 use super::pose;
 use crate::Status;
 use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
 
 /// Values that one of Nav2's nodes reads.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,30 +76,30 @@ impl Nav2 {
     }
 
     /// Reads what the node needs when it is ticked. `starts` means that it was idle.
-    pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
+    pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
         Ok(match self {
             Self::Index(index) => match index.read(board)? {
                 past if usize::try_from(past).is_ok_and(|past| past >= index.children) => {
                     index.move_to(past, board)?;
-                    Reading::Status(Status::Success)
+                    PortReading::Status(Status::Success)
                 }
                 current => {
                     *board.memo(index.memo) = Some([Value::Int(current)].into());
-                    Reading::Numbers([current, 0])
+                    PortReading::Numbers([current, 0])
                 }
             },
-            Self::Requests(requests) => Reading::Numbers(requests.map(|number| board.has_changed(number).into())),
-            Self::Rate(hz) => Reading::Numbers([period(real(hz, board)?)?, 0]),
+            Self::Requests(requests) => PortReading::Numbers(requests.map(|number| board.has_changed(number).into())),
+            Self::Rate(hz) => PortReading::Numbers([period(real(hz, board)?)?, 0]),
             Self::Distance { distance, pose, memo } => {
-                let Some(here) = position(board, *pose)? else { return Ok(Reading::Status(Status::Failure)) };
+                let Some(here) = position(board, *pose)? else { return Ok(PortReading::Status(Status::Failure)) };
                 let distance = real(distance, board)?;
                 let kept = board.memo(*memo);
                 match kept.as_ref().filter(|_| !starts).and_then(as_position) {
-                    Some(from) if pose::distance(from, here) < distance => Reading::Nothing,
-                    Some(_) => Reading::Proceed,
+                    Some(from) if pose::distance(from, here) < distance => PortReading::Nothing,
+                    Some(_) => PortReading::Proceed,
                     None => {
                         *kept = Some(of_position(here));
-                        Reading::Proceed
+                        PortReading::Proceed
                     }
                 }
             }
@@ -107,18 +107,18 @@ impl Nav2 {
                 let [min_rate, max_rate] = [real(&rates[0], board)?, real(&rates[1], board)?];
                 let [min_speed, max_speed] = [real(&speeds[0], board)?, real(&speeds[1], board)?];
                 if goals.have_changed(board, starts) {
-                    return Ok(Reading::Numbers([1, period(max_rate)?]));
+                    return Ok(PortReading::Numbers([1, period(max_rate)?]));
                 }
                 let speed = board.value(*speed).map_or(Ok(0.0), Value::to_real)?;
                 let share = (speed - min_speed) / (max_speed - min_speed);
                 let rate = (share * (max_rate - min_rate) + min_rate).min(max_rate).max(min_rate);
-                Reading::Numbers([0, period(rate)?])
+                PortReading::Numbers([0, period(rate)?])
             }
-            Self::Goals(goals) if goals.have_changed(board, starts) => Reading::Proceed,
-            Self::Goals(_) => Reading::Nothing,
+            Self::Goals(goals) if goals.have_changed(board, starts) => PortReading::Proceed,
+            Self::Goals(_) => PortReading::Nothing,
             Self::Updates(updates) => {
                 updates.iter().try_for_each(|update| update.pass(board))?;
-                Reading::Proceed
+                PortReading::Proceed
             }
             Self::Path { path, near, factor, memo } => {
                 let new = path.as_ref().and_then(|path| path.value(board)).map_or(Arc::default(), Value::to_text);
@@ -128,23 +128,23 @@ impl Nav2 {
                 let is_longer = old.as_deref().map_or(Ok(false), |old| is_detour(old, &new, near, factor))?;
                 let previous = old.filter(|_| is_longer).unwrap_or_else(|| new.clone());
                 *kept = Some([Value::Text(previous), Value::Text(new)].into());
-                if is_longer { Reading::Proceed } else { Reading::Status(Status::Success) }
+                if is_longer { PortReading::Proceed } else { PortReading::Status(Status::Success) }
             }
         })
     }
 
     /// Reads what the node needs when a child has given this answer.
-    pub(super) fn read_after(&self, status: Status, board: &mut Blackboard) -> Result<Reading, ReadError> {
+    pub(super) fn read_after(&self, status: Status, board: &mut Blackboard) -> Result<PortReading, ReadError> {
         match self {
             Self::Index(index) => {
                 let current = board.memo(index.memo).as_ref().and_then(|kept| kept.front()?.to_int().ok());
                 let next = if status == Status::Failure { 0 } else { current.unwrap_or_default().saturating_add(1) };
-                Ok(Reading::Numbers([index.move_to(next, board)?, 0]))
+                Ok(PortReading::Numbers([index.move_to(next, board)?, 0]))
             }
             Self::Distance { pose, memo, .. } => {
-                let Some(here) = position(board, *pose)? else { return Ok(Reading::Status(Status::Failure)) };
+                let Some(here) = position(board, *pose)? else { return Ok(PortReading::Status(Status::Failure)) };
                 *board.memo(*memo) = Some(of_position(here));
-                Ok(Reading::Proceed)
+                Ok(PortReading::Proceed)
             }
             Self::Path { memo, .. } => {
                 // The new path becomes the previous one.
@@ -153,9 +153,9 @@ impl Nav2 {
                 {
                     kept.pop_front();
                 }
-                Ok(Reading::Proceed)
+                Ok(PortReading::Proceed)
             }
-            _ => Ok(Reading::Nothing),
+            _ => Ok(PortReading::Nothing),
         }
     }
 }

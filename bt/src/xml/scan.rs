@@ -352,7 +352,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Warns of a RoundRobin that does not say whether it wraps around, because Nav2's releases differ.
+    /// Warns of a RoundRobin that does not set whether it wraps around, because Nav2's releases differ.
     fn check_round(&mut self, scanned: &Scanned) {
         if scanned.kind == Kind::RoundRobin && scanned.attribute(WRAP_AROUND).is_none() {
             let problem = Problem::new("Nav2's RoundRobin wraps around up to Kilted, but not since Lyrical");

@@ -38,10 +38,10 @@ impl<'a> Compiler<'a> {
             ports(self.kind).iter().filter(|port| port.is_required()).map(|port| port.name).collect();
         let missing: Vec<&str> = missing.into_iter().filter(|port| !self.is_given(port)).collect();
         // If a port is missing, that problem also names the attribute that was probably meant.
-        let said: Vec<&str> = missing.iter().filter_map(|port| self.meant_to_be(port)).collect();
+        let reported: Vec<&str> = missing.iter().filter_map(|port| self.meant_to_be(port)).collect();
         let open: Vec<&str> = known.iter().copied().filter(|port| !self.is_given(port)).collect();
         for attribute in self.strangers(&known) {
-            if said.contains(&attribute.name.as_str()) {
+            if reported.contains(&attribute.name.as_str()) {
                 continue;
             }
             let candidates = open.iter().copied().chain(Hooks::NAMES);
@@ -56,8 +56,8 @@ impl<'a> Compiler<'a> {
     /// version 3, models are only Groot's annotations: there it is a warning, unless the name is similar to that of a
     /// missing port.
     pub(super) fn check_leaf_ports(&mut self, model: Option<&Model>, format: u8) {
-        let says_ports = |model: &&Model| model.is_declared && (format == 4 || !model.ports.is_empty());
-        let Some(model) = model.filter(says_ports) else { return };
+        let lists_ports = |model: &&Model| model.is_declared && (format == 4 || !model.ports.is_empty());
+        let Some(model) = model.filter(lists_ports) else { return };
         let ports = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
         let strangers: Vec<&Attribute> = ports.filter(|attribute| model.port(&attribute.name).is_none()).collect();
         let given: BTreeSet<&str> = match strangers.as_slice() {

@@ -61,7 +61,7 @@ impl Tree {
         let mut used = used_ports(definitions);
         for (id, model) in &self.library.models {
             let undeclared = used.remove(id.as_str()).unwrap_or_default();
-            if model.category != Category::SubTree || model.says_something() {
+            if model.category != Category::SubTree || model.declares_more() {
                 xml.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
             }
         }

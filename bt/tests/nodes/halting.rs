@@ -1,6 +1,6 @@
 //! Which nodes are halted, when, and in which order.
 
-use bt::{Part, Rehearsal, Status, table};
+use bt::{LeafBehavior, Rehearsal, Status, table};
 
 use crate::NOW;
 use crate::stage::{behaviors, tree};
@@ -72,7 +72,10 @@ behaviors! {
 #[test]
 fn a_node_that_was_running_is_shown_as_halted_even_if_it_was_skipped_since() {
     let tree = tree("<ReactiveSequence><Sequence><a/></Sequence><b/></ReactiveSequence>");
-    let parts = [Part::new([Status::Running.into(), Status::Skipped.into()]), Part::new([Status::Running.into()])];
+    let parts = [
+        LeafBehavior::new([Status::Running.into(), Status::Skipped.into()]),
+        LeafBehavior::new([Status::Running.into()]),
+    ];
     let mut rehearsal = Rehearsal::new(tree.clone(), parts);
     let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];
     let lines = [
@@ -89,7 +92,7 @@ fn a_node_that_was_running_is_shown_as_halted_even_if_it_was_skipped_since() {
 #[test]
 fn a_control_node_that_was_skipped_is_shown_as_skipped_after_its_reset() {
     let tree = tree("<ReactiveSequence><Sequence><AlwaysSuccess _skipIf=\"true\"/></Sequence><a/></ReactiveSequence>");
-    let mut rehearsal = Rehearsal::new(tree.clone(), [Part::new([Status::Running.into()])]);
+    let mut rehearsal = Rehearsal::new(tree.clone(), [LeafBehavior::new([Status::Running.into()])]);
     let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];
     let lines = [
         "                       1    2 halt",

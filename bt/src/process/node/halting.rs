@@ -3,9 +3,9 @@
 use super::stage::{After, Goal, Purpose, Stage};
 use super::{Child, NodeProcess, Record};
 use crate::process::board::Question;
-use crate::process::protocol::Said;
+use crate::process::protocol::NodeReply;
 use crate::program::Flags;
-use crate::semantics::Reading;
+use crate::semantics::PortReading;
 use crate::status::Mark;
 use crate::{Kind, Outcome, Request, Status};
 
@@ -16,7 +16,7 @@ impl NodeProcess {
             if self.has(Flags::READS) {
                 return Stage::Consulting(Question::Read, Purpose::Halt);
             }
-            if self.node().is_some_and(|node| node.reading == Reading::Numbers([1, 0])) {
+            if self.node().is_some_and(|node| node.reading == PortReading::Numbers([1, 0])) {
                 return self.start_catch();
             }
         }
@@ -32,7 +32,7 @@ impl NodeProcess {
         self.reset((0..self.records.len()).collect(), goal)
     }
 
-    /// Resets children in order, up to the first that must be told to halt; the stage keeps the others.
+    /// Resets children in order, up to the first that must be asked to halt; the stage keeps the others.
     pub(super) fn reset(&mut self, children: Vec<usize>, goal: Goal) -> Stage {
         let mut children = children.into_iter();
         while let Some(child) = children.next() {
@@ -54,14 +54,14 @@ impl NodeProcess {
                 if self.has(Flags::HALTED) {
                     return Stage::Consulting(Question::Halted, Purpose::Halted { skips });
                 }
-                Stage::Answering(self.said_when_halted(skips))
+                Stage::Answering(self.reply_when_halted(skips))
             }
         }
     }
 
-    pub(super) fn said_when_halted(&mut self, skips: bool) -> Said {
+    pub(super) fn reply_when_halted(&mut self, skips: bool) -> NodeReply {
         let again = std::mem::take(&mut self.again);
-        Said { status: skips.then_some(Status::Skipped), own_status: None, again }
+        NodeReply { status: skips.then_some(Status::Skipped), own_status: None, again }
     }
 
     pub(super) fn forget(&mut self) {

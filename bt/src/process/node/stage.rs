@@ -1,7 +1,7 @@
 //! The next action of a node's process, or what it waits for.
 
 use crate::process::board::Question;
-use crate::process::protocol::Said;
+use crate::process::protocol::NodeReply;
 use crate::semantics::Then;
 use crate::{Request, Status};
 
@@ -17,7 +17,7 @@ pub(super) enum Stage {
     /// Waiting for it.
     Consulted(Question, Purpose),
     /// About to answer.
-    Answering(Said),
+    Answering(NodeReply),
 }
 
 /// The continuation after a child has answered.

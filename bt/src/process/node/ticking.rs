@@ -8,12 +8,13 @@ use super::stage::{After, Goal, Purpose, Stage};
 use super::{NodeProcess, Record};
 use crate::engine::{MAX_REPEATS, TOO_MANY_REPEATS};
 use crate::hooks::Entrance;
-use crate::process::board::{Question, Told};
-use crate::process::protocol::{Said, said_of, status_of, symbol};
+use crate::process::board::{BoardAnswer, Question};
+use crate::process::protocol::{NodeReply, status_of, symbol};
 use crate::process::whole::tick_number;
 use crate::program::Flags;
 use crate::semantics::{
-    Answer, Beginning, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, needs_reading_after, react,
+    Answer, Beginning, PortReading, Reaction, Reset, Resume, Then, Which, begin, needs_reading, needs_reading_after,
+    react,
 };
 use crate::status::Mark;
 use crate::{Outcome, Request, Status};
@@ -40,11 +41,11 @@ impl NodeProcess {
         if self.has(Flags::READS) && needs_reading(self.kind(), &self.memory, self.mark.was_idle()) {
             return Stage::Consulting(Question::Read, Purpose::Tick);
         }
-        let reading = self.node().map_or(Reading::Nothing, |node| node.reading);
+        let reading = self.node().map_or(PortReading::Nothing, |node| node.reading);
         self.begin(reading, now)
     }
 
-    pub(super) fn begin(&mut self, reading: Reading, now: Duration) -> Stage {
+    pub(super) fn begin(&mut self, reading: PortReading, now: Duration) -> Stage {
         let kind = self.kind();
         let child_runs = self.records.first().is_some_and(|record| record.mark.is_running());
         let beginning = Beginning { was: self.mark.status(), reading, now, child_runs };
@@ -57,17 +58,23 @@ impl NodeProcess {
     }
 
     /// Handles an answer of the blackboard.
-    pub(super) fn take_told(&mut self, question: Question, purpose: Purpose, told: Told, now: Duration) -> Stage {
-        match (purpose, told) {
-            (Purpose::Tick, Told::Entrance(Entrance::Open)) => self.read(now),
-            (Purpose::Tick, Told::Entrance(Entrance::Closed(status))) => self.leave(status),
-            (Purpose::Tick, Told::Entrance(Entrance::Left)) => self.reset_all(Goal::Halt { skips: true }),
-            (Purpose::Tick, Told::Reading(reading)) => self.begin(reading, now),
-            (Purpose::Tick, Told::Done) => match question {
+    pub(super) fn take_board_answer(
+        &mut self,
+        question: Question,
+        purpose: Purpose,
+        answer: BoardAnswer,
+        now: Duration,
+    ) -> Stage {
+        match (purpose, answer) {
+            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Open)) => self.read(now),
+            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Closed(status))) => self.leave(status),
+            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Left)) => self.reset_all(Goal::Halt { skips: true }),
+            (Purpose::Tick, BoardAnswer::Reading(reading)) => self.begin(reading, now),
+            (Purpose::Tick, BoardAnswer::Done) => match question {
                 Question::Leave(status) => self.answer(status),
                 _ => Stage::Idle,
             },
-            (Purpose::Tick, Told::Fault) => match question {
+            (Purpose::Tick, BoardAnswer::Fault) => match question {
                 Question::Leave(_) => self.answer(Status::Failure),
                 Question::Read => {
                     self.mark = self.mark.entered();
@@ -76,24 +83,27 @@ impl NodeProcess {
                 }
                 _ => self.leave(Status::Failure),
             },
-            (Purpose::Answer { child, status, was_idle }, told) => {
-                let reading =
-                    if let Told::Reading(reading) = told { reading } else { Reading::Status(Status::Failure) };
+            (Purpose::Answer { child, status, was_idle }, answer) => {
+                let reading = if let BoardAnswer::Reading(reading) = answer {
+                    reading
+                } else {
+                    PortReading::Status(Status::Failure)
+                };
                 self.react(child, Answer { status: Some(status), was_idle, is_last: self.is_last(child), reading, now })
             }
-            (Purpose::Halt, told) => {
-                if told == Told::Reading(Reading::Numbers([1, 0])) {
+            (Purpose::Halt, answer) => {
+                if answer == BoardAnswer::Reading(PortReading::Numbers([1, 0])) {
                     return self.start_catch();
                 }
                 self.reset_all(Goal::Halt { skips: false })
             }
-            (Purpose::Halted { skips }, _) => Stage::Answering(self.said_when_halted(skips)),
+            (Purpose::Halted { skips }, _) => Stage::Answering(self.reply_when_halted(skips)),
         }
     }
 
     pub(super) fn tick_child(&mut self, mut child: usize) -> Stage {
         while self.kind().passes_over_completed() && self.records[child].mark.is_completed() {
-            let (is_last, reading) = (self.is_last(child), Reading::Nothing);
+            let (is_last, reading) = (self.is_last(child), PortReading::Nothing);
             let answer = Answer { status: None, was_idle: false, is_last, reading, now: Duration::ZERO };
             match react(self.kind(), &mut self.memory, answer) {
                 Reaction::Next => child += 1,
@@ -107,14 +117,14 @@ impl NodeProcess {
     }
 
     pub(super) fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope, now: Duration) -> Stage {
-        let said = said_of(&envelope.message);
-        self.again |= said.again;
-        match (after, said.status) {
+        let reply = NodeReply::of(&envelope.message);
+        self.again |= reply.again;
+        match (after, reply.status) {
             (After::Reset(rest, goal), _) => {
                 self.record_halt(child);
                 self.reset(rest, goal)
             }
-            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.own_status, now),
+            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), reply.own_status, now),
         }
     }
 
@@ -136,7 +146,7 @@ impl NodeProcess {
         if self.has(Flags::READS) && needs_reading_after(self.kind(), status) {
             return Stage::Consulting(Question::ReadAfter(status), Purpose::Answer { child, status, was_idle });
         }
-        let (is_last, reading) = (self.is_last(child), Reading::Nothing);
+        let (is_last, reading) = (self.is_last(child), PortReading::Nothing);
         self.react(child, Answer { status: Some(status), was_idle, is_last, reading, now })
     }
 
@@ -206,7 +216,7 @@ impl NodeProcess {
 
     pub(super) fn answer(&mut self, status: Status) -> Stage {
         let own_status = self.mark.answered(status).status();
-        Stage::Answering(Said { status: Some(status), own_status, again: std::mem::take(&mut self.again) })
+        Stage::Answering(NodeReply { status: Some(status), own_status, again: std::mem::take(&mut self.again) })
     }
 
     /// The root has answered: the tick is finished, unless a node wants another at once.
