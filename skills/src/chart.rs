@@ -19,8 +19,8 @@ use diagnostics::{Problem, did_you_mean};
 use miette::SourceSpan;
 
 pub(crate) use content::{
-    Action, ActionKind, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Invoke, InvokeSource, Named,
-    Param, Payload, Place, Send, SendId, Source, visit_actions,
+    Action, ActionKind, AssignTarget, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Invoke,
+    InvokeSource, Named, Param, Payload, Send, SendId, Source, visit_actions,
 };
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
 pub(crate) use mentions::{ADDRESS, Mentions};

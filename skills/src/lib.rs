@@ -141,7 +141,7 @@ pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, 
 pub use process::{
     Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system,
 };
-pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
+pub use rehearsal::{Cue, Cues, Ending, RehearsalLine, RehearsalLineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};
 
 /// How to treat an expression that cannot be compiled, an unknown name, or an invalid delay.

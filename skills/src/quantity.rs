@@ -6,7 +6,7 @@ use std::sync::Arc;
 use diagnostics::Problem;
 use miette::SourceSpan;
 
-use crate::chart::{ActionKind, Content, Place, Send, visit_actions};
+use crate::chart::{ActionKind, AssignTarget, Content, Send, visit_actions};
 use crate::expression::{BinaryOp, EventField, Expr, Statement, UnaryOp};
 use crate::ids::DataId;
 use crate::{Chart, Datum};
@@ -65,7 +65,7 @@ impl<'a> Following<'a> {
         let mut assignments = Vec::new();
         for block in self.chart.blocks() {
             visit_actions(block, &mut |action| match &action.kind {
-                ActionKind::Assign(Place::Compiled(location), value) => assignments.push((location.data, value)),
+                ActionKind::Assign(AssignTarget::Compiled(location), value) => assignments.push((location.data, value)),
                 ActionKind::Script(statements) => {
                     assignments.extend(statements.iter().filter_map(|statement| match statement {
                         Statement::Assign(location, value) => Some((location.data, value)),
@@ -236,8 +236,8 @@ impl<'a> Following<'a> {
         chart.blocks().for_each(|block| visit_actions(block, &mut |action| actions.push(action)));
         for action in actions {
             match &action.kind {
-                ActionKind::Assign(Place::Compiled(_), value) => self.follow(value, action.span),
-                ActionKind::Assign(Place::Foreign(_), value) => self.keep_out(value, action.span),
+                ActionKind::Assign(AssignTarget::Compiled(_), value) => self.follow(value, action.span),
+                ActionKind::Assign(AssignTarget::Foreign(_), value) => self.keep_out(value, action.span),
                 ActionKind::If(branches) => {
                     for condition in branches.iter().filter_map(|branch| branch.condition.as_ref()) {
                         self.follow(&condition.test, condition.span);

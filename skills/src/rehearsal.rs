@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use cues::{Cue, Cues};
-pub use line::{Line, LineKind};
+pub use line::{RehearsalLine, RehearsalLineKind};
 
 use crate::chart::Chart;
 use crate::event::Outgoing;
@@ -29,7 +29,7 @@ pub struct Ending {
 }
 
 /// Runs a machine from its start through all cues and delayed events, until it reaches a final state, no events are
-/// left, or simulated time is up. Every log line, error, sent message and configuration is passed to `tell`; the last
+/// left, or simulated time is up. Every log line, error, sent message and configuration is passed to `record`; the last
 /// configuration comes at the end. A cue at the same time as a delayed event comes after it.
 ///
 /// ```
@@ -44,15 +44,15 @@ pub struct Ending {
 ///   </state>
 /// </scxml>"#)?;
 /// let cues = Cues::parse("evening.jsonl", r#"{"event": "press", "time_s": 1}"#)?;
-/// let mut told = Vec::new();
-/// rehearse(&chart, &cues, Duration::from_secs(60), &mut |line| told.push(line.to_string()));
-/// assert_eq!(told[..3], ["0.000 s  in off", "1.000 s  in on", "11.000 s  in off"]);
-/// assert_eq!(told[3], "11.000 s  final configuration: off (waiting)");
+/// let mut lines = Vec::new();
+/// rehearse(&chart, &cues, Duration::from_secs(60), &mut |line| lines.push(line.to_string()));
+/// assert_eq!(lines[..3], ["0.000 s  in off", "1.000 s  in on", "11.000 s  in off"]);
+/// assert_eq!(lines[3], "11.000 s  final configuration: off (waiting)");
 /// # Ok::<(), skills::SkillError>(())
 /// ```
-pub fn rehearse(chart: &Arc<Chart>, cues: &Cues, until: Duration, tell: &mut dyn FnMut(Line)) -> Ending {
+pub fn rehearse(chart: &Arc<Chart>, cues: &Cues, until: Duration, record: &mut dyn FnMut(RehearsalLine)) -> Ending {
     let mut machine = Machine::new(Arc::clone(chart));
-    let mut observer = Observer { chart, now: Duration::ZERO, tell, unhandled_errors: false };
+    let mut observer = Observer { chart, now: Duration::ZERO, record, unhandled_errors: false };
     machine.start(Duration::ZERO, &mut observer);
     let mut cues = cues.iter().peekable();
     let mut out_of_time = false;
@@ -74,26 +74,26 @@ pub fn rehearse(chart: &Arc<Chart>, cues: &Cues, until: Duration, tell: &mut dyn
             machine.handle(cue.event.clone(), next, &mut observer);
         }
     }
-    observer.say(LineKind::Final(line::Situation::of(&machine)));
+    observer.record(RehearsalLineKind::Final(line::Situation::of(&machine)));
     Ending { status: machine.status(), unhandled_errors: observer.unhandled_errors, out_of_time }
 }
 
 struct Observer<'o> {
     chart: &'o Arc<Chart>,
     now: Duration,
-    tell: &'o mut dyn FnMut(Line),
+    record: &'o mut dyn FnMut(RehearsalLine),
     unhandled_errors: bool,
 }
 
 impl Observer<'_> {
-    fn say(&mut self, kind: LineKind) {
-        (self.tell)(Line { at: self.now, kind });
+    fn record(&mut self, kind: RehearsalLineKind) {
+        (self.record)(RehearsalLine { at: self.now, kind });
     }
 }
 
 impl Host for Observer<'_> {
     fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
-        self.say(LineKind::Sent(outgoing.clone()));
+        self.record(RehearsalLineKind::Sent(outgoing.clone()));
         Ok(())
     }
 
@@ -107,10 +107,10 @@ impl Host for Observer<'_> {
             Note::Error { span, .. } => Some(line::place(self.chart, span.start)),
             _ => None,
         };
-        self.say(LineKind::Note(note, place));
+        self.record(RehearsalLineKind::Note(note, place));
     }
 
     fn entered(&mut self, machine: &Machine) {
-        self.say(LineKind::Entered(line::Situation::of(machine)));
+        self.record(RehearsalLineKind::Entered(line::Situation::of(machine)));
     }
 }

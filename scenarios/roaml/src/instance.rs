@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use bt::NodeId;
 
-use crate::machine::{Kind, Machine, TREE};
+use crate::machine::{DataKind, Machine, TREE};
 
 /// The fields of an event, with their kinds.
-pub(crate) type Fields = Vec<(String, Kind)>;
+pub(crate) type Fields = Vec<(String, DataKind)>;
 
 /// The event of the topic `clock`, a `builtin_interfaces/Time`.
 pub(crate) const CLOCK_EVENT: &str = "topic_clock_msg";
@@ -31,9 +31,9 @@ pub(crate) struct Instance {
 /// The fields of every event that the machines of a model send, with their kinds.
 pub(crate) fn events(machines: &[Instance]) -> BTreeMap<String, Fields> {
     let mut events: BTreeMap<String, Fields> = BTreeMap::new();
-    let time = [("sec", Kind::Int), ("nanosec", Kind::Int)];
+    let time = [("sec", DataKind::Int), ("nanosec", DataKind::Int)];
     events.insert(CLOCK_EVENT.to_owned(), time.map(|(name, kind)| (name.to_owned(), kind)).to_vec());
-    for (event, sent) in parts(machines).into_iter().flat_map(|part| &part.machine.sends) {
+    for (event, sent) in machine_processes(machines).into_iter().flat_map(|process| &process.machine.sends) {
         let fields = events.entry(event.clone()).or_default();
         for (name, kind) in &sent.fields {
             match fields.iter_mut().find(|(known, _)| known == name) {
@@ -47,7 +47,7 @@ pub(crate) fn events(machines: &[Instance]) -> BTreeMap<String, Fields> {
 
 /// A machine that becomes a process: an instance of the model, or one of its threads.
 #[derive(Debug)]
-pub(crate) struct Part<'m> {
+pub(crate) struct MachineProcess<'m> {
     pub(crate) name: String,
     pub(crate) machine: &'m Machine,
     pub(crate) instance: &'m Instance,
@@ -56,18 +56,23 @@ pub(crate) struct Part<'m> {
 }
 
 /// The processes that run the machines, in order.
-pub(crate) fn parts(machines: &[Instance]) -> Vec<Part<'_>> {
-    let mut parts = Vec::new();
+pub(crate) fn machine_processes(machines: &[Instance]) -> Vec<MachineProcess<'_>> {
+    let mut processes = Vec::new();
     for instance in machines {
-        let own = parts.len();
+        let own = processes.len();
         let name = instance.name.clone();
-        parts.push(Part { name, machine: &instance.machine, instance, thread: None });
+        processes.push(MachineProcess { name, machine: &instance.machine, instance, thread: None });
         for thread in &instance.machine.threads {
             for number in 0..thread.count {
                 let name = format!("{} thread {number}", instance.name);
-                parts.push(Part { name, machine: &thread.machine, instance, thread: Some((own, number)) });
+                processes.push(MachineProcess {
+                    name,
+                    machine: &thread.machine,
+                    instance,
+                    thread: Some((own, number)),
+                });
             }
         }
     }
-    parts
+    processes
 }

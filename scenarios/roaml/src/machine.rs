@@ -17,7 +17,7 @@ use roxmltree::Node;
 use skills::{Chart, SkillError};
 
 pub(crate) use declarations::{Interface, PortDirection};
-pub(crate) use kind::{Kind, nested};
+pub(crate) use kind::{DataKind, nested};
 pub(crate) use port::{TREE, input_datum, output_datum};
 pub(crate) use translate::Sent;
 pub(crate) use vocabulary::{Role, Way};
@@ -36,7 +36,7 @@ pub struct Machine {
     given: (BTreeMap<String, String>, Vec<String>),
     pub(crate) interfaces: Vec<Interface>,
     /// The ports that it declares, with their kinds.
-    pub(crate) ports: BTreeMap<String, (PortDirection, Kind)>,
+    pub(crate) ports: BTreeMap<String, (PortDirection, DataKind)>,
     /// Its outgoing messages, by event.
     pub(crate) sends: BTreeMap<String, Sent>,
     /// The threads of its action servers.

@@ -12,7 +12,7 @@ use diagnostics::xml::name_span;
 use diagnostics::{FileProblems, Problem, Source, nearest_or_all};
 use roxmltree::Node;
 
-use crate::instance::{Instance, RESERVED, events, parts};
+use crate::instance::{Instance, RESERVED, events, machine_processes};
 use crate::machine::{Machine, is, parse, value_span};
 use crate::property::{Property, PropertyMonitor};
 
@@ -90,10 +90,10 @@ impl Model {
 
     /// The processes that run a machine, with their names: first those of ROS nodes, then those of the tree's leaves.
     pub fn processes(&self) -> impl Iterator<Item = ModelProcess<'_>> {
-        parts(&self.machines).into_iter().map(|part| ModelProcess {
-            name: part.name,
-            is_leaf: part.instance.leaf.is_some() && part.thread.is_none(),
-            machine: part.machine,
+        machine_processes(&self.machines).into_iter().map(|process| ModelProcess {
+            name: process.name,
+            is_leaf: process.instance.leaf.is_some() && process.thread.is_none(),
+            machine: process.machine,
         })
     }
 

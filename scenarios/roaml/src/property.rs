@@ -12,7 +12,7 @@ use bt::{NodeState, Outcome, Status};
 use channels::{ChannelId, Event, EventKind, Monitor, NoNormalForm, Topology, Verdict};
 use diagnostics::Problem;
 
-use formula::{Path, State, Variable};
+use formula::{Path, Valuation, Variable};
 
 use crate::instance::{Fields, RECORDER};
 use crate::machine::nested;
@@ -67,7 +67,7 @@ pub struct PropertyMonitor {
     /// The channels that carry the formula's messages, and the fields of these messages.
     channels: Arc<[ChannelId]>,
     fields: Arc<BTreeMap<String, Fields>>,
-    state: State,
+    state: Valuation,
     verdict: Option<bool>,
 }
 
@@ -81,7 +81,7 @@ impl PropertyMonitor {
             property: Arc::new(property.clone()),
             channels: channels.collect(),
             fields: Arc::new(fields.collect()),
-            state: State::default(),
+            state: Valuation::default(),
             verdict: None,
         };
         monitor.judge(0);

@@ -12,11 +12,11 @@ use rand::RngExt;
 use robot::Streams;
 use skills::SkillProcess;
 
-use adapter::{Incoming, Leaf, RosAdapter, Route};
-use clock::{Clock, Timer};
+use adapter::{AdapterWiring, Incoming, LeafConnection, RosAdapter, Route};
+use clock::{Clock, ClockWiring, Timer};
 use recorder::Recorder;
 
-use crate::instance::{CLOCK, CLOCK_EVENT, Fields, Part, RECORDER, events, parts};
+use crate::instance::{CLOCK, CLOCK_EVENT, Fields, MachineProcess, RECORDER, events, machine_processes};
 use crate::machine::{Role, Way};
 use crate::model::Model;
 
@@ -24,20 +24,20 @@ use crate::model::Model;
 #[derive(Debug)]
 pub struct Wiring<'m> {
     model: &'m Model,
-    parts: Vec<Part<'m>>,
+    processes: Vec<MachineProcess<'m>>,
     /// The process of the tree, if the model has one.
     tree: Option<ProcessId>,
-    /// By part.
+    /// By process.
     ids: Vec<ProcessId>,
     clock: ProcessId,
     recorder: ProcessId,
     events: Arc<BTreeMap<String, Fields>>,
     timers: Vec<(usize, String, u64)>,
-    /// By part.
+    /// By process.
     ways: Vec<Ways>,
 }
 
-/// The receivers of each event that a part sends, as indices of parts. The position of a receiver is its number.
+/// The receivers of each event that a process sends, as indices of processes. The position of a receiver is its number.
 type Ways = BTreeMap<String, (Way, Vec<usize>)>;
 
 impl<'m> Wiring<'m> {
@@ -51,8 +51,8 @@ impl<'m> Wiring<'m> {
         topology: &mut Topology,
         tree: Option<(ProcessId, ProcessId)>,
     ) -> Result<Self, WiringError> {
-        let parts = parts(&model.machines);
-        let ids = parts.iter().map(|part| topology.process(&part.name)).collect::<Result<Vec<_>, _>>()?;
+        let processes = machine_processes(&model.machines);
+        let ids = processes.iter().map(|process| topology.process(&process.name)).collect::<Result<Vec<_>, _>>()?;
         let (clock, recorder) = (topology.process(CLOCK)?, topology.process(RECORDER)?);
         if let (Some((ticks, bt)), Some(tree)) = (tree, &model.tree) {
             bt::declare_channels(tree, topology, bt, ticks)?;
@@ -60,7 +60,7 @@ impl<'m> Wiring<'m> {
         let events = Arc::new(events(&model.machines));
         let tree = tree.map(|(_, tree)| tree);
         let mut wiring =
-            Self { model, parts, tree, ids, clock, recorder, events, timers: Vec::new(), ways: Vec::new() };
+            Self { model, processes, tree, ids, clock, recorder, events, timers: Vec::new(), ways: Vec::new() };
         wiring.ways = wiring.ways();
         wiring.timers = wiring.timers();
         wiring.declare_channels(topology)?;
@@ -72,14 +72,14 @@ impl<'m> Wiring<'m> {
     pub fn processes(&self, topology: &Topology, streams: &Streams) -> Vec<(ProcessId, Box<dyn Process>)> {
         let recorded = self.recorded();
         let mut processes: Vec<(ProcessId, Box<dyn Process>)> = Vec::new();
-        for (index, part) in self.parts.iter().enumerate() {
-            let adapter = RosAdapter::new(Arc::new(self.wiring(index, topology, &recorded)));
-            let mut machine = skills::Machine::new(Arc::clone(&part.machine.chart));
-            machine.set_seed(streams.stream(&format!("roaml/{}", part.name)).random());
-            let process = SkillProcess::connected(&part.name, machine, adapter);
-            processes.push((self.ids[index], Box::new(process)));
+        for (index, process) in self.processes.iter().enumerate() {
+            let adapter = RosAdapter::new(Arc::new(self.adapter_wiring(index, topology, &recorded)));
+            let mut machine = skills::Machine::new(Arc::clone(&process.machine.chart));
+            machine.set_seed(streams.stream(&format!("roaml/{}", process.name)).random());
+            let skill = SkillProcess::connected(&process.name, machine, adapter);
+            processes.push((self.ids[index], Box::new(skill)));
         }
-        processes.push((self.clock, Box::new(Clock::new(self.clock(topology)))));
+        processes.push((self.clock, Box::new(Clock::new(self.clock_wiring(topology)))));
         let incoming = topology.channels().filter(|channel| topology.get(*channel).target == self.recorder).collect();
         processes.push((self.recorder, Box::new(Recorder { incoming })));
         processes
@@ -91,19 +91,19 @@ impl<'m> Wiring<'m> {
     }
 
     fn ways(&self) -> Vec<Ways> {
-        let ways = |(index, part): (usize, &Part<'_>)| {
-            let ways = part.machine.sends.iter().map(|(event, sent)| {
+        let ways = |(index, process): (usize, &MachineProcess<'_>)| {
+            let ways = process.machine.sends.iter().map(|(event, sent)| {
                 let receivers = self.receivers(index, event, sent.way, sent.interface.as_deref());
                 (event.clone(), (sent.way, receivers))
             });
             ways.collect()
         };
-        self.parts.iter().enumerate().map(ways).collect()
+        self.processes.iter().enumerate().map(ways).collect()
     }
 
     fn receivers(&self, sender: usize, event: &str, way: Way, interface: Option<&str>) -> Vec<usize> {
-        let family = |index: usize| self.parts[index].thread.map_or(index, |(own, _)| own);
-        let all = 0..self.parts.len();
+        let family = |index: usize| self.processes[index].thread.map_or(index, |(own, _)| own);
+        let all = 0..self.processes.len();
         match way {
             Way::Everyone => all.filter(|index| *index != sender && self.hears(*index, event)).collect(),
             Way::Request | Way::Goal => {
@@ -111,25 +111,26 @@ impl<'m> Wiring<'m> {
             }
             Way::Response => self.clients(Role::Client, interface),
             Way::Client => self.clients(Role::ActionClient, interface),
-            Way::Thread => {
-                all.filter(|index| self.parts[*index].thread.is_some_and(|(own, _)| own == family(sender))).collect()
-            }
+            Way::Thread => all
+                .filter(|index| self.processes[*index].thread.is_some_and(|(own, _)| own == family(sender)))
+                .collect(),
             Way::Server => vec![family(sender)],
         }
     }
 
-    fn hears(&self, part: usize, event: &str) -> bool {
-        self.parts[part].machine.chart.hears(event)
+    fn hears(&self, process: usize, event: &str) -> bool {
+        self.processes[process].machine.chart.hears(event)
     }
 
-    /// The parts that use an interface in this role, in order.
+    /// The processes that use an interface in this role, in order.
     fn clients(&self, role: Role, interface: Option<&str>) -> Vec<usize> {
         let same =
             |name: &str| interface.is_some_and(|other| name.trim_start_matches('/') == other.trim_start_matches('/'));
-        let uses = |part: &Part<'_>| {
-            part.thread.is_none() && part.machine.interfaces.iter().any(|known| known.role == role && same(&known.name))
+        let uses = |process: &MachineProcess<'_>| {
+            process.thread.is_none()
+                && process.machine.interfaces.iter().any(|known| known.role == role && same(&known.name))
         };
-        (0..self.parts.len()).filter(|index| uses(&self.parts[*index])).collect()
+        (0..self.processes.len()).filter(|index| uses(&self.processes[*index])).collect()
     }
 
     /// The events that pass between processes, by sender and receiver.
@@ -147,7 +148,7 @@ impl<'m> Wiring<'m> {
                 }
             }
         }
-        for index in (0..self.parts.len()).filter(|index| self.hears(*index, CLOCK_EVENT)) {
+        for index in (0..self.processes.len()).filter(|index| self.hears(*index, CLOCK_EVENT)) {
             carry(self.clock, self.ids[index], CLOCK_EVENT);
         }
         if recorded.contains(&CLOCK_EVENT) {
@@ -159,15 +160,15 @@ impl<'m> Wiring<'m> {
         carried
     }
 
-    /// The timers: part, event, period.
+    /// The timers: process, event, period.
     fn timers(&self) -> Vec<(usize, String, u64)> {
-        let timers = |(index, part): (usize, &Part<'_>)| {
-            let timers = part.machine.interfaces.iter().filter(|known| known.role == Role::Timer);
-            let is_own = part.thread.is_none();
+        let timers = |(index, process): (usize, &MachineProcess<'_>)| {
+            let timers = process.machine.interfaces.iter().filter(|known| known.role == Role::Timer);
+            let is_own = process.thread.is_none();
             let timers = timers.filter(move |_| is_own);
             timers.map(move |timer| (index, format!("timer_{}", timer.name), timer.period_ns)).collect::<Vec<_>>()
         };
-        self.parts.iter().enumerate().flat_map(timers).collect()
+        self.processes.iter().enumerate().flat_map(timers).collect()
     }
 
     fn declare_channels(&self, topology: &mut Topology) -> Result<(), WiringError> {
@@ -183,9 +184,9 @@ impl<'m> Wiring<'m> {
         Ok(())
     }
 
-    /// The wiring between a part's machine and its channels.
-    fn wiring(&self, index: usize, topology: &Topology, recorded: &[&str]) -> adapter::Wiring {
-        let (id, part) = (self.ids[index], &self.parts[index]);
+    /// The wiring between a process's machine and its channels.
+    fn adapter_wiring(&self, index: usize, topology: &Topology, recorded: &[&str]) -> AdapterWiring {
+        let (id, process) = (self.ids[index], &self.processes[index]);
         let outgoing = outgoing(topology, id);
         let route = |(event, (way, receivers)): (&String, &(Way, Vec<usize>))| {
             let receivers = receivers.iter().map(|receiver| out(topology, &outgoing, self.ids[*receiver])).collect();
@@ -198,17 +199,17 @@ impl<'m> Wiring<'m> {
             let client = sender.map(|sender| self.numbers(sender)).unwrap_or_default();
             Incoming { channel, from_tree: Some(source) == self.tree, client }
         });
-        let leaf = part.instance.leaf.filter(|_| part.thread.is_none());
+        let leaf = process.instance.leaf.filter(|_| process.thread.is_none());
         let leaf = leaf.zip(self.model.tree.as_ref()).zip(self.tree).and_then(|((leaf, of), tree)| {
-            Some(Leaf {
-                ports: part.machine.ports.clone(),
+            Some(LeafConnection {
+                ports: process.machine.ports.clone(),
                 requests: bt::request_domain(of, leaf),
                 replies: bt::reply_domain(of, leaf),
                 out: out(topology, &outgoing, tree)?,
             })
         });
-        adapter::Wiring {
-            name: part.name.clone(),
+        AdapterWiring {
+            name: process.name.clone(),
             incoming: incoming.collect(),
             routes: self.ways[index].iter().map(route).collect(),
             recorder: out(topology, &outgoing, self.recorder),
@@ -221,11 +222,11 @@ impl<'m> Wiring<'m> {
     /// The number of a sender among the clients of each interface that it uses, by event; for a thread, its own number.
     fn numbers(&self, sender: usize) -> BTreeMap<String, usize> {
         let number = |(event, (way, _)): (&String, &(Way, Vec<usize>))| {
-            let interface = self.parts[sender].machine.sends.get(event)?.interface.as_deref();
+            let interface = self.processes[sender].machine.sends.get(event)?.interface.as_deref();
             let role = match way {
                 Way::Request => Role::Client,
                 Way::Goal => Role::ActionClient,
-                Way::Server => return Some((event.clone(), self.parts[sender].thread?.1)),
+                Way::Server => return Some((event.clone(), self.processes[sender].thread?.1)),
                 _ => return None,
             };
             let number = self.clients(role, interface).iter().position(|client| *client == sender)?;
@@ -234,11 +235,11 @@ impl<'m> Wiring<'m> {
         self.ways[sender].iter().filter_map(number).collect()
     }
 
-    fn clock(&self, topology: &Topology) -> clock::Wiring {
+    fn clock_wiring(&self, topology: &Topology) -> ClockWiring {
         let outgoing = outgoing(topology, self.clock);
         let step_ns = self.timers.iter().map(|(.., period)| *period).reduce(greatest_common_divisor);
         let hearing =
-            (0..self.parts.len()).filter(|index| self.hears(*index, CLOCK_EVENT)).map(|index| self.ids[index]);
+            (0..self.processes.len()).filter(|index| self.hears(*index, CLOCK_EVENT)).map(|index| self.ids[index]);
         let listeners: Vec<usize> = match step_ns {
             Some(_) => hearing.chain([self.recorder]).filter_map(|id| out(topology, &outgoing, id)).collect(),
             None => Vec::new(),
@@ -247,7 +248,7 @@ impl<'m> Wiring<'m> {
             let out = out(topology, &outgoing, self.ids[*index])?;
             Some(Timer { out, event: event.clone(), period_ns: *period_ns })
         });
-        clock::Wiring { timers: timers.collect(), listeners, step_ns: step_ns.unwrap_or_default(), outgoing }
+        ClockWiring { timers: timers.collect(), listeners, step_ns: step_ns.unwrap_or_default(), outgoing }
     }
 }
 

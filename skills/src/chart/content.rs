@@ -29,7 +29,7 @@ pub(crate) enum ActionKind {
     },
     Send(Box<Send>),
     Cancel(Source),
-    Assign(Place, Expr),
+    Assign(AssignTarget, Expr),
     If(Vec<Branch>),
     Foreach(Box<Foreach>),
     Log {
@@ -117,13 +117,13 @@ pub(crate) struct Named {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
     /// The location that receives a returned value; `None` if the word is not a location.
-    pub(crate) location: Option<Place>,
+    pub(crate) location: Option<AssignTarget>,
     pub(crate) span: SourceSpan,
 }
 
 /// The target of an assignment.
 #[derive(Clone, Debug)]
-pub(crate) enum Place {
+pub(crate) enum AssignTarget {
     Compiled(Location),
     /// Code that stores a value there.
     Foreign(Arc<Code>),
@@ -135,7 +135,7 @@ pub(crate) struct Invoke {
     /// The attribute `id`.
     pub(crate) id: Option<Arc<str>>,
     /// The location that receives a generated id.
-    pub(crate) id_location: Option<Place>,
+    pub(crate) id_location: Option<AssignTarget>,
     pub(crate) kind: Option<Attribute>,
     pub(crate) source: InvokeSource,
     pub(crate) name_list: Vec<Named>,
@@ -163,7 +163,7 @@ pub(crate) enum SendId {
     None,
     Literal(Arc<str>),
     /// The id is generated and stored there.
-    Generated(Place),
+    Generated(AssignTarget),
 }
 
 #[derive(Clone, Debug)]
@@ -184,7 +184,7 @@ pub(crate) struct Param {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
     /// The location that receives a returned value, if the parameter is given by its location.
-    pub(crate) location: Option<Place>,
+    pub(crate) location: Option<AssignTarget>,
     pub(crate) span: SourceSpan,
 }
 

@@ -53,11 +53,11 @@ impl Matches {
 /// The descriptors of a chart as a tree of tokens. A class is a node, numbered so that the nodes below it follow it.
 #[derive(Clone, Debug)]
 pub(crate) struct EventTree {
-    nodes: Vec<Node>,
+    nodes: Vec<TokenNode>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Node {
+struct TokenNode {
     parent: usize,
     /// The last node below this one.
     last: usize,
@@ -69,7 +69,7 @@ struct Node {
 impl EventTree {
     /// The tree of these descriptors.
     pub(crate) fn of<'a>(descriptors: impl IntoIterator<Item = &'a str>) -> Self {
-        let mut nodes = vec![Node::default()];
+        let mut nodes = vec![TokenNode::default()];
         for descriptor in descriptors {
             let mut node = 0;
             for token in tokens(descriptor) {
@@ -77,7 +77,7 @@ impl EventTree {
                     Some(child) => *child,
                     None => {
                         let child = nodes.len();
-                        nodes.push(Node { parent: node, ..Node::default() });
+                        nodes.push(TokenNode { parent: node, ..TokenNode::default() });
                         nodes[node].children.insert(token.into(), child);
                         child
                     }
@@ -106,7 +106,7 @@ impl EventTree {
 
     /// Whether a descriptor other than `*` matches the event.
     pub(crate) fn names(&self, name: &str) -> bool {
-        let step = |here: &Node, token| here.children.get(token).map(|child| &self.nodes[*child]);
+        let step = |here: &TokenNode, token| here.children.get(token).map(|child| &self.nodes[*child]);
         let nodes = name.split('.').scan(&self.nodes[0], |here, token| {
             *here = step(here, token)?;
             Some(*here)
@@ -124,7 +124,7 @@ impl EventTree {
 }
 
 /// The same nodes, renumbered so that the nodes below a node follow it.
-fn numbered(nodes: &[Node]) -> Vec<Node> {
+fn numbered(nodes: &[TokenNode]) -> Vec<TokenNode> {
     let mut order = Vec::with_capacity(nodes.len());
     let mut number = vec![0; nodes.len()];
     let mut open = vec![0];
@@ -133,15 +133,15 @@ fn numbered(nodes: &[Node]) -> Vec<Node> {
         order.push(node);
         open.extend(nodes[node].children.values().rev());
     }
-    let moved = |(new, old): (usize, &usize)| Node {
+    let moved = |(new, old): (usize, &usize)| TokenNode {
         parent: number[nodes[*old].parent],
         last: new,
         is_heard: nodes[*old].is_heard,
         children: nodes[*old].children.iter().map(|(token, child)| (token.clone(), number[*child])).collect(),
     };
-    let mut sorted: Vec<Node> = order.iter().enumerate().map(moved).collect();
+    let mut sorted: Vec<TokenNode> = order.iter().enumerate().map(moved).collect();
     for node in (1..sorted.len()).rev() {
-        let Node { parent, last, .. } = sorted[node];
+        let TokenNode { parent, last, .. } = sorted[node];
         sorted[parent].last = sorted[parent].last.max(last);
     }
     sorted

@@ -23,7 +23,7 @@ use crate::expression::Code;
 use crate::ids::DataId;
 use crate::ids::Identifiers;
 use builtins::Tools;
-use convert::{Injector, Reader};
+use convert::{Extractor, Injector};
 use failure::{Failure, TOO_LARGE};
 pub(super) use reading::check;
 use runtime::{STEPS_PER_TURN, Turns, engine};
@@ -43,7 +43,7 @@ pub(super) fn run(code: &Code, world: &mut World<'_>, argument: Option<&Datum>) 
             let tools = builtins::install(&ctx, world, &random)?;
             Evaluation { ctx: &ctx, tools: &tools, turns: &turns }.run(code, world, argument)
         };
-        evaluate().map_err(|failure: Failure| failure.told(&ctx, &turns))
+        evaluate().map_err(|failure: Failure| failure.reported(&ctx, &turns))
     });
     *world.random = random.get();
     // A program that does not end has used up everything.
@@ -133,19 +133,19 @@ impl<'js> Evaluation<'_, 'js> {
         injector: &Injector<'_, 'js>,
     ) -> Result<Datum, Failure> {
         let global: Object<'js> = self.ctx.globals();
-        let mut reader = Reader::new(self.tools, injector);
+        let mut extractor = Extractor::new(self.tools, injector);
         let mut data = Vec::with_capacity(ids.len());
         if let Some(names) = world.scope.ids {
             for id in ids {
                 let value: Value<'js> = global.get(names.datum(*id))?;
-                data.push((*id, reader.read(&value)?));
+                data.push((*id, extractor.read(&value)?));
             }
         }
         for object in injector.objects() {
-            reader.read(object)?;
+            extractor.read(object)?;
         }
-        let result = reader.read(value)?;
-        let renewed = reader.into_renewed();
+        let result = extractor.read(value)?;
+        let renewed = extractor.into_renewed();
         if !renewed.is_empty() {
             world.memory.renew(renewed)?;
         }

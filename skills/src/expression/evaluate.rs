@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::location::Step;
+use super::location::Access;
 use super::{BinaryOp, EventField, Expr, Location, LogicOp, UnaryOp};
 use crate::bit_set::BitSet;
 use crate::datum::{EvaluationError, MAX_TEXT_BYTES};
@@ -67,9 +67,9 @@ impl Scope<'_> {
 impl Location {
     /// The evaluated member names that lead from the datum to the location.
     pub(crate) fn keys(&self, scope: &Scope<'_>) -> Result<Vec<Arc<str>>> {
-        let key = |step: &Step| match step {
-            Step::Member(name) => Ok(Arc::clone(name)),
-            Step::Index(index) => Ok(index.evaluate(scope)?.to_text()),
+        let key = |access: &Access| match access {
+            Access::Member(name) => Ok(Arc::clone(name)),
+            Access::Index(index) => Ok(index.evaluate(scope)?.to_text()),
         };
         self.path.iter().map(key).collect()
     }

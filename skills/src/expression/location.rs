@@ -10,11 +10,11 @@ use crate::ids::DataId;
 #[derive(Clone, Debug)]
 pub(crate) struct Location {
     pub(crate) data: DataId,
-    pub(super) path: Vec<Step>,
+    pub(super) path: Vec<Access>,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Step {
+pub(super) enum Access {
     Member(Arc<str>),
     Index(Expr),
 }
@@ -35,12 +35,12 @@ impl Location {
                     return Err(ExpressionProblem::new(message, span, "unknown name").of_kind(ProblemKind::Name));
                 }
                 Expr::Member(value, name) => {
-                    path.push(Step::Member(name));
+                    path.push(Access::Member(name));
                     *value
                 }
                 Expr::Index(parts) => {
                     let [value, index] = *parts;
-                    path.push(Step::Index(index));
+                    path.push(Access::Index(index));
                     value
                 }
                 Expr::Event | Expr::EventField(_) | Expr::MachineName | Expr::SessionId | Expr::IoProcessors => {
@@ -62,10 +62,10 @@ impl Location {
     /// The expression for the value stored there.
     pub(crate) fn to_expr(&self) -> Expr {
         let mut expr = Expr::Data(self.data);
-        for step in &self.path {
-            expr = match step {
-                Step::Member(name) => Expr::Member(Box::new(expr), Arc::clone(name)),
-                Step::Index(index) => Expr::Index(Box::new([expr, index.clone()])),
+        for access in &self.path {
+            expr = match access {
+                Access::Member(name) => Expr::Member(Box::new(expr), Arc::clone(name)),
+                Access::Index(index) => Expr::Index(Box::new([expr, index.clone()])),
             };
         }
         expr

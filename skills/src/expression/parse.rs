@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use diagnostics::did_you_mean;
 
-use super::token::{Kind, Token, tokens};
+use super::token::{Token, TokenKind, tokens};
 use super::vocabulary::{Infix, UNARY_POWER, infix, is_reserved, prefix, system_name};
 use super::{EventField, Expr, ExpressionProblem, Location, Names, ProblemKind, Scope, UnaryOp};
 use crate::Datum;
@@ -90,7 +90,7 @@ impl<'s, 't> Parser<'s, 't> {
     }
 
     pub(super) fn take_mark(&mut self, mark: &str) -> bool {
-        let found = self.peek().kind == Kind::Mark(mark);
+        let found = self.peek().kind == TokenKind::Mark(mark);
         if found {
             self.advance();
         }
@@ -107,19 +107,21 @@ impl<'s, 't> Parser<'s, 't> {
 
     pub(super) fn end(&mut self) -> Result<()> {
         match &self.peek().kind {
-            Kind::End => Ok(()),
-            Kind::Mark("=") => {
+            TokenKind::End => Ok(()),
+            TokenKind::Mark("=") => {
                 let help = "use `==` or `===` to compare, or an <assign> element to assign";
                 let problem = self.unexpected("`=` assigns; it does not compare").with_help(help);
                 Err(problem.of_kind(ProblemKind::Suspicious))
             }
-            Kind::Mark(mark @ ("++" | "--" | "+=" | "-=" | "*=" | "/=" | "%=")) => {
+            TokenKind::Mark(mark @ ("++" | "--" | "+=" | "-=" | "*=" | "/=" | "%=")) => {
                 let message = format!("`{mark}` assigns, which is not allowed in this expression");
                 Err(self.unexpected(&message).with_help("use an <assign> element"))
             }
-            Kind::Name("and") => Err(self.unexpected("the expression should end here").with_help("`&&` means and")),
-            Kind::Name("or") => Err(self.unexpected("the expression should end here").with_help("`||` means or")),
-            Kind::Name(name @ ("instanceof" | "in")) => {
+            TokenKind::Name("and") => {
+                Err(self.unexpected("the expression should end here").with_help("`&&` means and"))
+            }
+            TokenKind::Name("or") => Err(self.unexpected("the expression should end here").with_help("`||` means or")),
+            TokenKind::Name(name @ ("instanceof" | "in")) => {
                 Err(ExpressionProblem::outside_subset(&format!("`{name}`"), self.peek().span.clone()))
             }
             _ => Err(self.unexpected("the expression should end here")),
@@ -129,11 +131,11 @@ impl<'s, 't> Parser<'s, 't> {
     pub(super) fn unexpected(&self, message: &str) -> ExpressionProblem {
         let token = self.peek();
         let label = match &token.kind {
-            Kind::End => "the expression ends here".to_owned(),
-            Kind::Number(_) => "not this number".to_owned(),
-            Kind::Text(_) => "not this string".to_owned(),
-            Kind::Name(name) => format!("not `{name}`"),
-            Kind::Mark(mark) => format!("not `{mark}`"),
+            TokenKind::End => "the expression ends here".to_owned(),
+            TokenKind::Number(_) => "not this number".to_owned(),
+            TokenKind::Text(_) => "not this string".to_owned(),
+            TokenKind::Name(name) => format!("not `{name}`"),
+            TokenKind::Mark(mark) => format!("not `{mark}`"),
         };
         ExpressionProblem::new(message, token.span.clone(), label)
     }
@@ -198,15 +200,15 @@ impl<'s, 't> Parser<'s, 't> {
         loop {
             let token = self.peek().clone();
             left = match token.kind {
-                Kind::Mark(".") => {
+                TokenKind::Mark(".") => {
                     self.advance();
-                    let Kind::Name(name) = self.peek().kind else {
+                    let TokenKind::Name(name) = self.peek().kind else {
                         return Err(self.unexpected("expected the name of a member after `.`"));
                     };
                     self.advance();
                     member(left, name)
                 }
-                Kind::Mark("[") => {
+                TokenKind::Mark("[") => {
                     self.advance();
                     let index = self.expression(0)?;
                     self.expect("]", &token.span)?;
@@ -215,14 +217,14 @@ impl<'s, 't> Parser<'s, 't> {
                         index => Expr::Index(Box::new([left, index])),
                     }
                 }
-                Kind::Mark("(") => {
+                TokenKind::Mark("(") => {
                     if let Expr::Unknown(_) = left {
                         // The name of a called function is not a datum and need not be declared.
                         self.unknown.pop();
                     }
                     return Err(ExpressionProblem::outside_subset("a function call", token.span));
                 }
-                Kind::Mark("?.") => return Err(ExpressionProblem::outside_subset("`?.`", token.span)),
+                TokenKind::Mark("?.") => return Err(ExpressionProblem::outside_subset("`?.`", token.span)),
                 _ => return Ok(left),
             };
             self.count_operator()?;
@@ -232,27 +234,27 @@ impl<'s, 't> Parser<'s, 't> {
     fn primary(&mut self) -> Result<Expr> {
         let token = self.peek().clone();
         match token.kind {
-            Kind::Number(number) => {
+            TokenKind::Number(number) => {
                 self.advance();
                 Ok(Expr::Constant(number.into()))
             }
-            Kind::Text(text) => {
+            TokenKind::Text(text) => {
                 self.advance();
                 Ok(Expr::Constant(Datum::text(&text)))
             }
-            Kind::Name(name) => self.name(name, token.span),
-            Kind::Mark("(") => {
+            TokenKind::Name(name) => self.name(name, token.span),
+            TokenKind::Mark("(") => {
                 self.advance();
                 let inner = self.expression(0)?;
                 self.expect(")", &token.span)?;
                 Ok(inner)
             }
-            Kind::Mark("[") => self.array(),
-            Kind::Mark("{") => self.object(),
-            Kind::Mark("++" | "--") => Err(self.unexpected("assignments are not allowed in this expression")),
-            Kind::Mark("/") => Err(ExpressionProblem::outside_subset("a regular expression", token.span)),
-            Kind::End => Err(self.unexpected("a value is missing")),
-            Kind::Mark(_) => Err(self.unexpected("expected a value")),
+            TokenKind::Mark("[") => self.array(),
+            TokenKind::Mark("{") => self.object(),
+            TokenKind::Mark("++" | "--") => Err(self.unexpected("assignments are not allowed in this expression")),
+            TokenKind::Mark("/") => Err(ExpressionProblem::outside_subset("a regular expression", token.span)),
+            TokenKind::End => Err(self.unexpected("a value is missing")),
+            TokenKind::Mark(_) => Err(self.unexpected("expected a value")),
         }
     }
 
@@ -313,9 +315,9 @@ impl<'s, 't> Parser<'s, 't> {
         let mut members: Vec<(Arc<str>, Expr)> = Vec::new();
         while !self.take_mark("}") {
             let key: Arc<str> = match self.peek().kind.clone() {
-                Kind::Name(name) => name.into(),
-                Kind::Text(text) => text.into(),
-                Kind::Number(number) => Datum::from(number).to_text(),
+                TokenKind::Name(name) => name.into(),
+                TokenKind::Text(text) => text.into(),
+                TokenKind::Number(number) => Datum::from(number).to_text(),
                 _ => return Err(self.unexpected("expected the name of a member")),
             };
             self.advance();

@@ -102,15 +102,15 @@ enum Open {
 pub(crate) fn declarations(source: &str) -> Declarations {
     let found = Declarations { script: source.to_owned(), ..Declarations::default() };
     let (pieces, open) = (pieces(source), Vec::new());
-    let mut reading = Reading { source, pieces, open, closed: Open::Plain, declaring: None, found };
-    for index in 0..reading.pieces.len() {
-        reading.read(index);
+    let mut search = DeclarationSearch { source, pieces, open, closed: Open::Plain, declaring: None, found };
+    for index in 0..search.pieces.len() {
+        search.read(index);
     }
-    reading.found
+    search.found
 }
 
 /// A script that is searched for declarations.
-struct Reading<'s> {
+struct DeclarationSearch<'s> {
     source: &'s str,
     pieces: Vec<(Piece, Range<usize>)>,
     /// The brackets around the current position.
@@ -122,7 +122,7 @@ struct Reading<'s> {
     found: Declarations,
 }
 
-impl<'s> Reading<'s> {
+impl<'s> DeclarationSearch<'s> {
     fn read(&mut self, index: usize) {
         let before = self.before(index);
         match self.pieces[index].0 {

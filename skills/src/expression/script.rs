@@ -1,7 +1,7 @@
 //! Scripts: sequences of assignments.
 
 use super::parse::Parser;
-use super::token::{Kind, tokens};
+use super::token::{TokenKind, tokens};
 use super::vocabulary::binary;
 use super::{BinaryOp, Expr, ExpressionProblem, Location, Names, Parsed, Statement};
 
@@ -15,7 +15,7 @@ pub(crate) fn script(source: &str, names: &Names) -> Parsed<Vec<Statement>> {
         let mut statements = Vec::new();
         let result = loop {
             while parser.take_mark(";") {}
-            if parser.peek().kind == Kind::End {
+            if parser.peek().kind == TokenKind::End {
                 break Ok(());
             }
             match statement(&mut parser, source) {
@@ -30,7 +30,7 @@ pub(crate) fn script(source: &str, names: &Names) -> Parsed<Vec<Statement>> {
 }
 
 fn statement(parser: &mut Parser<'_, '_>, source: &str) -> Result<Option<Statement>, ExpressionProblem> {
-    let declares = matches!(parser.peek().kind, Kind::Name(name) if DECLARATORS.contains(&name));
+    let declares = matches!(parser.peek().kind, TokenKind::Name(name) if DECLARATORS.contains(&name));
     if declares {
         parser.advance();
     }
@@ -69,7 +69,7 @@ fn step(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
 
 /// `+=` and similar operators
 fn update(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
-    let Kind::Mark(mark) = parser.peek().kind else {
+    let TokenKind::Mark(mark) = parser.peek().kind else {
         return None;
     };
     let (_, op) = binary(mark.strip_suffix('=')?)?;

@@ -14,7 +14,7 @@ type Input<'s> = LocatingSlice<&'s str>;
 
 /// What a token is.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind<'s> {
+pub(super) enum TokenKind<'s> {
     Number(f64),
     Text(String),
     Name(&'s str),
@@ -26,7 +26,7 @@ pub(super) enum Kind<'s> {
 /// A token and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'s> {
-    pub(super) kind: Kind<'s>,
+    pub(super) kind: TokenKind<'s>,
     pub(super) span: Range<usize>,
 }
 
@@ -38,7 +38,7 @@ const MARKS: [&str; 53] = [
 ];
 const BRACKETS: [&str; 4] = ["[", "]", "{", "}"];
 
-/// Splits an expression into tokens; the last one is [`Kind::End`].
+/// Splits an expression into tokens; the last one is [`TokenKind::End`].
 pub(super) fn tokens(source: &str) -> Result<Vec<Token<'_>>, ExpressionProblem> {
     let mut input = Input::new(source);
     let mut tokens = Vec::new();
@@ -50,7 +50,7 @@ pub(super) fn tokens(source: &str) -> Result<Vec<Token<'_>>, ExpressionProblem> 
             return Err(unreadable(source, start));
         }
         if input.is_empty() {
-            tokens.push(Token { kind: Kind::End, span: start..start });
+            tokens.push(Token { kind: TokenKind::End, span: start..start });
             return Ok(tokens);
         }
         match token.with_span().parse_next(&mut input) {
@@ -83,13 +83,13 @@ fn blank(input: &mut Input<'_>) -> ModalResult<()> {
     repeat(0.., alt((take_while(1.., char::is_whitespace).void(), line_comment, comment))).parse_next(input)
 }
 
-fn token<'s>(input: &mut Input<'s>) -> ModalResult<Kind<'s>> {
+fn token<'s>(input: &mut Input<'s>) -> ModalResult<TokenKind<'s>> {
     alt((
-        number.map(Kind::Number),
-        text.map(Kind::Text),
-        name.map(Kind::Name),
-        alt(MARKS).map(Kind::Mark),
-        alt(BRACKETS).map(Kind::Mark),
+        number.map(TokenKind::Number),
+        text.map(TokenKind::Text),
+        name.map(TokenKind::Name),
+        alt(MARKS).map(TokenKind::Mark),
+        alt(BRACKETS).map(TokenKind::Mark),
     ))
     .parse_next(input)
 }
@@ -164,28 +164,34 @@ fn surrogates(input: &mut Input<'_>) -> ModalResult<char> {
 mod tests {
     use super::*;
 
-    fn kinds(source: &str) -> Vec<Kind<'_>> {
+    fn kinds(source: &str) -> Vec<TokenKind<'_>> {
         tokens(source).unwrap().into_iter().map(|token| token.kind).collect()
     }
 
     #[test]
     fn the_longest_operator_wins() {
-        assert_eq!(kinds("a===b"), [Kind::Name("a"), Kind::Mark("==="), Kind::Name("b"), Kind::End]);
-        assert_eq!(kinds("x>>>=1"), [Kind::Name("x"), Kind::Mark(">>>="), Kind::Number(1.0), Kind::End]);
+        assert_eq!(
+            kinds("a===b"),
+            [TokenKind::Name("a"), TokenKind::Mark("==="), TokenKind::Name("b"), TokenKind::End]
+        );
+        assert_eq!(
+            kinds("x>>>=1"),
+            [TokenKind::Name("x"), TokenKind::Mark(">>>="), TokenKind::Number(1.0), TokenKind::End]
+        );
     }
 
     #[test]
     fn strings_unescape() {
-        let expected = Kind::Text("a'\n\u{e9}\u{41}".to_owned());
-        assert_eq!(kinds(r"'a\'\n\u00e9\x41'"), [expected, Kind::End]);
-        assert_eq!(kinds(r"'\uD83D\uDD0B\u{1F50B}'"), [Kind::Text("🔋🔋".to_owned()), Kind::End]);
-        let half = Kind::Text("\u{FFFD}a".to_owned());
-        assert_eq!(kinds(r"'\uD83Da'"), [half, Kind::End], "half a character is not one");
+        let expected = TokenKind::Text("a'\n\u{e9}\u{41}".to_owned());
+        assert_eq!(kinds(r"'a\'\n\u00e9\x41'"), [expected, TokenKind::End]);
+        assert_eq!(kinds(r"'\uD83D\uDD0B\u{1F50B}'"), [TokenKind::Text("🔋🔋".to_owned()), TokenKind::End]);
+        let half = TokenKind::Text("\u{FFFD}a".to_owned());
+        assert_eq!(kinds(r"'\uD83Da'"), [half, TokenKind::End], "half a character is not one");
     }
 
     #[test]
     fn comments_and_spaces_are_ignored() {
-        assert_eq!(kinds(" /* a */ 1 // b"), [Kind::Number(1.0), Kind::End]);
+        assert_eq!(kinds(" /* a */ 1 // b"), [TokenKind::Number(1.0), TokenKind::End]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The words and operators of expressions.
 
-use super::token::Kind;
+use super::token::TokenKind;
 use super::{BinaryOp, Expr, LogicOp, UnaryOp};
 use crate::Datum;
 
@@ -230,21 +230,21 @@ pub(super) fn system_name(name: &str) -> Option<Expr> {
     })
 }
 
-pub(super) fn prefix(kind: &Kind<'_>) -> Option<UnaryOp> {
+pub(super) fn prefix(kind: &TokenKind<'_>) -> Option<UnaryOp> {
     Some(match kind {
-        Kind::Mark("!") => UnaryOp::Not,
-        Kind::Mark("-") => UnaryOp::Minus,
-        Kind::Mark("+") => UnaryOp::Plus,
-        Kind::Mark("~") => UnaryOp::BitNot,
-        Kind::Name("typeof") => UnaryOp::TypeOf,
-        Kind::Name("void") => UnaryOp::Void,
+        TokenKind::Mark("!") => UnaryOp::Not,
+        TokenKind::Mark("-") => UnaryOp::Minus,
+        TokenKind::Mark("+") => UnaryOp::Plus,
+        TokenKind::Mark("~") => UnaryOp::BitNot,
+        TokenKind::Name("typeof") => UnaryOp::TypeOf,
+        TokenKind::Name("void") => UnaryOp::Void,
         _ => return None,
     })
 }
 
 /// The binding power of an infix operator, and which operator it is. All but `?:` are left-associative.
-pub(super) fn infix(kind: &Kind<'_>) -> Option<(u8, Infix)> {
-    let Kind::Mark(mark) = kind else {
+pub(super) fn infix(kind: &TokenKind<'_>) -> Option<(u8, Infix)> {
+    let TokenKind::Mark(mark) = kind else {
         return None;
     };
     Some(match *mark {

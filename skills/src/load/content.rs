@@ -112,7 +112,7 @@ impl Compiler<'_> {
     }
 
     fn assign(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
-        let location = self.place(&Written::attribute(node, "location")?);
+        let location = self.assign_target(&Written::attribute(node, "location")?);
         let value = match (Written::attribute(node, "expr"), InlineContent::of(node)) {
             (Some(expr), None) if expr.value.trim().is_empty() => Expr::Constant(Datum::Undefined),
             (Some(expr), None) => self.expression(&expr),

@@ -8,7 +8,7 @@ use roxmltree::Node;
 use super::compile::{self, Compiler};
 use super::xml::{Written, elements, elements_named, name_span};
 use crate::chart::{ActionKind, Block};
-use crate::chart::{INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Place, Source, visit_actions};
+use crate::chart::{AssignTarget, INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Source, visit_actions};
 use crate::expression::Expr;
 use crate::expression::Form;
 
@@ -21,7 +21,7 @@ impl Compiler<'_> {
             let help = nearest_or_all(kind.value, "types", &["scxml"]);
             self.defer(problem.at(kind.span(), "unknown type").with_help(help));
         }
-        let id_location = Written::attribute(node, "idlocation").and_then(|written| self.place(&written).ok());
+        let id_location = Written::attribute(node, "idlocation").and_then(|written| self.assign_target(&written).ok());
         Invoke {
             id: node.attribute("id").map(Arc::from),
             id_location,
@@ -49,7 +49,7 @@ impl Compiler<'_> {
     fn invoke_param(&mut self, node: Node<'_, '_>) -> Option<Param> {
         let location = Written::attribute(node, "location");
         let param = self.param(node)?;
-        Some(Param { location: location.and_then(|written| self.place(&written).ok()), ..param })
+        Some(Param { location: location.and_then(|written| self.assign_target(&written).ok()), ..param })
     }
 
     fn finalize(&mut self, node: Node<'_, '_>) -> Block {
@@ -122,8 +122,8 @@ impl Compiler<'_> {
     }
 
     fn named(&mut self, word: Written<'_>) -> Named {
-        let (value, location) = match self.place(&word) {
-            Ok(Place::Compiled(location)) => (location.to_expr(), Some(Place::Compiled(location))),
+        let (value, location) = match self.assign_target(&word) {
+            Ok(AssignTarget::Compiled(location)) => (location.to_expr(), Some(AssignTarget::Compiled(location))),
             Ok(foreign) => (self.expression(&word), Some(foreign)),
             Err(reason) => (Expr::Broken(reason), None),
         };
@@ -131,8 +131,8 @@ impl Compiler<'_> {
     }
 
     /// Compiles a location. One that cannot be compiled is reported, and `Err` describes the problem.
-    pub(super) fn place(&mut self, written: &Written<'_>) -> Result<Place, Arc<str>> {
+    pub(super) fn assign_target(&mut self, written: &Written<'_>) -> Result<AssignTarget, Arc<str>> {
         let parsed = crate::expression::location(written.value, &self.names);
-        self.compiled(written, parsed, Form::Location, Place::Compiled, Place::Foreign)
+        self.compiled(written, parsed, Form::Location, AssignTarget::Compiled, AssignTarget::Foreign)
     }
 }

@@ -22,8 +22,8 @@ impl Compiler<'_> {
         let delay = self.delay(node);
         let id = match (Written::attribute(node, "id"), Written::attribute(node, "idlocation")) {
             (Some(id), _) => SendId::Literal(id.value.into()),
-            (None, Some(written)) => match self.place(&written) {
-                Ok(place) => SendId::Generated(place),
+            (None, Some(written)) => match self.assign_target(&written) {
+                Ok(target) => SendId::Generated(target),
                 Err(reason) => return ActionKind::Fail(reason),
             },
             (None, None) => SendId::None,

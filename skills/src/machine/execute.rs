@@ -7,7 +7,7 @@ use miette::SourceSpan;
 use super::macrostep::Macrostep;
 use super::{Event, EventKind, Note, no_room};
 use crate::Datum;
-use crate::chart::{Action, ActionKind, Branch, Condition, Content, Foreach, Payload, Place};
+use crate::chart::{Action, ActionKind, AssignTarget, Branch, Condition, Content, Foreach, Payload};
 use crate::datum::EvaluationError;
 use crate::expression::{BinaryOp, Expr, Location, Statement, binary};
 use crate::ids::DataId;
@@ -86,10 +86,10 @@ impl Macrostep<'_, '_> {
         })
     }
 
-    pub(super) fn assign(&mut self, place: &Place, value: Datum, span: SourceSpan) -> Result<(), Aborted> {
-        let outcome = match place {
-            Place::Compiled(location) => self.try_assign(location, value),
-            Place::Foreign(code) => self.run_code(code, Some(&value)).map(|_| ()),
+    pub(super) fn assign(&mut self, target: &AssignTarget, value: Datum, span: SourceSpan) -> Result<(), Aborted> {
+        let outcome = match target {
+            AssignTarget::Compiled(location) => self.try_assign(location, value),
+            AssignTarget::Foreign(code) => self.run_code(code, Some(&value)).map(|_| ()),
         };
         outcome.or_else(|error| self.abort(error.to_string(), span))
     }

@@ -164,7 +164,7 @@ impl Macrostep<'_, '_> {
         if self.machine.timers.first().map(|timer| timer.due) == due {
             if due.is_some() {
                 let timer = self.machine.timers.remove(0);
-                self.deliver(timer.parcel);
+                self.deliver(timer.delivery);
             }
         } else if let Some(index) = self.machine.invoked.iter().position(|inner| inner.machine.next_timer() == due) {
             self.with_child(index, |run| run.fire_next());
@@ -175,12 +175,12 @@ impl Macrostep<'_, '_> {
     /// Runs a machine inside, forwards what it sends, and notices its end.
     fn with_child(&mut self, index: usize, act: impl FnOnce(&mut Macrostep<'_, '_>)) {
         let mut invoked = self.machine.invoked.remove(index);
-        let mail = self.run_child(&mut invoked, act);
+        let events = self.run_child(&mut invoked, act);
         let (id, status) = (Arc::clone(&invoked.id), invoked.machine.status);
         let (result, span) = (invoked.machine.result.clone(), self.invoke(&invoked).span);
         self.machine.invoked.insert(index, invoked);
-        for letter in mail {
-            self.pass_on(letter, &id);
+        for event in events {
+            self.pass_on(event, &id);
         }
         match status {
             Status::Done => {
@@ -208,22 +208,22 @@ impl Macrostep<'_, '_> {
         let chart = Arc::clone(&invoked.machine.chart);
         let mut host = Inside { id: &invoked.id, host: self.host };
         let room_here = MAX_WAITING.saturating_sub(self.machine.external.len());
-        let room = self.outer.room.saturating_sub(self.outer.mail.len()).min(room_here);
-        let outer = OuterSessions { outside: &outside, mail: Vec::new(), room };
+        let room = self.outer.room.saturating_sub(self.outer.events.len()).min(room_here);
+        let outer = OuterSessions { outside: &outside, events: Vec::new(), room };
         let (machine, now, steps) = (&mut invoked.machine, self.now, self.steps);
         let mut run = Macrostep { chart: &chart, machine, now, host: &mut host, outer, steps };
         act(&mut run);
-        run.outer.mail
+        run.outer.events
     }
 
     /// Delivers an event from a machine inside.
-    fn pass_on(&mut self, letter: OuterEvent, sender: &Arc<str>) {
-        match letter {
+    fn pass_on(&mut self, event: OuterEvent, sender: &Arc<str>) {
+        match event {
             OuterEvent::Parent(event) => self.machine.enqueue(Event { invoke_id: Some(Arc::clone(sender)), ..event }),
             OuterEvent::Session(session, event) if session == self.machine.session.id => self.machine.enqueue(event),
             OuterEvent::Session(session, event) => match self.machine.descendant(&session) {
                 Some(machine) => machine.enqueue(event),
-                None => self.outer.mail.push(OuterEvent::Session(session, event)),
+                None => self.outer.events.push(OuterEvent::Session(session, event)),
             },
         }
     }
@@ -236,9 +236,9 @@ impl Macrostep<'_, '_> {
                 continue;
             }
             let id = Arc::clone(&invoked.id);
-            for letter in self.run_child(&mut invoked, |run| run.exit_interpreter()) {
-                if matches!(letter, OuterEvent::Session(..)) {
-                    self.pass_on(letter, &id);
+            for event in self.run_child(&mut invoked, |run| run.exit_interpreter()) {
+                if matches!(event, OuterEvent::Session(..)) {
+                    self.pass_on(event, &id);
                 }
             }
         }

@@ -35,7 +35,7 @@ pub(super) struct OuterSessions<'k> {
     /// The sessions that are neither it nor inside it.
     pub(super) outside: &'k [Arc<str>],
     /// The events for them.
-    pub(super) mail: Vec<OuterEvent>,
+    pub(super) events: Vec<OuterEvent>,
     /// The room that they have left.
     pub(super) room: usize,
 }
@@ -59,7 +59,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
             machine,
             now,
             host,
-            outer: OuterSessions { outside: &[], mail: Vec::new(), room: MAX_WAITING },
+            outer: OuterSessions { outside: &[], events: Vec::new(), room: MAX_WAITING },
             steps,
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use channels::{NoNormalForm, NormalForm};
 
-use super::timer::Parcel;
+use super::timer::Delivery;
 use super::{Machine, Session, Status};
 use crate::Datum;
 use crate::chart::ADDRESS;
@@ -80,9 +80,9 @@ impl Machine {
     }
 
     fn looks_at_generated_ids(&self) -> bool {
-        let of_timers = self.timers.iter().map(|timer| match &timer.parcel {
-            Parcel::Internal(event) | Parcel::Own(event) => &event.data,
-            Parcel::Away(outgoing, _) => &outgoing.data,
+        let of_timers = self.timers.iter().map(|timer| match &timer.delivery {
+            Delivery::Internal(event) | Delivery::Own(event) => &event.data,
+            Delivery::Away(outgoing, _) => &outgoing.data,
         });
         self.chart.looks_at_generated_ids()
             || self.data.iter().chain(of_timers).any(holds_address)
@@ -105,9 +105,9 @@ impl Machine {
             inner.number_invoked();
         }
         let location = &self.session.location;
-        let of_timers = self.timers.iter_mut().filter_map(|timer| match &mut timer.parcel {
-            Parcel::Internal(event) | Parcel::Own(event) => Some(event),
-            Parcel::Away(..) => None,
+        let of_timers = self.timers.iter_mut().filter_map(|timer| match &mut timer.delivery {
+            Delivery::Internal(event) | Delivery::Own(event) => Some(event),
+            Delivery::Away(..) => None,
         });
         for event in of_timers.chain(&mut self.event) {
             // Nothing reads these, but they must not differ.

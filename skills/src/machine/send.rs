@@ -7,7 +7,7 @@ use miette::SourceSpan;
 
 use super::execute::Aborted;
 use super::macrostep::{Macrostep, OuterEvent};
-use super::timer::{Parcel, Spot, Timer};
+use super::timer::{Delivery, Spot, Timer};
 use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, Undelivered, no_room};
 use crate::Datum;
 use crate::chart::{ADDRESS, Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
@@ -21,27 +21,27 @@ impl Macrostep<'_, '_> {
     /// Evaluates the event now, and sends it now or later.
     pub(super) fn send(&mut self, send: &Send) -> Result<(), Aborted> {
         let id = self.send_id(send)?;
-        let (parcel, delay) = self.parcel_to_deliver(send, id.clone()).map_err(|reason| {
+        let (delivery, delay) = self.delivery_with_delay(send, id.clone()).map_err(|reason| {
             self.fail(reason, send.span, id.clone());
             Aborted
         })?;
         if delay.is_zero() {
-            self.deliver(parcel);
+            self.deliver(delivery);
         } else {
             let due = self.now.saturating_add(delay);
             let timers = &mut self.machine.timers;
             let position = timers.partition_point(|timer| timer.due <= due);
-            timers.insert(position, Timer { due, send_id: id, parcel });
+            timers.insert(position, Timer { due, send_id: id, delivery });
         }
         Ok(())
     }
 
     /// The event, and its delay.
-    fn parcel_to_deliver(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<(Parcel, Duration), String> {
-        let parcel = self.parcel(send, send_id)?;
+    fn delivery_with_delay(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<(Delivery, Duration), String> {
+        let delivery = self.delivery(send, send_id)?;
         let delay = self.delay(send)?;
-        let waits_here = !delay.is_zero() || !matches!(parcel, Parcel::Away(..));
-        if waits_here && !self.machine.has_room() { Err(no_room()) } else { Ok((parcel, delay)) }
+        let waits_here = !delay.is_zero() || !matches!(delivery, Delivery::Away(..));
+        if waits_here && !self.machine.has_room() { Err(no_room()) } else { Ok((delivery, delay)) }
     }
 
     fn send_id(&mut self, send: &Send) -> Result<Option<Arc<str>>, Aborted> {
@@ -58,7 +58,7 @@ impl Macrostep<'_, '_> {
     }
 
     /// The event and its target, or the reason why there is none.
-    fn parcel(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<Parcel, String> {
+    fn delivery(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<Delivery, String> {
         let event = self.attribute(send.event.as_ref())?;
         let target = self.attribute(send.target.as_ref())?;
         let processor = self.attribute(send.processor.as_ref())?;
@@ -83,27 +83,27 @@ impl Macrostep<'_, '_> {
     }
 
     /// The route of an event: by channel to another process, or by SCXML's own processor to this machine.
-    fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Parcel, String> {
+    fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Delivery, String> {
         if &*outgoing.processor == CHANNEL_PROCESSOR {
-            return Ok(Parcel::Away(outgoing, Spot(span)));
+            return Ok(Delivery::Away(outgoing, Spot(span)));
         }
         if ![SCXML_PROCESSOR, "scxml"].contains(&&*outgoing.processor) {
             return Err(format!("unknown event processor `{}`", outgoing.processor));
         }
         let session = &self.machine.session;
         match outgoing.target.as_deref() {
-            Some(INTERNAL_TARGET) => Ok(Parcel::Internal(own_event(outgoing, EventKind::Internal))),
+            Some(INTERNAL_TARGET) => Ok(Delivery::Internal(own_event(outgoing, EventKind::Internal))),
             Some(target) if target == &*session.location => Ok(self.to_itself(outgoing)),
             None => Ok(self.to_itself(outgoing)),
-            Some(target) if target.starts_with("#_") => Ok(Parcel::Away(outgoing, Spot(span))),
+            Some(target) if target.starts_with("#_") => Ok(Delivery::Away(outgoing, Spot(span))),
             Some(target) => Err(format!("`{target}` is not a valid target of an SCXML event")),
         }
     }
 
-    fn to_itself(&self, outgoing: Outgoing) -> Parcel {
+    fn to_itself(&self, outgoing: Outgoing) -> Delivery {
         let Session { location, processor, .. } = &*self.machine.session;
         let event = own_event(outgoing, EventKind::External);
-        Parcel::Own(event.with_origin(Arc::clone(location), Arc::clone(processor)))
+        Delivery::Own(event.with_origin(Arc::clone(location), Arc::clone(processor)))
     }
 
     pub(super) fn attribute(&mut self, attribute: Option<&Attribute>) -> Result<Option<Arc<str>>, String> {
@@ -131,25 +131,25 @@ impl Macrostep<'_, '_> {
     }
 
     /// Delivers an event to its queue or to the host.
-    pub(super) fn deliver(&mut self, parcel: Parcel) {
-        match parcel {
-            Parcel::Internal(event) => {
+    pub(super) fn deliver(&mut self, delivery: Delivery) {
+        match delivery {
+            Delivery::Internal(event) => {
                 let class = self.chart.events.class(&event.name);
                 self.raise(event, class);
             }
-            Parcel::Own(event) => {
+            Delivery::Own(event) => {
                 if !self.chart.may_hear(&event.name) {
                     self.host.note(Note::Unheard { event: Arc::clone(&event.name) });
                 }
                 let class = self.chart.events.class(&event.name);
                 self.machine.external.push_back(Queued { event, class });
             }
-            Parcel::Away(outgoing, Spot(span)) => {
+            Delivery::Away(outgoing, Spot(span)) => {
                 let send_id = outgoing.send_id.clone();
                 let result = if &*outgoing.processor == CHANNEL_PROCESSOR {
                     self.host.send(&outgoing)
                 } else {
-                    self.send_to_kin(outgoing).map_err(Undelivered::Unfit)
+                    self.send_to_machine(outgoing).map_err(Undelivered::Unfit)
                 };
                 if let Err(undelivered) = result {
                     let is_harmless = matches!(undelivered, Undelivered::Late(_));
@@ -160,7 +160,7 @@ impl Macrostep<'_, '_> {
     }
 
     /// Sends an event to an outer or inner machine (SCXML C.1).
-    fn send_to_kin(&mut self, outgoing: Outgoing) -> Result<(), String> {
+    fn send_to_machine(&mut self, outgoing: Outgoing) -> Result<(), String> {
         let Session { location, processor, .. } = &*self.machine.session;
         let target = outgoing.target.clone().unwrap_or_default();
         let event = own_event(outgoing, EventKind::External).with_origin(Arc::clone(location), Arc::clone(processor));
@@ -186,11 +186,11 @@ impl Macrostep<'_, '_> {
     }
 
     /// Sends an event to an outer machine, if there is room for it.
-    fn post(&mut self, letter: OuterEvent) -> Result<(), String> {
-        if self.outer.mail.len() >= self.outer.room {
+    fn post(&mut self, event: OuterEvent) -> Result<(), String> {
+        if self.outer.events.len() >= self.outer.room {
             return Err(no_room());
         }
-        self.outer.mail.push(letter);
+        self.outer.events.push(event);
         Ok(())
     }
 

@@ -12,12 +12,12 @@ use super::{Event, Outgoing};
 pub(super) struct Timer {
     pub(super) due: Duration,
     pub(super) send_id: Option<Arc<str>>,
-    pub(super) parcel: Parcel,
+    pub(super) delivery: Delivery,
 }
 
 /// An event in transit.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Parcel {
+pub(super) enum Delivery {
     /// To the machine's own internal queue.
     Internal(Event),
     /// To the machine's own external queue.
@@ -26,7 +26,7 @@ pub(super) enum Parcel {
     Away(Outgoing, Spot),
 }
 
-/// The position of a `<send>` in the file, for messages. All positions compare equal, so equal parcels of one chart are
+/// The position of a `<send>` in the file, for messages. All positions compare equal, so equal deliveries of one chart are
 /// equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub(super) SourceSpan);

@@ -11,7 +11,7 @@ use super::CLIENT;
 use super::wiring::{Incoming, Outgoing, Wiring, heads, shapes_of, takes};
 use crate::Datum;
 use crate::chart::{
-    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, Descriptor, EventClass, Place, Send, SendId, is_event_name,
+    ActionKind, AssignTarget, Attribute, CHANNEL_PROCESSOR, Chart, Descriptor, EventClass, Send, SendId, is_event_name,
     visit_actions,
 };
 use crate::datum::Memory;
@@ -66,7 +66,7 @@ impl<'a> Constants<'a> {
 
 fn changed_by(action: &ActionKind) -> Vec<DataId> {
     match action {
-        ActionKind::Assign(Place::Compiled(location), _) => vec![location.data],
+        ActionKind::Assign(AssignTarget::Compiled(location), _) => vec![location.data],
         ActionKind::Foreach(foreach) => std::iter::once(foreach.item).chain(foreach.index).collect(),
         ActionKind::Script(statements) => {
             let changed = |statement: &Statement| match statement {
@@ -76,7 +76,7 @@ fn changed_by(action: &ActionKind) -> Vec<DataId> {
             statements.iter().filter_map(changed).collect()
         }
         ActionKind::Send(send) => match &send.id {
-            SendId::Generated(Place::Compiled(location)) => vec![location.data],
+            SendId::Generated(AssignTarget::Compiled(location)) => vec![location.data],
             _ => Vec::new(),
         },
         _ => Vec::new(),

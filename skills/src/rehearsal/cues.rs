@@ -112,14 +112,14 @@ mod tests {
         let text = "{\"event\": \"a.b\"}\n{\"event\": \"\"}\n# none\n{\"event\": \"a b\"}\n{\"event\": \"a..b\"}\n{\"event\": \"*\"}\n";
         let error = Cues::parse("events.jsonl", text).unwrap_err();
         let related = error.related().unwrap();
-        let said: Vec<(String, usize)> = related
+        let reported: Vec<(String, usize)> = related
             .map(|problem| {
                 let offset = problem.labels().unwrap().next().unwrap().offset();
                 (problem.to_string(), 1 + text[..offset].matches('\n').count())
             })
             .collect();
         let unfit = |name: &str, line| (format!("`{name}` cannot be the name of an event"), line);
-        assert_eq!(said, [unfit("", 2), unfit("a b", 4), unfit("a..b", 5), unfit("*", 6)]);
+        assert_eq!(reported, [unfit("", 2), unfit("a b", 4), unfit("a..b", 5), unfit("*", 6)]);
         assert!(Cues::parse("events.jsonl", "{\"event\": \"done.invoke.x\"}").is_ok());
     }
 }

@@ -8,20 +8,20 @@ use crate::chart::Chart;
 use crate::event::Outgoing;
 use crate::machine::{Machine, Note, Status};
 
-/// Something that happened in a rehearsal. Its `Display` form is a line for people, [`Line::to_json`] one for programs.
+/// Something that happened in a rehearsal. Its `Display` form is a line for people, [`RehearsalLine::to_json`] one for programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Line {
+pub struct RehearsalLine {
     /// Since the start of the run.
     pub at: Duration,
     /// What happened.
-    pub kind: LineKind,
+    pub kind: RehearsalLineKind,
 }
 
 /// The events of a rehearsal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum LineKind {
+pub enum RehearsalLineKind {
     /// The machine entered a configuration.
     Entered(Situation),
     /// A note; an error also has its position: line and column of the file, from 1.
@@ -67,25 +67,25 @@ impl Situation {
     }
 }
 
-/// Line and column of a byte of the chart's file, from 1.
+/// RehearsalLine and column of a byte of the chart's file, from 1.
 pub(super) fn place(chart: &Chart, offset: usize) -> (usize, usize) {
     let before = chart.file().text().get(..offset).unwrap_or_default();
     let line = before.rsplit('\n').next().unwrap_or_default();
     (before.matches('\n').count() + 1, line.chars().count() + 1)
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for RehearsalLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:.3} s  ", self.at.as_secs_f64())?;
         match &self.kind {
-            LineKind::Entered(situation) => write!(f, "in {}", situation.active.join(", ")),
-            LineKind::Note(note, place) => write_note(note, *place, f),
-            LineKind::Sent(outgoing) => {
+            RehearsalLineKind::Entered(situation) => write!(f, "in {}", situation.active.join(", ")),
+            RehearsalLineKind::Note(note, place) => write_note(note, *place, f),
+            RehearsalLineKind::Sent(outgoing) => {
                 let (target, event) = (outgoing.target.as_deref(), outgoing.event.as_deref());
                 write!(f, "sends {} to {}", event.unwrap_or("a content"), target.unwrap_or("nobody"))?;
                 if outgoing.data == Datum::Undefined { Ok(()) } else { write!(f, " {}", outgoing.data) }
             }
-            LineKind::Final(situation) => {
+            RehearsalLineKind::Final(situation) => {
                 let Situation { active, result, .. } = situation;
                 write!(f, "final configuration: {} ({})", active.join(", "), situation.status_name())?;
                 if *result == Datum::Undefined { Ok(()) } else { write!(f, " {result}") }
@@ -112,19 +112,19 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
     }
 }
 
-impl Line {
+impl RehearsalLine {
     /// The line as a JSON object: `time_s` and one of `configuration` (with `active`), `log`, `error`, `unhandled`,
     /// `unheard`, `sent`, `stuck`, `invoked` and `final` (with `active`, `status` and `result`).
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut members = vec![("time_s", Datum::from(self.at.as_secs_f64()))];
         match &self.kind {
-            LineKind::Entered(situation) => {
+            RehearsalLineKind::Entered(situation) => {
                 members.push(("configuration", list(&situation.configuration)));
                 members.push(("active", list(&situation.active)));
             }
-            LineKind::Note(note, place) => members.extend(note_members(note, *place)),
-            LineKind::Sent(Outgoing { processor, target, event, send_id, data, .. }) => {
+            RehearsalLineKind::Note(note, place) => members.extend(note_members(note, *place)),
+            RehearsalLineKind::Sent(Outgoing { processor, target, event, send_id, data, .. }) => {
                 let optional = |text: &Option<std::sync::Arc<str>>| text.clone().map_or(Datum::Null, Datum::Text);
                 let sent = [
                     ("type", Datum::Text(std::sync::Arc::clone(processor))),
@@ -135,7 +135,7 @@ impl Line {
                 ];
                 members.push(("sent", object(sent)));
             }
-            LineKind::Final(situation) => {
+            RehearsalLineKind::Final(situation) => {
                 members.push(("final", list(&situation.configuration)));
                 members.push(("active", list(&situation.active)));
                 members.push(("status", situation.status_name().into()));

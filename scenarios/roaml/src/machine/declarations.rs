@@ -7,7 +7,7 @@ use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use roxmltree::Node;
 use skills::Datum;
 
-use super::kind::Kind;
+use super::kind::DataKind;
 use super::port::input_datum;
 use super::vocabulary::{Role, sanitized};
 use super::xml::{is, value_span};
@@ -40,7 +40,7 @@ pub(crate) enum PortDirection {
 pub(super) struct Port {
     pub(super) key: String,
     pub(super) direction: PortDirection,
-    pub(super) kind: Kind,
+    pub(super) kind: DataKind,
     /// Its constant value.
     pub(super) value: Option<Datum>,
 }
@@ -51,7 +51,7 @@ pub(super) struct Declarations {
     pub(super) interfaces: Vec<Interface>,
     pub(super) ports: Vec<Port>,
     /// The kinds of data, by name, including those of input ports.
-    pub(super) data: BTreeMap<String, Kind>,
+    pub(super) data: BTreeMap<String, DataKind>,
 }
 
 impl Declarations {
@@ -82,7 +82,7 @@ impl Declarations {
     }
 
     /// The ports with their directions and kinds.
-    pub(super) fn ports(&self) -> BTreeMap<String, (PortDirection, Kind)> {
+    pub(super) fn ports(&self) -> BTreeMap<String, (PortDirection, DataKind)> {
         self.ports.iter().map(|port| (port.key.clone(), (port.direction, port.kind))).collect()
     }
 
@@ -96,7 +96,7 @@ impl Declarations {
     ) {
         let Some(key) = required(node, "key", problems) else { return };
         let Some(of) = required(node, "type", problems) else { return };
-        let Some(kind) = Kind::of_type(of, structures) else {
+        let Some(kind) = DataKind::of_type(of, structures) else {
             problems.push(unknown_type(node, of, structures));
             return;
         };
@@ -178,7 +178,7 @@ impl Declarations {
     fn datum(&mut self, node: Node<'_, '_>, structures: &[String], problems: &mut Vec<Problem>) {
         let Some(id) = node.attribute("id") else { return };
         let Some(of) = node.attribute("type") else { return };
-        match Kind::of_type(of, structures) {
+        match DataKind::of_type(of, structures) {
             Some(kind) => {
                 self.data.insert(id.to_owned(), kind);
             }
@@ -230,7 +230,7 @@ pub(super) fn required<'a>(node: Node<'a, '_>, name: &str, problems: &mut Vec<Pr
 fn unknown_type(node: Node<'_, '_>, of: &str, structures: &[String]) -> Problem {
     let element = of.split('[').next().unwrap_or_default();
     let own = structures.iter().map(String::as_str);
-    let known: Vec<&str> = own.chain(Kind::type_names().map(|name| -> &str { name })).collect();
+    let known: Vec<&str> = own.chain(DataKind::type_names().map(|name| -> &str { name })).collect();
     let problem = Problem::new(format!("unknown type `{element}`")).at(value_span(node, "type"), "unknown type");
     problem.with_help(nearest_or_all(element, "types", &known))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::kind::Kind;
+use super::kind::DataKind;
 
 /// The names by which an expression refers to the message that it handles.
 const MESSAGE: [&str; 7] = ["_msg", "_req", "_res", "_goal", "_feedback", "_action", "_wrapped_result"];
@@ -48,24 +48,24 @@ fn words(text: &str) -> Vec<(&str, Range<usize>)> {
 }
 
 /// The kind of an expression's value, as far as the types of the data in it determine it.
-pub(super) fn kind(text: &str, data: &BTreeMap<String, Kind>) -> Kind {
+pub(super) fn kind(text: &str, data: &BTreeMap<String, DataKind>) -> DataKind {
     let text = text.trim();
     if text == "true" || text == "false" || outside(text, &["==", "!=", "<", ">", "&&", "||", "!"]) {
-        return if text.contains('?') { Kind::Any } else { Kind::Bool };
+        return if text.contains('?') { DataKind::Any } else { DataKind::Bool };
     }
     if let Some(kind) = data.get(text) {
         return *kind;
     }
     let is_string = |quote| text.len() > 1 && text.starts_with(quote) && text[1..].find(quote) == Some(text.len() - 2);
     if is_string('\'') || is_string('"') {
-        return Kind::Text;
+        return DataKind::Text;
     }
     let is_plain = text.chars().all(|c| c.is_alphanumeric() || "_+-*% ().".contains(c)) && !text.is_empty();
     let mut kinds = words(text).into_iter().map(|(word, _)| data.get(word).copied());
-    if !is_plain || kinds.clone().any(|kind| !matches!(kind, Some(Kind::Int | Kind::Real))) {
-        return Kind::Any;
+    if !is_plain || kinds.clone().any(|kind| !matches!(kind, Some(DataKind::Int | DataKind::Real))) {
+        return DataKind::Any;
     }
-    if text.contains('.') || kinds.any(|kind| kind == Some(Kind::Real)) { Kind::Real } else { Kind::Int }
+    if text.contains('.') || kinds.any(|kind| kind == Some(DataKind::Real)) { DataKind::Real } else { DataKind::Int }
 }
 
 /// Whether one of these operators occurs outside strings and brackets.
@@ -103,12 +103,21 @@ mod tests {
 
     #[test]
     fn kinds_follow_from_literals_operators_and_data() {
-        let data = [("count", Kind::Int), ("speed", Kind::Real), ("list", Kind::Any)];
+        let data = [("count", DataKind::Int), ("speed", DataKind::Real), ("list", DataKind::Any)];
         let data = data.map(|(name, kind)| (name.to_owned(), kind)).into();
         let kinds = ["count + 1", "-1", "speed * count", "0.5", "'a < b'", "count == 3", "true", "list[0]", "list"];
         let kinds = kinds.map(|text| kind(text, &data));
-        let expected =
-            [Kind::Int, Kind::Int, Kind::Real, Kind::Real, Kind::Text, Kind::Bool, Kind::Bool, Kind::Any, Kind::Any];
+        let expected = [
+            DataKind::Int,
+            DataKind::Int,
+            DataKind::Real,
+            DataKind::Real,
+            DataKind::Text,
+            DataKind::Bool,
+            DataKind::Bool,
+            DataKind::Any,
+            DataKind::Any,
+        ];
         assert_eq!(kinds, expected);
     }
 }

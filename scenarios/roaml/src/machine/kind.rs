@@ -5,7 +5,7 @@ use skills::Datum;
 
 /// The kind of a field of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) enum Kind {
+pub(crate) enum DataKind {
     /// `true` or `false`.
     Bool,
     /// A whole number.
@@ -19,22 +19,22 @@ pub(crate) enum Kind {
 }
 
 /// The basic types of data, with their kinds.
-const TYPES: [(&str, Kind); 12] = [
-    ("bool", Kind::Bool),
-    ("float32", Kind::Real),
-    ("float64", Kind::Real),
-    ("int8", Kind::Int),
-    ("int16", Kind::Int),
-    ("int32", Kind::Int),
-    ("int64", Kind::Int),
-    ("string", Kind::Text),
-    ("uint8", Kind::Int),
-    ("uint16", Kind::Int),
-    ("uint32", Kind::Int),
-    ("uint64", Kind::Int),
+const TYPES: [(&str, DataKind); 12] = [
+    ("bool", DataKind::Bool),
+    ("float32", DataKind::Real),
+    ("float64", DataKind::Real),
+    ("int8", DataKind::Int),
+    ("int16", DataKind::Int),
+    ("int32", DataKind::Int),
+    ("int64", DataKind::Int),
+    ("string", DataKind::Text),
+    ("uint8", DataKind::Int),
+    ("uint16", DataKind::Int),
+    ("uint32", DataKind::Int),
+    ("uint64", DataKind::Int),
 ];
 
-impl Kind {
+impl DataKind {
     /// The kind of a type in a model: `int32`, `float64[3]`, or one of its own structures.
     pub(crate) fn of_type(name: &str, structures: &[String]) -> Option<Self> {
         let element = name.split('[').next().unwrap_or_default().trim();

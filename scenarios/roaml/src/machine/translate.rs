@@ -13,7 +13,7 @@ use skills::Datum;
 
 use super::declarations::{Declarations, PortDirection, required};
 use super::expression::mentions;
-use super::kind::Kind;
+use super::kind::DataKind;
 use super::plain::Plain;
 use super::port::{input_datum, output_datum};
 use super::vocabulary::{GOAL_RESPONSE, Reaction, Role, Sending, Way, elements};
@@ -33,7 +33,7 @@ pub(crate) struct Sent {
     /// The interface; none for an event without one.
     pub(crate) interface: Option<String>,
     /// Its fields and their kinds, in the order in which they first occur.
-    pub(crate) fields: Vec<(String, Kind)>,
+    pub(crate) fields: Vec<(String, DataKind)>,
 }
 
 /// The SCXML elements that stay unchanged.
@@ -322,11 +322,11 @@ impl<'f, 'p> Translator<'f, 'p> {
 }
 
 /// The value of a port before anything has arrived.
-fn unset(kind: Kind) -> &'static str {
+fn unset(kind: DataKind) -> &'static str {
     match kind {
-        Kind::Bool => "false",
-        Kind::Int | Kind::Real => "0",
-        Kind::Text => "''",
-        Kind::Any => "undefined",
+        DataKind::Bool => "false",
+        DataKind::Int | DataKind::Real => "0",
+        DataKind::Text => "''",
+        DataKind::Any => "undefined",
     }
 }

@@ -26,7 +26,7 @@ impl Path {
     }
 
     /// The verdict in this state, if it is final.
-    pub(super) fn verdict(&self, state: &State, step: u64) -> Option<bool> {
+    pub(super) fn verdict(&self, state: &Valuation, step: u64) -> Option<bool> {
         if self.to.is_some_and(|to| step > to) {
             return Some(self.at_end);
         }
@@ -126,7 +126,7 @@ impl Operator {
 
 /// The latest messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct State {
+pub(crate) struct Valuation {
     /// The data of the latest message, by event.
     pub(crate) latest: BTreeMap<String, Datum>,
     /// See [`Variable::Node`].
@@ -135,11 +135,11 @@ pub(crate) struct State {
 
 impl Expression {
     /// Whether it is true.
-    pub(super) fn holds(&self, state: &State) -> bool {
+    pub(super) fn holds(&self, state: &Valuation) -> bool {
         matches!(self.value(state), Datum::Bool(true))
     }
 
-    fn number(&self, state: &State) -> f64 {
+    fn number(&self, state: &Valuation) -> f64 {
         match self.value(state) {
             Datum::Number(number) => number,
             Datum::Bool(truth) => f64::from(u8::from(truth)),
@@ -148,7 +148,7 @@ impl Expression {
         }
     }
 
-    fn value(&self, state: &State) -> Datum {
+    fn value(&self, state: &Valuation) -> Datum {
         match self {
             Self::Bool(truth) => (*truth).into(),
             Self::Number(number) => (*number).into(),
@@ -187,7 +187,7 @@ impl Expression {
     }
 }
 
-fn binary(operator: Operator, left: &Expression, right: &Expression, state: &State) -> Datum {
+fn binary(operator: Operator, left: &Expression, right: &Expression, state: &Valuation) -> Datum {
     use Operator as O;
     let numbers = || (left.number(state), right.number(state));
     let compare = |test: fn(f64, f64) -> bool| {
@@ -218,7 +218,7 @@ fn binary(operator: Operator, left: &Expression, right: &Expression, state: &Sta
     }
 }
 
-fn are_equal(left: &Expression, right: &Expression, state: &State) -> bool {
+fn are_equal(left: &Expression, right: &Expression, state: &Valuation) -> bool {
     match (left.value(state), right.value(state)) {
         (Datum::Text(left), Datum::Text(right)) => left == right,
         // AS2FM writes a string as the array of its bytes.

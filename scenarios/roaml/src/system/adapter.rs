@@ -11,14 +11,14 @@ use channels::{
 use skills::{Adapter, Datum, Event, Machine, Undelivered};
 
 use crate::instance::Fields;
-use crate::machine::{Kind, PortDirection, TREE, Way, input_datum, nested, output_datum};
+use crate::machine::{DataKind, PortDirection, TREE, Way, input_datum, nested, output_datum};
 
 /// The maximum number of messages that may wait for one channel.
 const MAX_WAITING: usize = 4096;
 
 /// A machine's connections to the other processes.
 #[derive(Debug, Default)]
-pub(super) struct Wiring {
+pub(super) struct AdapterWiring {
     pub(super) name: String,
     /// Its channels from and to other processes.
     pub(super) incoming: Vec<Incoming>,
@@ -29,7 +29,7 @@ pub(super) struct Wiring {
     /// The fields of all events of the model.
     pub(super) events: Arc<BTreeMap<String, Fields>>,
     /// The connection to the tree, for a leaf.
-    pub(super) leaf: Option<Leaf>,
+    pub(super) leaf: Option<LeafConnection>,
 }
 
 #[derive(Debug)]
@@ -51,8 +51,8 @@ pub(super) struct Route {
 }
 
 #[derive(Debug)]
-pub(super) struct Leaf {
-    pub(super) ports: BTreeMap<String, (PortDirection, Kind)>,
+pub(super) struct LeafConnection {
+    pub(super) ports: BTreeMap<String, (PortDirection, DataKind)>,
     pub(super) requests: Domain,
     pub(super) replies: Domain,
     /// The index of the channel to the tree.
@@ -64,7 +64,7 @@ pub(super) struct Leaf {
 #[derive(Clone, Debug)]
 pub(super) struct RosAdapter {
     /// The wiring is constant: in one run, adapters with the same name have the same wiring.
-    wiring: Arc<Wiring>,
+    wiring: Arc<AdapterWiring>,
     post: Post,
 }
 
@@ -83,7 +83,7 @@ struct Post {
 }
 
 impl RosAdapter {
-    pub(super) fn new(wiring: Arc<Wiring>) -> Self {
+    pub(super) fn new(wiring: Arc<AdapterWiring>) -> Self {
         let outboxes = vec![VecDeque::new(); wiring.outgoing.len()];
         Self { wiring, post: Post { outboxes, ..Post::default() } }
     }
@@ -99,7 +99,7 @@ impl RosAdapter {
         let values = envelope.message.fields().get(1..).unwrap_or_default();
         let values = fields.zip(values).map(|((name, kind), value)| (name.clone(), kind.datum(value)));
         let client = incoming.client.get(head).copied();
-        // A goal arrives with the number of its client; a free thread says which one it is.
+        // A goal arrives with the number of its client; a free thread with its own number.
         let number = client.filter(|_| head.starts_with("action_")).map(|client| {
             let name = if head.ends_with("_thread_free") { "thread_id" } else { "goal_id" };
             (name.to_owned(), (client as f64).into())
@@ -122,7 +122,13 @@ impl RosAdapter {
     }
 
     /// Takes a tick or a halt from the tree, with the values of input ports.
-    fn take_request(&mut self, wiring: &Wiring, head: &str, envelope: &Envelope, machine: &mut Machine) -> Event {
+    fn take_request(
+        &mut self,
+        wiring: &AdapterWiring,
+        head: &str,
+        envelope: &Envelope,
+        machine: &mut Machine,
+    ) -> Event {
         self.post.pending = Some(envelope.request);
         if let Some(leaf) = &wiring.leaf
             && let Some(shape) = leaf.requests.shape_of(&envelope.message)
@@ -130,7 +136,7 @@ impl RosAdapter {
             for ((port, _), value) in shape.fields().iter().zip(envelope.message.fields()).skip(1) {
                 let Some((_, kind)) = leaf.ports.get(port) else { continue };
                 let datum = match value {
-                    Value::Text(text) if *kind != Kind::Text => kind.parse(text),
+                    Value::Text(text) if *kind != DataKind::Text => kind.parse(text),
                     Value::Symbol(_) => None,
                     value => Some(kind.datum(value)),
                 };
@@ -294,9 +300,9 @@ fn port_value(datum: &Datum, kind: &FieldKind) -> Value {
         (FieldKind::Text, Datum::Undefined) => None,
         (FieldKind::Text, Datum::Text(text)) => Some(Value::Text(Arc::clone(text))),
         (FieldKind::Text, other) => Some(Value::Text(other.to_json().into())),
-        (FieldKind::Bool, datum) => Kind::Bool.value(datum),
-        (FieldKind::Int, datum) => Kind::Int.value(datum),
-        (FieldKind::Real, datum) => Kind::Real.value(datum),
+        (FieldKind::Bool, datum) => DataKind::Bool.value(datum),
+        (FieldKind::Int, datum) => DataKind::Int.value(datum),
+        (FieldKind::Real, datum) => DataKind::Real.value(datum),
         _ => None,
     };
     value.unwrap_or_else(|| Value::symbol(FieldKind::NONE))

@@ -23,7 +23,7 @@ pub(super) struct Timer {
 
 /// The clock's messages, and their receivers.
 #[derive(Debug, Default)]
-pub(super) struct Wiring {
+pub(super) struct ClockWiring {
     pub(super) outgoing: Vec<ChannelId>,
     pub(super) timers: Vec<Timer>,
     /// The channels to the subscribers of the topic `clock`.
@@ -37,7 +37,7 @@ pub(super) struct Wiring {
 /// before the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Clock {
-    wiring: Arc<Wiring>,
+    wiring: Arc<ClockWiring>,
     outboxes: Vec<VecDeque<Envelope>>,
     /// When each timer is next due, in nanoseconds.
     due_ns: Vec<u64>,
@@ -46,7 +46,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    pub(super) fn new(wiring: Wiring) -> Self {
+    pub(super) fn new(wiring: ClockWiring) -> Self {
         Self {
             outboxes: vec![VecDeque::new(); wiring.outgoing.len()],
             due_ns: wiring.timers.iter().map(|timer| timer.period_ns).collect(),

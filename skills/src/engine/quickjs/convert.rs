@@ -108,7 +108,7 @@ fn unkept(what: &str) -> EvaluationError {
 }
 
 /// Takes data out of the engine. Unchanged data come back as they were.
-pub(super) struct Reader<'e, 'js> {
+pub(super) struct Extractor<'e, 'js> {
     tools: &'e Tools<'js>,
     originals: HashMap<Value<'js>, Datum>,
     read: HashMap<Value<'js>, Datum>,
@@ -117,7 +117,7 @@ pub(super) struct Reader<'e, 'js> {
     parts: usize,
 }
 
-impl<'e, 'js> Reader<'e, 'js> {
+impl<'e, 'js> Extractor<'e, 'js> {
     pub(super) fn new(tools: &'e Tools<'js>, injector: &Injector<'_, 'js>) -> Self {
         let originals = injector.originals.iter().cloned().collect();
         Self { tools, originals, read: HashMap::new(), renewed: Renewed::new(), depth: 0, parts: 0 }

@@ -33,7 +33,7 @@ impl From<Error> for Failure {
 }
 
 impl Failure {
-    pub(super) fn told(self, ctx: &Ctx<'_>, turns: &Turns) -> EvaluationError {
+    pub(super) fn reported(self, ctx: &Ctx<'_>, turns: &Turns) -> EvaluationError {
         let error = match self {
             Self::Failed(error) => return error,
             Self::Thrown(error) => error,

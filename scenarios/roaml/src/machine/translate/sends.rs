@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::super::declarations::required;
 use super::super::expression;
-use super::super::kind::Kind;
+use super::super::kind::DataKind;
 use super::super::port::{TREE, input_datum};
 use super::super::vocabulary::{Sending, Way, event};
 use super::super::xml::{is, value_span};
@@ -40,19 +40,19 @@ impl Translator<'_, '_> {
             self.expression(written.range_value());
             self.out.plain.write("\"", &place);
             self.out.plain.close_empty(&place);
-            fields.push(((*attribute).to_owned(), Kind::Int));
+            fields.push(((*attribute).to_owned(), DataKind::Int));
         }
         if let Some(code) = sending.code {
             self.out.plain.open("param", &name_span(node));
             self.out.plain.attribute("name", "code", &name_span(node));
             self.out.plain.attribute("expr", &code.to_string(), &name_span(node));
             self.out.plain.close_empty(&name_span(node));
-            fields.push(("code".to_owned(), Kind::Int));
+            fields.push(("code".to_owned(), DataKind::Int));
         }
         for field in node.children().filter(Node::is_element) {
             if is(&field, "field") {
                 let Some(id) = required(field, "name", self.problems) else { continue };
-                let of_ros = Kind::of_ros(&interface.of, id);
+                let of_ros = DataKind::of_ros(&interface.of, id);
                 fields.extend(self.param(field, of_ros).map(|kind| (id.to_owned(), kind)));
             } else {
                 self.unknown(field, node);
@@ -62,7 +62,7 @@ impl Translator<'_, '_> {
         self.sent(name, sending.way, Some(interface.name.clone()), fields);
     }
 
-    /// Writes a `<send>` of SCXML: to every other machine that takes the event, unless it says otherwise.
+    /// Writes a `<send>` of SCXML: to every other machine that takes the event.
     pub(super) fn plain_send(&mut self, node: Node<'_, '_>) {
         let known = ["event", "target", "id", "delay", "delayexpr"];
         self.known_attributes(node, &known);
@@ -98,7 +98,7 @@ impl Translator<'_, '_> {
     }
 
     /// A field of an event, and its kind.
-    fn param(&mut self, node: Node<'_, '_>, of_ros: Option<Kind>) -> Option<Kind> {
+    fn param(&mut self, node: Node<'_, '_>, of_ros: Option<DataKind>) -> Option<DataKind> {
         self.known_attributes(node, &["name", "expr", "location"]);
         self.out.plain.open("param", &name_span(node));
         self.out.plain.copied_attribute("name", value_span(node, "name"), &name_span(node));
@@ -124,7 +124,7 @@ impl Translator<'_, '_> {
         kind.map(|kind| of_ros.unwrap_or(kind))
     }
 
-    fn sent(&mut self, event: String, way: Way, interface: Option<String>, fields: Vec<(String, Kind)>) {
+    fn sent(&mut self, event: String, way: Way, interface: Option<String>, fields: Vec<(String, DataKind)>) {
         let sent = self.out.sends.entry(event).or_insert(Sent { way, interface, fields: Vec::new() });
         for (name, kind) in fields {
             match sent.fields.iter_mut().find(|(known, _)| *known == name) {
