@@ -13,7 +13,7 @@ use crate::NOW;
 
 const MODELS: &str = include_str!("answers/models.xml");
 
-/// Leaves that write a constant, or tell whether they can read an entry.
+/// Leaves that write a constant, or show whether they can read an entry.
 #[derive(Default)]
 struct Typed {
     failed: Option<PortError>,
@@ -32,7 +32,7 @@ impl Leaves for Typed {
     fn halt(&mut self, _: Leaf<'_>) {}
 }
 
-/// Whether a warning tells that the library refuses the tree; others tell what happens when it runs.
+/// Whether a warning is about a tree that the library refuses; others are about what happens when it runs.
 fn is_refused(tree: &Tree) -> bool {
     let problems = tree.concerns().into_iter().flat_map(|concerns| concerns.problems());
     problems.into_iter().any(|problem| problem.message().contains("already has the type"))
@@ -46,13 +46,13 @@ fn answer(trees: &str) -> String {
         _ => return "refused".to_owned(),
     };
     let (mut execution, mut leaves) = (Execution::new(Arc::new(tree)), Typed::default());
-    let mut said = String::new();
+    let mut answers = String::new();
     for _ in 0..3 {
         let status = execution.tick(NOW, &mut leaves);
         if leaves.failed.is_some() || !execution.faults().is_empty() {
-            return said + "!";
+            return answers + "!";
         }
-        said.push_str(&status.name()[..1].to_uppercase());
+        answers.push_str(&status.name()[..1].to_uppercase());
     }
     for key in ["a", "b", "c", "d"] {
         let value = match execution.blackboard().get(key) {
@@ -60,9 +60,9 @@ fn answer(trees: &str) -> String {
             Some(value) => value.to_string(),
             None => "-".to_owned(),
         };
-        said.push_str(&format!(" {key}={value}"));
+        answers.push_str(&format!(" {key}={value}"));
     }
-    said
+    answers
 }
 
 #[test]

@@ -36,13 +36,13 @@ fn snapshot(name: &str, report: String) {
 
 #[test]
 fn an_element_closed_by_another_name_is_reported_as_misspelled() {
-    let said =
+    let reported =
         |body: &str| refused(&format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{body}</BehaviorTree></root>"));
-    let secuence = said("<Secuence><A/></Sequence>");
+    let secuence = reported("<Secuence><A/></Sequence>");
     assert!(secuence.contains("help: <Secuence> ends as </Sequence>: did you mean <Sequence>?"), "{secuence}");
-    let falback = said("<Fallback><A/></Falback>");
+    let falback = reported("<Fallback><A/></Falback>");
     assert!(falback.contains("help: <Fallback> ends as </Falback>: did you mean <Fallback>?"), "{falback}");
-    assert!(!said("<Fallback><A/></Repeat>").contains("help:"));
+    assert!(!reported("<Fallback><A/></Repeat>").contains("help:"));
 }
 
 #[test]
@@ -188,8 +188,8 @@ fn built_in_nodes_accept_only_their_own_ports() {
     for kind in Kind::BUILTIN {
         let element = kind.category().element();
         let node = format!(r#"<{element} ID="{kind}" zzz="1"/>"#);
-        let said = refused(&format!(r#"<root><BehaviorTree ID="T">{node}</BehaviorTree></root>"#));
-        assert!(said.contains(&format!("{kind} has no port `zzz`\n")), "{said}");
+        let reported = refused(&format!(r#"<root><BehaviorTree ID="T">{node}</BehaviorTree></root>"#));
+        assert!(reported.contains(&format!("{kind} has no port `zzz`\n")), "{reported}");
     }
 }
 

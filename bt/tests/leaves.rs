@@ -92,7 +92,7 @@ fn inputs_come_with_the_tick_and_outputs_with_the_answer() {
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = Stage::new(&tree, form, &succeeding(&["Find", "GoTo"]), 0, 1);
         stage.writes("Find", &[0.75.into(), 3.into(), "table".into()]);
-        let said: Vec<String> =
+        let sent: Vec<String> =
             stage.tick().iter().map(|(from, to, message)| format!("{from} → {to} {message}")).collect();
         let expected = [
             "BT → Find [<tick>, \"kitchen\", <none>, 2]",
@@ -100,8 +100,8 @@ fn inputs_come_with_the_tick_and_outputs_with_the_answer() {
             "BT → GoTo [<tick>, \"table\"]",
             "GoTo → BT [<success>, <none>]",
         ];
-        let right: Vec<&String> = said.iter().filter(|line| expected.contains(&line.as_str())).collect();
-        assert_eq!(right, expected, "{form:?}: {said:?}");
+        let right: Vec<&String> = sent.iter().filter(|line| expected.contains(&line.as_str())).collect();
+        assert_eq!(right, expected, "{form:?}: {sent:?}");
         let board = blackboard_in(&stage.system, stage.bt).unwrap();
         assert_eq!((board.get("goal"), board.get("unheard_of")), (Some(&Value::from("table")), Some(&Value::Int(3))));
     }
@@ -116,8 +116,8 @@ fn a_value_that_does_not_fit_its_port_fails_the_leaf_and_is_a_fault() {
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = Stage::new(&tree, form, &succeeding(&["Guess", "Count"]), 0, 1);
         stage.writes("Guess", &["many".into()]);
-        let said = stage.tick();
-        assert!(said.iter().all(|(_, to, _)| to != "Count"), "{form:?}: it is not even asked: {said:?}");
+        let sent = stage.tick();
+        assert!(sent.iter().all(|(_, to, _)| to != "Count"), "{form:?}: it is not even asked: {sent:?}");
         let faults = faults_in(&stage.system, stage.bt);
         let messages: Vec<&str> = faults.iter().map(|fault| fault.message.as_str()).collect();
         assert_eq!(messages, ["the port `n` of `Count`: `many` is not a whole number in range"], "{form:?}");

@@ -312,8 +312,8 @@ fn messages_use_the_port_names_of_the_file() {
         let node = format!("<Parallel {port}=\"\"><AlwaysSuccess/></Parallel>");
         let text = format!("<root><BehaviorTree ID=\"T\">{node}</BehaviorTree></root>");
         let error = Tree::from_xml("t.xml", &text).unwrap_err();
-        let said = error.problems()[0].to_string();
-        assert!(said.starts_with(&format!("the port `{port}`")), "{said}");
+        let reported = error.problems()[0].to_string();
+        assert!(reported.starts_with(&format!("the port `{port}`")), "{reported}");
     }
 }
 

@@ -143,7 +143,7 @@ fn try_tree(file: &Path) -> Result<(), String> {
         let of = |kind| if kind == Kind::Condition { answers(conditions) } else { answers(actions) };
         tree.leaves().map(|leaf| (leaf.type_id().to_owned(), of(leaf.kind()))).collect::<Script>()
     });
-    let mut told = Vec::new();
+    let mut columns = Vec::new();
     for (script, seed) in casts.iter().zip([1, 2]) {
         let mut cast = Cast::of_processes(&tree, script);
         let mut execution = Execution::new(Arc::clone(&tree));
@@ -174,9 +174,9 @@ fn try_tree(file: &Path) -> Result<(), String> {
                 return Err(format!("{}: {}", file.display(), fault.message));
             }
         }
-        told.push(answers);
+        columns.push(answers);
     }
     let reached = tree.nodes().len();
-    eprintln!("{}: {reached} nodes, {} leaves: {}", file.display(), tree.leaves().count(), told.join(" "));
+    eprintln!("{}: {reached} nodes, {} leaves: {}", file.display(), tree.leaves().count(), columns.join(" "));
     Ok(())
 }

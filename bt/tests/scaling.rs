@@ -41,8 +41,8 @@ fn each_of_very_many_problems_is_found_once() {
         assert_eq!(refused(&text).problems().len(), COUNT);
     }
     let same = refused(&file(&sequence(&"<Unknown/>".repeat(COUNT)), ""));
-    let said: Vec<String> = same.problems().iter().map(ToString::to_string).collect();
-    assert_eq!(said, [format!("unknown node type <Unknown>, here and in {} other places", COUNT - 1)]);
+    let reported: Vec<String> = same.problems().iter().map(ToString::to_string).collect();
+    assert_eq!(reported, [format!("unknown node type <Unknown>, here and in {} other places", COUNT - 1)]);
     let again = many(COUNT, |_| "<BehaviorTree ID=\"T\"><AlwaysSuccess/></BehaviorTree>".to_owned());
     assert_eq!(refused(&file("<AlwaysSuccess/>", &again)).problems().len(), COUNT);
 }

@@ -152,15 +152,15 @@ fn the_leaf_that_did_not_answer_is_named() {
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = interrupted(form, "running");
         stage.long_tick(0);
-        let said: Vec<String> = stage.faults().into_iter().map(|fault| fault.message).collect();
-        assert_eq!(said, ["GoToDestination did not answer its tick within 2 s"]);
+        let reported: Vec<String> = stage.faults().into_iter().map(|fault| fault.message).collect();
+        assert_eq!(reported, ["GoToDestination did not answer its tick within 2 s"]);
 
         let mut stage = interrupted(form, "halted");
         stage.long_tick(0);
         assert_eq!(stage.faults(), []);
         stage.long_tick(1);
-        let said: Vec<String> = stage.faults().into_iter().map(|fault| fault.message).collect();
-        assert_eq!(said, ["GoToDestination did not confirm that it has halted within 2 s"]);
+        let reported: Vec<String> = stage.faults().into_iter().map(|fault| fault.message).collect();
+        assert_eq!(reported, ["GoToDestination did not confirm that it has halted within 2 s"]);
         stage.long_tick(2);
         assert_eq!(stage.faults(), [], "faults are those of the last tick");
     }

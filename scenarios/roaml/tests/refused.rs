@@ -17,7 +17,7 @@ fn problems(content: &str) -> Vec<String> {
 
 #[test]
 fn problems_are_located_in_the_original_text() {
-    let said = problems(
+    let reported = problems(
         "<ros_topic_subscriber topic=\"level\" type=\"std_msgs/Int32\"/>
 <state id=\"a\">
   <ros_topic_callback name=\"levle\" target=\"a\"/>
@@ -26,7 +26,7 @@ fn problems_are_located_in_the_original_text() {
 </state>",
     );
     assert_eq!(
-        said,
+        reported,
         [
             "4:29: no <ros_topic_subscriber> is named `levle` (did you mean `level`?)",
             "5:4: RoAML has no element <ros_topic_callbak> (did you mean `ros_topic_callback`?)",
@@ -37,52 +37,55 @@ fn problems_are_located_in_the_original_text() {
 
 #[test]
 fn problems_in_the_translation_are_located_there_too() {
-    let said = problems(
+    let reported = problems(
         "<ros_topic_subscriber topic=\"level\" type=\"std_msgs/Int32\"/>
 <datamodel><data id=\"low\" type=\"bool\" expr=\"false\"/></datamodel>
 <state id=\"a\">
   <ros_topic_callback name=\"level\" target=\"b\" cond=\"_msg.data &lt; 3 &amp;&amp; lwo\"/>
 </state>",
     );
-    assert_eq!(said, ["5:44: unknown state `b` (did you mean `a`?)", "5:81: unknown name `lwo` (did you mean `low`?)"]);
+    assert_eq!(
+        reported,
+        ["5:44: unknown state `b` (did you mean `a`?)", "5:81: unknown name `lwo` (did you mean `low`?)"]
+    );
 }
 
 #[test]
 fn probabilities_add_up_to_one() {
     let of = |targets: &str| problems(&format!("<state id=\"a\"><transition>{targets}</transition></state>"));
-    let said = of("<target id=\"a\" prob=\"0.5\"/><target id=\"a\" prob=\"0.4\"/>");
-    assert!(said[0].contains("do not add up to 1"), "{said:?}");
-    let said = of("<target id=\"a\" prob=\"TODO\"/><target id=\"a\"/>");
-    assert!(said[0].starts_with("2:48: `TODO` is not a probability"), "{said:?}");
-    let said = of("<target id=\"a\"/><target id=\"a\" prob=\"0.4\"/>");
-    assert!(said[0].contains("only the last target may leave out"), "{said:?}");
+    let reported = of("<target id=\"a\" prob=\"0.5\"/><target id=\"a\" prob=\"0.4\"/>");
+    assert!(reported[0].contains("do not add up to 1"), "{reported:?}");
+    let reported = of("<target id=\"a\" prob=\"TODO\"/><target id=\"a\"/>");
+    assert!(reported[0].starts_with("2:48: `TODO` is not a probability"), "{reported:?}");
+    let reported = of("<target id=\"a\"/><target id=\"a\" prob=\"0.4\"/>");
+    assert!(reported[0].contains("only the last target may leave out"), "{reported:?}");
 }
 
 #[test]
 fn errors_name_what_is_not_roaml() {
-    let said = problems("<state id=\"a\"><bt_tick_child id=\"0\"/></state>");
-    assert!(said[0].contains("control nodes cannot be machines"), "{said:?}");
-    let said = problems("<datamodel><data id=\"x\" type=\"int23\" expr=\"0\"/></datamodel><state id=\"a\"/>");
-    assert!(said[0].contains("unknown type `int23` (did you mean `int"), "{said:?}");
+    let reported = problems("<state id=\"a\"><bt_tick_child id=\"0\"/></state>");
+    assert!(reported[0].contains("control nodes cannot be machines"), "{reported:?}");
+    let reported = problems("<datamodel><data id=\"x\" type=\"int23\" expr=\"0\"/></datamodel><state id=\"a\"/>");
+    assert!(reported[0].contains("unknown type `int23` (did you mean `int"), "{reported:?}");
 }
 
 #[test]
 fn a_model_says_what_is_wrong_with_its_files() {
     let folder = tempfile::tempdir().expect("a folder");
-    let said = |main: &str| {
+    let reported = |main: &str| {
         let path = folder.path().join("main.xml");
         fs::write(&path, main).expect("a file");
         load(&path).expect_err("a problem").replace(&*folder.path().to_string_lossy(), "")
     };
-    let none = said("<roaml><parameters><max_time value=\"1\" unit=\"m\"/></parameters></roaml>");
+    let none = reported("<roaml><parameters><max_time value=\"1\" unit=\"m\"/></parameters></roaml>");
     assert!(none.contains("unknown unit `m`"), "{none}");
-    let missing = said(
+    let missing = reported(
         "<roaml><parameters><max_time value=\"1\"/></parameters>
 <node_models><input type=\"node-ascxml\" src=\"gone.ascxml\"/></node_models></roaml>",
     );
     assert!(missing.starts_with("/main.xml:2:45: cannot read /gone.ascxml"), "{missing}");
     fs::write(folder.path().join("p.jani"), PROPERTY).expect("a file");
-    let property = said(
+    let property = reported(
         "<roaml><parameters><max_time value=\"1\"/></parameters>
 <properties><input type=\"jani\" src=\"p.jani\"/></properties></roaml>",
     );

@@ -29,7 +29,7 @@ fn the_museum_guides_skills_load() {
         }
     }
     assert_eq!((files.len(), refused.len()), (64, REFUSED.len()), "{refused:#?}");
-    for (said, expected) in refused.iter().zip(REFUSED) {
-        assert!(said.starts_with(expected), "{said}");
+    for (reported, expected) in refused.iter().zip(REFUSED) {
+        assert!(reported.starts_with(expected), "{reported}");
     }
 }

@@ -274,7 +274,7 @@ fn a_request_that_nobody_sends_may_have_a_transition() {
     topology.channel(client, server, Capacity::One, requests).unwrap();
     topology.channel(server, client, Capacity::One, answers).unwrap();
     topology.understand(server, shape("request", "fold", None, Role::Request));
-    let said = |event: &str| {
+    let sent = |event: &str| {
         let content =
             format!("<state id='s'><onentry><raise event='begin'/></onentry><transition event='{event}'/></state>");
         let chart = Chart::load("Arm.scxml", &file("", &content)).unwrap();
@@ -285,8 +285,8 @@ fn a_request_that_nobody_sends_may_have_a_transition() {
             fits => fits.map(|_| String::new()).unwrap(),
         }
     };
-    assert_eq!(said("fold"), "");
-    let events = said("unfold");
+    assert_eq!(sent("fold"), "");
+    let events = sent("unfold");
     assert!(events.starts_with("the event `unfold` never occurs"), "{events}");
     for occurs in ["say", "begin"] {
         assert!(events.contains(occurs), "{events}");

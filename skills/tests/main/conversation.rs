@@ -119,7 +119,7 @@ impl Conversation {
     }
 
     /// Sends the skill a message.
-    pub(crate) fn tell(&mut self, from: &str, message: Message, request: RequestNumber) {
+    pub(crate) fn deliver(&mut self, from: &str, message: Message, request: RequestNumber) {
         let mut offers = Vec::new();
         self.process.offers(&mut offers);
         let from_there = |offer: &&Offer| match &offer.action {
@@ -132,8 +132,8 @@ impl Conversation {
 
     fn call(&mut self, what: &str) -> Vec<String> {
         self.calls += 1;
-        self.tell("BT", Message::symbols([what]), RequestNumber(self.calls));
-        self.said()
+        self.deliver("BT", Message::symbols([what]), RequestNumber(self.calls));
+        self.sent()
     }
 
     pub(crate) fn tick(&mut self) -> Vec<String> {
@@ -147,8 +147,8 @@ impl Conversation {
     /// Answers the last request to a component.
     pub(crate) fn reply(&mut self, from: &str, message: Message) -> Vec<String> {
         let request = self.last_request(from);
-        self.tell(from, message, request);
-        self.said()
+        self.deliver(from, message, request);
+        self.sent()
     }
 
     pub(crate) fn last_request(&self, to: &str) -> RequestNumber {
@@ -161,13 +161,13 @@ impl Conversation {
         if self.process.next_timer().is_some_and(|due| due <= self.now) {
             self.process.fire_timers(self.now);
         }
-        self.said()
+        self.sent()
     }
 
     /// Takes the messages that the skill wants to send: `Navigation [<get_status>, <Destination>]`. Answers to the tree
     /// must carry the number of its last call.
-    pub(crate) fn said(&mut self) -> Vec<String> {
-        let mut said = Vec::new();
+    pub(crate) fn sent(&mut self) -> Vec<String> {
+        let mut sent = Vec::new();
         loop {
             let mut offers = Vec::new();
             self.process.offers(&mut offers);
@@ -176,7 +176,7 @@ impl Conversation {
                 _ => None,
             });
             let Some((transition, channel, envelope)) = sends else {
-                return said;
+                return sent;
             };
             let (_, peer) = self.topology.ends(channel);
             assert!(self.topology.carries(channel, &envelope.message), "{}", envelope.message);
@@ -185,7 +185,7 @@ impl Conversation {
             } else {
                 self.asked.insert(peer.to_owned(), envelope.request);
             }
-            said.push(format!("{peer} {}", envelope.message));
+            sent.push(format!("{peer} {}", envelope.message));
             self.process.take(transition, None, self.now);
         }
     }
@@ -208,8 +208,8 @@ fn a_successor_of_a_skill_starts_at_that_time_and_continues_its_numbers() {
     assert!(talk.last_request("Navigation") > asked, "two requests with the same number");
     assert_eq!(talk.process.next_timer(), Some(Duration::from_secs(5)), "the parameters are those of the successor");
     // Nobody expects the answer for which the predecessor was waiting.
-    talk.tell("Navigation", ok_state("success"), asked);
-    assert_eq!(talk.said(), [""; 0]);
+    talk.deliver("Navigation", ok_state("success"), asked);
+    assert_eq!(talk.sent(), [""; 0]);
     assert_eq!(talk.reply("Navigation", ok_state("running")), ["BT [<running>]"]);
 }
 

@@ -198,9 +198,9 @@ fn mistakes_that_the_recommendation_forgives_are_warnings_on_request() {
 /// SCXML 3.5.1: a transition must have at least one of `event`, `cond` and `target`.
 #[test]
 fn a_transition_without_event_condition_or_target_is_refused() {
-    let said = problems(&file("", "<state id='a'><transition/></state>"));
+    let reported = problems(&file("", "<state id='a'><transition/></state>"));
     assert_eq!(
-        said,
+        reported,
         "«transition» a transition needs an event, a condition or a target\n    \
          put actions on entering the state in <onentry>\n"
     );
@@ -212,23 +212,23 @@ fn a_transition_without_event_condition_or_target_is_refused() {
 
 #[test]
 fn a_state_with_two_initial_states_has_no_unreachable_ones() {
-    let said = problems(&file(
+    let reported = problems(&file(
         "",
         "<state id='a' initial='a1'><initial><transition target='a2'/></initial><state id='a1'/><state id='a2'/></state>",
     ));
-    assert_eq!(said, "«a1 | initial» the initial state is given twice\n");
-    let said = problems(&file(
+    assert_eq!(reported, "«a1 | initial» the initial state is given twice\n");
+    let reported = problems(&file(
         "",
         "<state id='a' initial='b1'><initial><transition target='b2'/></initial><state id='a1'/></state>",
     ));
-    assert!(said.contains("unknown state `b1`") && said.contains("unknown state `b2`"), "{said}");
+    assert!(reported.contains("unknown state `b1`") && reported.contains("unknown state `b2`"), "{reported}");
 }
 
 #[test]
 fn a_machine_without_a_namespace_gives_one_problem() {
-    let said = problems("<scxml version='1.0'><state id='a'/></scxml>");
-    assert!(said.starts_with("«scxml» this <scxml> has no namespace\n"), "{said}");
-    assert_eq!(said.matches('«').count(), 1, "{said}");
+    let reported = problems("<scxml version='1.0'><state id='a'/></scxml>");
+    assert!(reported.starts_with("«scxml» this <scxml> has no namespace\n"), "{reported}");
+    assert_eq!(reported.matches('«').count(), 1, "{reported}");
 }
 
 /// Problems that SCXML makes error events (3.13, 5.4, 6.2.4) do not mean that the machine could not be loaded.
@@ -240,13 +240,17 @@ fn a_machine_that_standard_scxml_would_run_is_refused_as_such() {
         rendered(&Chart::load("t.scxml", &text).unwrap_err())
     };
     for content in ["<send event='e' type='pigeon'/>", "<assign location='nothing' expr='1'/>"] {
-        let said = forgiven(content);
-        assert!(said.starts_with("the skill t.scxml is refused, although standard SCXML would run it: "), "{said}");
-        assert!(said.contains("`error.execution` when the machine gets there"), "{said}");
+        let reported = forgiven(content);
+        assert!(
+            reported.starts_with("the skill t.scxml is refused, although standard SCXML would run it: "),
+            "{reported}"
+        );
+        assert!(reported.contains("`error.execution` when the machine gets there"), "{reported}");
     }
-    let said = refused(&file("", "<state id='a'><onentry><send event='e' type='pigeon'/><sned/></onentry></state>"));
-    assert!(said.starts_with("the skill broken.scxml cannot be loaded: 2 problems"), "{said}");
-    assert!(!said.contains("gets there"), "{said}");
+    let reported =
+        refused(&file("", "<state id='a'><onentry><send event='e' type='pigeon'/><sned/></onentry></state>"));
+    assert!(reported.starts_with("the skill broken.scxml cannot be loaded: 2 problems"), "{reported}");
+    assert!(!reported.contains("gets there"), "{reported}");
 }
 
 #[test]
@@ -315,42 +319,42 @@ fn a_foreign_dialect_is_named_once() {
              </scxml>"
         )
     };
-    let said = problems(&roaml("http://www.w3.org/2005/07/scxml"));
-    assert!(said.starts_with("«ros_service_server» this is a machine of RoAML"), "{said}");
-    assert_eq!(said.matches('«').count(), 1, "{said}");
+    let reported = problems(&roaml("http://www.w3.org/2005/07/scxml"));
+    assert!(reported.starts_with("«ros_service_server» this is a machine of RoAML"), "{reported}");
+    assert_eq!(reported.matches('«').count(), 1, "{reported}");
 
-    let said = problems(&roaml("..."));
-    assert!(said.contains("xmlns=\"...\"") && said.contains("this is a machine of RoAML"), "{said}");
-    assert_eq!(said.matches('«').count(), 1, "{said}");
+    let reported = problems(&roaml("..."));
+    assert!(reported.contains("xmlns=\"...\"") && reported.contains("this is a machine of RoAML"), "{reported}");
+    assert_eq!(reported.matches('«').count(), 1, "{reported}");
 
-    let said = problems("<ascxml name='Go'><state id='idle'><bt_tick/></state></ascxml>");
-    assert!(said.starts_with("«ascxml» this is a machine of RoAML"), "{said}");
+    let reported = problems("<ascxml name='Go'><state id='idle'><bt_tick/></state></ascxml>");
+    assert!(reported.starts_with("«ascxml» this is a machine of RoAML"), "{reported}");
     assert!(problems("<roaml><parameters/></roaml>").starts_with("«roaml» this is a whole RoAML model"));
 
-    let said = problems("<scxml version='1.0' xmlns='http://example.org/other'><state id='a'/></scxml>");
+    let reported = problems("<scxml version='1.0' xmlns='http://example.org/other'><state id='a'/></scxml>");
     assert!(
-        said.starts_with(
+        reported.starts_with(
             "«xmlns='http://example.org/other'» `xmlns=\"http://example.org/other\"` is not the namespace"
         )
     );
-    assert_eq!(said.matches('«').count(), 1, "{said}");
+    assert_eq!(reported.matches('«').count(), 1, "{reported}");
 
-    let said = problems(&file(
+    let reported = problems(&file(
         "datamodel='cplusplus:GoData:GoData.h'",
         "<state id='a'><transition event='e' cond='isFar(m_place.c_str())'/><onentry><script>drive(&amp;x);</script></onentry></state>",
     ));
-    assert!(said.contains("this is a Qt machine with a C++ data model"), "{said}");
-    assert_eq!(said.matches('«').count(), 1, "{said}");
+    assert!(reported.contains("this is a Qt machine with a C++ data model"), "{reported}");
+    assert_eq!(reported.matches('«').count(), 1, "{reported}");
 }
 
 #[test]
 fn a_blank_line_before_the_xml_declaration_is_reported_as_such() {
-    let said = problems(
+    let reported = problems(
         "\n<?xml version='1.0'?><scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
     );
     assert!(
-        said.contains("`<?xml …?>` must be at the very beginning of the file\n    remove the blanks and lines"),
-        "{said}"
+        reported.contains("`<?xml …?>` must be at the very beginning of the file\n    remove the blanks and lines"),
+        "{reported}"
     );
 }
 
@@ -365,13 +369,13 @@ fn an_event_that_a_machine_sends_itself_and_never_handles_is_reported() {
         ),
     );
     let chart = Chart::load("t.scxml", &text).unwrap();
-    let said = in_short(&text, chart.warnings());
+    let reported = in_short(&text, chart.warnings());
     assert_eq!(
-        said.lines().next(),
+        reported.lines().next(),
         Some(
             "«send» the machine sends itself the event `TICK_RESPONSE`, here and in one other place, but no \
              transition handles it"
         )
     );
-    assert_eq!(chart.warnings().len(), 1, "{said}");
+    assert_eq!(chart.warnings().len(), 1, "{reported}");
 }

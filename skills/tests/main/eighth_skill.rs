@@ -29,18 +29,18 @@ fn the_example_fits_channels_to_the_tree_and_to_a_speaker() {
 #[test]
 fn the_example_announces_and_answers() {
     let chart = Chart::load("AnnounceArrival.scxml", ANNOUNCE_ARRIVAL).unwrap();
-    let told = |events: &str| {
+    let lines = |events: &str| {
         let cues = Cues::parse("events.jsonl", events).unwrap();
-        let mut told = Vec::new();
-        rehearse(&chart, &cues, Duration::from_secs(60), &mut |line| told.push(line.to_string()));
-        told.retain(|line| line.contains("sends"));
-        told
+        let mut lines = Vec::new();
+        rehearse(&chart, &cues, Duration::from_secs(60), &mut |line| lines.push(line.to_string()));
+        lines.retain(|line| line.contains("sends"));
+        lines
     };
     let tick = r#"{"event": "BT.tick", "time_s": 1}"#;
     let asked = r#"1.000 s  sends say to Speaker {"text": "We have arrived."}"#;
     let done = r#"{"event": "Speaker.ok", "time_s": 1.5}"#;
-    assert_eq!(told(&format!("{tick}\n{done}")), [asked, "1.500 s  sends success to BT"]);
-    assert_eq!(told(tick), [asked, "3.000 s  sends failure to BT"]);
+    assert_eq!(lines(&format!("{tick}\n{done}")), [asked, "1.500 s  sends success to BT"]);
+    assert_eq!(lines(tick), [asked, "3.000 s  sends failure to BT"]);
     let halt = r#"{"event": "BT.halt", "time_s": 1.2}"#;
-    assert_eq!(told(&format!("{tick}\n{halt}")), [asked, "1.200 s  sends halted to BT"]);
+    assert_eq!(lines(&format!("{tick}\n{halt}")), [asked, "1.200 s  sends halted to BT"]);
 }

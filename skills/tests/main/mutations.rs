@@ -76,10 +76,10 @@ fn every_mutation_of_a_machine_is_described_on_one_line() {
 fn a_mutation_changes_the_machine_as_described_and_in_no_other_way() {
     for (leaf, text, mutation, mutant) in shipped_mutants() {
         let (before, after) = (outline(text), outline(&mutant));
-        let (said, says) = (messages(text), messages(&mutant));
+        let (original, mutated) = (messages(text), messages(&mutant));
         let sends_change = matches!(mutation, Mutation::SwapSend { .. });
         let transition_drops = matches!(mutation, Mutation::DropTransition { .. });
-        assert!(said == says || sends_change || transition_drops, "{leaf}: {mutation}");
+        assert!(original == mutated || sends_change || transition_drops, "{leaf}: {mutation}");
         let context = format!("{leaf}: {mutation}\n{mutant}");
         match &mutation {
             Mutation::Data { id, expr } => {
@@ -122,8 +122,8 @@ fn a_mutation_changes_the_machine_as_described_and_in_no_other_way() {
                 assert!(!changed.is_empty() && changed.iter().all(|(_, new)| new.contains(&format!("!In('{state}')"))));
             }
             Mutation::SwapSend { send, event } => {
-                let changed: Vec<_> = said.iter().zip(&says).filter(|(old, new)| old != new).collect();
-                assert!(changed.len() == 1 && said.len() == says.len(), "{context}");
+                let changed: Vec<_> = original.iter().zip(&mutated).filter(|(old, new)| old != new).collect();
+                assert!(changed.len() == 1 && original.len() == mutated.len(), "{context}");
                 assert_eq!((&changed[0].0.1, &changed[0].1.1), (&send.event, event), "{context}");
                 assert_eq!(before, after, "{context}");
             }
@@ -266,7 +266,7 @@ fn lines_are_kept_in_awkward_places() {
 #[test]
 fn messages_are_replaced_or_removed() {
     let (leaf, text) = SHIPPED.into_iter().find(|(leaf, _)| *leaf == "BatteryLevel").unwrap();
-    let says = |mutation: &Mutation| {
+    let sent = |mutation: &Mutation| {
         let mut actor = Actor::new(&mutate(leaf, text, mutation).unwrap());
         actor.handle("BT.tick");
         actor.handle("BatteryReader.error");
@@ -274,9 +274,9 @@ fn messages_are_replaced_or_removed() {
         channel.map(|outgoing| outgoing.event.as_deref().unwrap_or_default().to_owned()).collect::<Vec<_>>()
     };
     let failure = || send("failure", "failure", 1);
-    assert_eq!(says(&Mutation::DropSend { send: failure() }), ["get_level"]);
-    assert_eq!(says(&Mutation::SwapSend { send: failure(), event: "success".into() }), ["get_level", "success"]);
-    assert_eq!(says(&Mutation::DropSend { send: send("get", "get_level", 1) }), ["failure"]);
+    assert_eq!(sent(&Mutation::DropSend { send: failure() }), ["get_level"]);
+    assert_eq!(sent(&Mutation::SwapSend { send: failure(), event: "success".into() }), ["get_level", "success"]);
+    assert_eq!(sent(&Mutation::DropSend { send: send("get", "get_level", 1) }), ["failure"]);
 }
 
 fn refused(text: &str, mutation: &Mutation) -> String {
@@ -296,7 +296,7 @@ fn a_missing_part_is_reported_with_the_existing_ones() {
     let data = |id: &str, expr: &str| Mutation::Data { id: id.into(), expr: expr.into() };
     let negate = |event: &str, nth| Mutation::NegateGuard { transition: place("a", event, nth) };
     let swap = |target: &str| Mutation::SwapTarget { transition: place("a", "go", 2), target: target.into() };
-    let mut said: Vec<String> = [
+    let mut refusals: Vec<String> = [
         data("levle", "5"),
         data("level", "5 +"),
         data("nothing", "unknown"),
@@ -314,9 +314,9 @@ fn a_missing_part_is_reported_with_the_existing_ones() {
     .iter()
     .map(|mutation| format!("{mutation}\n{}", refused(AWKWARD, mutation)))
     .collect();
-    said.push(refused(&null, &negate("go", 1)));
-    said.push(refused(&null, &Mutation::StuckState { state: "a".into() }));
-    insta::assert_snapshot!(said.join("\n"));
+    refusals.push(refused(&null, &negate("go", 1)));
+    refusals.push(refused(&null, &Mutation::StuckState { state: "a".into() }));
+    insta::assert_snapshot!(refusals.join("\n"));
 }
 
 #[test]

@@ -22,9 +22,9 @@ fn original(leaf: &str) -> Conversation {
 }
 
 /// Gives the skill these answers, and checks what it says after each of them.
-fn go_on<const N: usize>(skill: &mut Conversation, heard_and_said: [(&str, channels::Message, &str); N]) {
-    for (from, heard, said) in heard_and_said {
-        assert_eq!(skill.reply(from, heard), [said]);
+fn go_on<const N: usize>(skill: &mut Conversation, heard_and_sent: [(&str, channels::Message, &str); N]) {
+    for (from, heard, sent) in heard_and_sent {
+        assert_eq!(skill.reply(from, heard), [sent]);
     }
 }
 
@@ -114,9 +114,9 @@ fn go_to_waits_while_another_skill_has_the_resource() {
 #[test]
 fn go_to_halts_navigation_before_it_gives_the_resource_back() {
     let mut skill = under_way();
-    let mut said = skill.halt();
-    said.sort();
-    assert_eq!(said, [HALTED, STOP], "the tree does not wait");
+    let mut sent = skill.halt();
+    sent.sort();
+    assert_eq!(sent, [HALTED, STOP], "the tree does not wait");
     assert_eq!(skill.reply("Navigation", ok_state("stopped")), [LOCK]);
     assert_eq!(skill.tick(), [RUNNING], "it is not idle yet");
     assert!(give_back(&mut skill).is_empty());
@@ -138,9 +138,9 @@ fn a_stop_after_the_trip_halts_navigation_although_the_resource_is_free() {
     skill.at_ms(520);
     assert_eq!(skill.reply("Navigation", ok_state("success")), [LOCK]);
     assert!(give_back(&mut skill).is_empty());
-    let mut said = skill.halt();
-    said.sort();
-    assert_eq!(said, [HALTED, STOP]);
+    let mut sent = skill.halt();
+    sent.sort();
+    assert_eq!(sent, [HALTED, STOP]);
     assert!(skill.reply("Navigation", ok_state("stopped")).is_empty());
     assert_eq!(skill.location(), "idle");
 }

@@ -97,8 +97,8 @@ fn conditions_fail_without_an_answer_in_time_and_drop_late_answers() {
     assert!(skill.at_ms(499).is_empty());
     assert_eq!(skill.at_ms(500), [FAILURE]);
     assert_eq!(skill.tick(), ["BatteryReader [<get_level>]"]);
-    skill.tell("BatteryReader", ok(80.0), late);
-    assert_eq!(skill.said(), [""; 0], "nobody expects the answer to the previous request");
+    skill.deliver("BatteryReader", ok(80.0), late);
+    assert_eq!(skill.sent(), [""; 0], "nobody expects the answer to the previous request");
     assert_eq!(skill.location(), "get");
     assert_eq!(skill.reply("BatteryReader", ok(20.0)), [FAILURE]);
 }
@@ -179,9 +179,9 @@ fn go_to_fails_when_the_trip_fails_or_is_lost_and_tries_again() {
 fn go_to_cancels_the_trip_when_navigation_reports_an_error() {
     let mut skill = under_way();
     skill.tick();
-    let mut said = skill.reply("Navigation", error("lost"));
-    said.sort();
-    assert_eq!(said, [FAILURE, STOP]);
+    let mut sent = skill.reply("Navigation", error("lost"));
+    sent.sort();
+    assert_eq!(sent, [FAILURE, STOP]);
     assert!(skill.reply("Navigation", ok_state("stopped")).is_empty());
     assert_eq!(skill.tick(), [START]);
 }
@@ -191,11 +191,11 @@ fn go_to_cancels_the_trip_when_navigation_is_silent() {
     let mut skill = Conversation::with("GoToDestination");
     skill.tick();
     let late = skill.last_request("Navigation");
-    let mut said = skill.at_ms(500);
-    said.sort();
-    assert_eq!(said, [FAILURE, STOP]);
-    skill.tell("Navigation", ok_state("running"), late);
-    assert!(skill.said().is_empty());
+    let mut sent = skill.at_ms(500);
+    sent.sort();
+    assert_eq!(sent, [FAILURE, STOP]);
+    skill.deliver("Navigation", ok_state("running"), late);
+    assert!(skill.sent().is_empty());
     assert_eq!(skill.location(), "failure");
 }
 
@@ -223,8 +223,8 @@ fn go_to_drops_a_running_status_of_a_halted_trip() {
     skill.tick();
     let status = skill.last_request("Navigation");
     assert_eq!(skill.halt(), [STOP]);
-    skill.tell("Navigation", ok_state("running"), status);
-    assert!(skill.said().is_empty());
+    skill.deliver("Navigation", ok_state("running"), status);
+    assert!(skill.sent().is_empty());
     assert_eq!(skill.reply("Navigation", ok_state("stopped")), [HALTED]);
 }
 
@@ -301,7 +301,7 @@ proptest! {
         });
         let (mut now, mut waiting, mut asked) = (0, false, false);
         for happening in happenings {
-            let said = match happening {
+            let sent = match happening {
                 // The tree calls again only after it was answered.
                 Happening::Call(_) if waiting => continue,
                 Happening::Call(what) => {
@@ -310,8 +310,8 @@ proptest! {
                 }
                 Happening::Reply(message) if asked && fits(&message) => skill.reply(component.unwrap(), message),
                 Happening::Stale(message) if fits(&message) => {
-                    skill.tell(component.unwrap(), message, RequestNumber(999_999));
-                    skill.said()
+                    skill.deliver(component.unwrap(), message, RequestNumber(999_999));
+                    skill.sent()
                 }
                 Happening::Time(passed) => {
                     now += passed;
@@ -319,9 +319,9 @@ proptest! {
                 }
                 Happening::Reply(_) | Happening::Stale(_) => continue,
             };
-            asked |= said.iter().any(|line| !line.starts_with("BT "));
-            let answers = said.iter().filter(|line| line.starts_with("BT ")).count();
-            prop_assert!(answers <= usize::from(waiting), "{said:?}");
+            asked |= sent.iter().any(|line| !line.starts_with("BT "));
+            let answers = sent.iter().filter(|line| line.starts_with("BT ")).count();
+            prop_assert!(answers <= usize::from(waiting), "{sent:?}");
             waiting &= answers == 0;
         }
         let last = skill.at_ms(now + 500);

@@ -97,12 +97,12 @@ fn spec_6_4_machines_are_invoked_when_the_macrostep_ends_with_internal_events_do
 
 #[test]
 fn spec_6_4_machines_are_invoked_in_document_order() {
-    let told =
+    let lines =
         |event: &str| format!("<final id='f'><onentry><send target='#_parent' event='{event}'/></onentry></final>");
     let stage = stage(&format!(
         "<state id='s'>{}{}<transition event='one two'><log expr='_event.name'/></transition></state>",
-        invoke("", &told("one"), ""),
-        invoke("", &told("two"), "")
+        invoke("", &lines("one"), ""),
+        invoke("", &lines("two"), "")
     ));
     assert_eq!(stage.log(), "one two");
 }
@@ -344,9 +344,9 @@ fn spec_6_4_recursion_of_machines_is_limited() {
     let content = "<state id='s'><invoke src='self.scxml'/><invoke src='self.scxml'/></state>";
     fs::write(&path, file("", content)).unwrap();
     let chart = Chart::open(&path, Strictness::Strict).unwrap();
-    let mut told = Vec::new();
-    rehearse(&chart, &skills::Cues::default(), Duration::from_secs(1), &mut |line| told.push(line.to_string()));
-    assert!(told.iter().any(|line| line.contains("too many machines invoke each other")));
+    let mut lines = Vec::new();
+    rehearse(&chart, &skills::Cues::default(), Duration::from_secs(1), &mut |line| lines.push(line.to_string()));
+    assert!(lines.iter().any(|line| line.contains("too many machines invoke each other")));
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl Process for Component {
     }
 }
 
-fn said(scheduler: &mut dyn Scheduler) -> Vec<String> {
+fn sent(scheduler: &mut dyn Scheduler) -> Vec<String> {
     let topology = Arc::new(topology());
     let calls = [
         ("BatteryLevel", "tick"),
@@ -187,11 +187,11 @@ fn conversations_are_the_same_under_every_scheduler() {
         "Navigation GoToDestination [<ok>, <running>]",
         "GoToDestination BT [<running>]",
     ];
-    assert_eq!(said(&mut RoundRobin::default()), expected);
+    assert_eq!(sent(&mut RoundRobin::default()), expected);
     for seed in 0..5 {
-        assert_eq!(said(&mut Random::new(ChaCha8Rng::seed_from_u64(seed))), expected);
+        assert_eq!(sent(&mut Random::new(ChaCha8Rng::seed_from_u64(seed))), expected);
     }
     for victim in topology().processes() {
-        assert_eq!(said(&mut Starving::new(victim, Box::<RoundRobin>::default())), expected);
+        assert_eq!(sent(&mut Starving::new(victim, Box::<RoundRobin>::default())), expected);
     }
 }

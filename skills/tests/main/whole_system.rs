@@ -27,14 +27,14 @@ fn complaints(content: &str, leaves: &[&str]) -> Vec<String> {
 fn complaints_of_leaves(content: &str, leaves: &[LeafOfSystem<'_>]) -> Vec<String> {
     let chart = Chart::load("Look.scxml", &file("", content)).unwrap();
     let errors = check_system(leaves, &[("Look", &chart, &[])], &topology());
-    let mut said = Vec::new();
+    let mut reported = Vec::new();
     for error in errors {
         match error {
-            SkillError::Wiring { problems, .. } => said.extend(problems.iter().map(ToString::to_string)),
-            other => said.push(other.to_string()),
+            SkillError::Wiring { problems, .. } => reported.extend(problems.iter().map(ToString::to_string)),
+            other => reported.push(other.to_string()),
         }
     }
-    said
+    reported
 }
 
 const ASKS: &str = "<onentry><send type='channel' target='Reader' event='get'/></onentry>";
