@@ -91,6 +91,7 @@ impl Machine {
             let problem = Problem::new("this is not a RoAML machine").at(diagnostics::xml::name_span(root), "here");
             return Err(of(vec![problem.with_help("a machine begins with <ascxml name=\"…\" initial=\"…\">")]));
         }
+        // Everything is translated even if some of it is wrong, so that all problems are reported at once.
         let mut problems = Vec::new();
         let declarations = Declarations::of(root, ports, structures, &mut problems);
         let whole = build(file, text, root, &declarations, &mut problems);
@@ -127,6 +128,7 @@ fn build(
 ) -> Option<Machine> {
     let known = problems.len();
     let translated = Translator::new(text, declarations, problems).machine(root);
+    // In an incomplete translation, the compiler would find more problems that are not in the file.
     if problems.len() > known {
         return None;
     }

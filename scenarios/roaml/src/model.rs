@@ -75,15 +75,15 @@ impl Model {
             .map_err(|error| FileProblems::from(Problem::new(format!("cannot read the model {name}: {error}"))))?;
         let source = Source::new(&name, text.as_str());
         let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
-        let mut reader = Reader { folder, read, source: source.clone(), problems: Vec::new() };
+        let mut loader = ModelLoader { folder, read, source: source.clone(), problems: Vec::new() };
         let model = match parse(&text) {
-            Ok(document) => reader.model(path, document.root_element()),
+            Ok(document) => loader.model(path, document.root_element()),
             Err(problem) => {
-                reader.problems.push(problem.of(&source));
+                loader.problems.push(problem.of(&source));
                 None
             }
         };
-        let (errors, warnings) = reader.problems.into_iter().partition(Problem::is_error);
+        let (errors, warnings) = loader.problems.into_iter().partition(Problem::is_error);
         FileProblems::none_of(errors)?;
         Ok(Self { warnings, ..model.expect("a file that could not be loaded was reported") })
     }
@@ -116,14 +116,19 @@ struct Named<'t> {
     node: Node<'t, 't>,
 }
 
-struct Reader<'r> {
+/// The parts of a model; two have an older name.
+const PARTS: [&str; 6] =
+    ["parameters", "mc_parameters", "behavior_tree", "node_models", "data_declarations", "properties"];
+
+/// A model that is being loaded. Each part is read even if others are wrong, for its own problems.
+struct ModelLoader<'r> {
     folder: PathBuf,
     read: &'r dyn Fn(&Path) -> io::Result<String>,
     source: Source,
     problems: Vec<Problem>,
 }
 
-impl Reader<'_> {
+impl ModelLoader<'_> {
     fn report(&mut self, problem: Problem) {
         self.problems.push(problem.of(&self.source));
     }
@@ -134,18 +139,7 @@ impl Reader<'_> {
             self.report(problem.with_help("a model begins with <roaml>"));
             return None;
         }
-        let known = ["parameters", "mc_parameters", "behavior_tree", "node_models", "data_declarations", "properties"];
-        for child in root.children().filter(Node::is_element) {
-            let name = child.tag_name().name();
-            if !known.contains(&name) {
-                let problem = Problem::new(format!("<{}> has no part <{name}>", root.tag_name().name()));
-                self.report(problem.at(name_span(child), "unknown").with_help(nearest_or_all(
-                    name,
-                    "its parts",
-                    &known,
-                )));
-            }
-        }
+        self.check_parts(root);
         let section = |names: &[&str]| root.children().find(|child| names.iter().any(|name| is(child, name)));
         let parameters = match section(&["parameters", "mc_parameters"]) {
             Some(section) => self.parameters(section),
@@ -162,36 +156,52 @@ impl Reader<'_> {
         if section(&["behavior_tree"]).is_some() && tree.is_none() && self.problems.is_empty() {
             self.report(Problem::new("the model's tree cannot be loaded").at(name_span(root), "in here"));
         }
-        let mut seen: Vec<&str> = RESERVED.to_vec();
-        let mut repeated = Vec::new();
-        for instance in &machines {
-            if seen.contains(&instance.name.as_str()) {
-                repeated.push(format!("two processes are named `{}`", instance.name));
-            }
-            seen.push(&instance.name);
-        }
-        for message in repeated {
-            let problem = Problem::new(message).at(name_span(root), "in this model");
-            self.report(problem.with_help("machines and leaves need different names"));
-        }
-        let events = events(&machines);
+        self.check_names(root, &machines);
+        // Without all machines, it would be unknown which events exist.
         let is_sound = !self.problems.iter().any(Problem::is_error);
-        let properties = section(&["properties"]).filter(|_| is_sound).map_or_else(Vec::new, |section| {
-            let files = self.inputs(section, &["jani"]);
-            let mut properties = Vec::new();
-            for Named { path, text, .. } in files {
-                let source = Source::new(&path.display().to_string(), text.as_str());
-                match Property::read(&text, &events) {
-                    Ok(more) => properties.extend(more),
-                    Err(problems) => self.problems.extend(problems.into_iter().map(|problem| problem.of(&source))),
+        let properties = section(&["properties"]).filter(|_| is_sound);
+        let properties = properties.map_or_else(Vec::new, |section| self.properties(section, &machines));
+        let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();
+        Some(Model { name, parameters: parameters?, tree, machines, properties, warnings: Vec::new() })
+    }
+
+    fn check_parts(&mut self, root: Node<'_, '_>) {
+        for child in root.children().filter(Node::is_element) {
+            let name = child.tag_name().name();
+            if !PARTS.contains(&name) {
+                let problem = Problem::new(format!("<{}> has no part <{name}>", root.tag_name().name()));
+                let help = nearest_or_all(name, "its parts", &PARTS);
+                self.report(problem.at(name_span(child), "unknown").with_help(help));
+            }
+        }
+    }
+
+    /// Checks that all processes have different names.
+    fn check_names(&mut self, root: Node<'_, '_>, machines: &[Instance]) {
+        let mut seen: Vec<&str> = RESERVED.to_vec();
+        for Instance { name, .. } in machines {
+            if seen.contains(&name.as_str()) {
+                let problem = Problem::new(format!("two processes are named `{name}`"));
+                let problem = problem.at(name_span(root), "in this model");
+                self.report(problem.with_help("machines and leaves need different names"));
+            }
+            seen.push(name);
+        }
+    }
+
+    fn properties(&mut self, section: Node<'_, '_>, machines: &[Instance]) -> Vec<Property> {
+        let events = events(machines);
+        let mut properties = Vec::new();
+        for Named { path, text, .. } in self.inputs(section, &["jani"]) {
+            match Property::read(&text, &events) {
+                Ok(more) => properties.extend(more),
+                Err(problems) => {
+                    let source = Source::new(&path.display().to_string(), text.as_str());
+                    self.problems.extend(problems.into_iter().map(|problem| problem.of(&source)));
                 }
             }
-            properties
-        });
-        let stem = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
-        let parameters = parameters?;
-        let name = stem.into_owned();
-        Some(Model { name, parameters, tree, machines, properties, warnings: Vec::new() })
+        }
+        properties
     }
 
     fn parameters(&mut self, section: Node<'_, '_>) -> Option<Parameters> {
@@ -204,33 +214,16 @@ impl Reader<'_> {
                 );
                 continue;
             };
-            let wrong =
-                |what: &str| Problem::new(format!("`{value}` is not {what}")).at(value_span(node, "value"), "here");
             match name {
-                "max_time" => {
-                    let unit = node.attribute("unit").unwrap_or("s");
-                    let units = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
-                    let unit_ns = units.into_iter().find(|(name, _)| *name == unit).map(|(_, ns)| ns);
-                    if unit_ns.is_none() {
-                        let problem = Problem::new(format!("unknown unit `{unit}`"));
-                        let names = units.map(|(name, _)| name);
-                        let problem = problem.at(value_span(node, "unit"), "unknown unit");
-                        self.report(problem.with_help(nearest_or_all(unit, "units", &names)));
-                    }
-                    match value.trim().parse::<u64>().ok().zip(unit_ns).and_then(|(value, ns)| value.checked_mul(ns)) {
-                        Some(ns) => max_time = Some(Duration::from_nanos(ns)),
-                        None if unit_ns.is_some() => self.report(wrong("a whole number in this unit")),
-                        None => {}
-                    }
-                }
+                "max_time" => max_time = self.time(node, value).or(max_time),
                 "bt_tick_rate" => match value.trim().parse::<f64>().ok().filter(|rate| *rate > 0.0 && *rate <= 1e6) {
                     Some(rate) => tick = Duration::from_nanos((1e9 / rate).round() as u64),
-                    None => self.report(wrong("a rate in Hz")),
+                    None => self.report(wrong_value(node, value, "a rate in Hz")),
                 },
                 "bt_tick_if_not_running" => match value.trim() {
                     "true" | "True" | "1" => tick_if_not_running = true,
                     "false" | "False" | "0" => tick_if_not_running = false,
-                    _ => self.report(wrong("`true` or `false`")),
+                    _ => self.report(wrong_value(node, value, "`true` or `false`")),
                 },
                 // Arrays grow as needed.
                 "max_array_size" => {}
@@ -248,37 +241,52 @@ impl Reader<'_> {
         max_time.map(|max_time| Parameters { max_time, tick, tick_if_not_running })
     }
 
+    /// The time in an element with a value and a unit.
+    fn time(&mut self, node: Node<'_, '_>, value: &str) -> Option<Duration> {
+        let unit = node.attribute("unit").unwrap_or("s");
+        let units = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
+        let Some((_, unit_ns)) = units.into_iter().find(|(name, _)| *name == unit) else {
+            let problem = Problem::new(format!("unknown unit `{unit}`"));
+            let problem = problem.at(value_span(node, "unit"), "unknown unit");
+            self.report(problem.with_help(nearest_or_all(unit, "units", &units.map(|(name, _)| name))));
+            return None;
+        };
+        let time_ns = value.trim().parse::<u64>().ok().and_then(|value| value.checked_mul(unit_ns));
+        if time_ns.is_none() {
+            self.report(wrong_value(node, value, "a whole number in this unit"));
+        }
+        time_ns.map(Duration::from_nanos)
+    }
+
     /// The files of a section that can be read. `types` are the types that it accepts.
     fn inputs<'t>(&mut self, section: Node<'t, 't>, types: &[&str]) -> Vec<Named<'t>> {
-        let mut files = Vec::new();
-        for node in section.children().filter(Node::is_element) {
-            let name = node.tag_name().name();
-            if name != "input" {
-                let problem = Problem::new(format!("<{}> contains only <input>", section.tag_name().name()));
-                self.report(problem.at(name_span(node), format!("not <{name}>")));
-                continue;
-            }
-            let (Some(of), Some(src)) = (node.attribute("type"), node.attribute("src")) else {
-                let problem = Problem::new("<input> needs the attributes `type` and `src`");
-                self.report(problem.at(name_span(node), "one is missing"));
-                continue;
-            };
-            if !types.contains(&of) {
-                let problem = Problem::new(format!("`{of}` is not a supported type of input"));
-                let problem = problem.at(value_span(node, "type"), "unknown type");
-                self.report(problem.with_help(nearest_or_all(of, "types", types)));
-                continue;
-            }
-            let path = self.folder.join(src);
-            match (self.read)(&path) {
-                Ok(text) => files.push(Named { path, text, node }),
-                Err(error) => {
-                    let problem = Problem::new(format!("cannot read {}: {error}", path.display()));
-                    self.report(problem.at(value_span(node, "src"), "this file"));
-                }
-            }
+        section.children().filter(Node::is_element).filter_map(|node| self.input(node, section, types)).collect()
+    }
+
+    fn input<'t>(&mut self, node: Node<'t, 't>, section: Node<'_, '_>, types: &[&str]) -> Option<Named<'t>> {
+        let name = node.tag_name().name();
+        if name != "input" {
+            let problem = Problem::new(format!("<{}> contains only <input>", section.tag_name().name()));
+            self.report(problem.at(name_span(node), format!("not <{name}>")));
+            return None;
         }
-        files
+        let (Some(of), Some(src)) = (node.attribute("type"), node.attribute("src")) else {
+            let problem = Problem::new("<input> needs the attributes `type` and `src`");
+            self.report(problem.at(name_span(node), "one is missing"));
+            return None;
+        };
+        if !types.contains(&of) {
+            let problem = Problem::new(format!("`{of}` is not a supported type of input"));
+            let problem = problem.at(value_span(node, "type"), "unknown type");
+            self.report(problem.with_help(nearest_or_all(of, "types", types)));
+            return None;
+        }
+        let path = self.folder.join(src);
+        let read = (self.read)(&path).map_err(|error| {
+            let problem = Problem::new(format!("cannot read {}: {error}", path.display()));
+            self.report(problem.at(value_span(node, "src"), "this file"));
+        });
+        Some(Named { text: read.ok()?, path, node })
     }
 
     /// The names of the model's own types.
@@ -299,14 +307,20 @@ impl Reader<'_> {
     }
 
     fn nodes(&mut self, section: Node<'_, '_>, structures: &[String]) -> Vec<Instance> {
-        let mut nodes = Vec::new();
-        for Named { path, text, .. } in self.inputs(section, &["node-ascxml", "ros-scxml"]) {
-            match Machine::load(&path.display().to_string(), &text, &BTreeMap::new(), structures) {
-                Ok(machine) => nodes.push(Instance { name: machine.chart.name().to_owned(), leaf: None, machine }),
-                Err(problems) => self.problems.extend(problems),
-            }
-        }
-        nodes
+        let files = self.inputs(section, &["node-ascxml", "ros-scxml"]);
+        let machines = files.iter().filter_map(|file| self.machine(file, &BTreeMap::new(), structures));
+        machines.map(|machine| Instance { name: machine.chart.name().to_owned(), leaf: None, machine }).collect()
+    }
+
+    /// The machine in a file; `ports` are the constant values of a leaf's input ports.
+    fn machine(
+        &mut self,
+        file: &Named<'_>,
+        ports: &BTreeMap<String, String>,
+        structures: &[String],
+    ) -> Option<Machine> {
+        let machine = Machine::load(&file.path.display().to_string(), &file.text, ports, structures);
+        machine.map_err(|problems| self.problems.extend(problems)).ok()
     }
 
     /// Loads the tree, and adds the machines of its leaves to the others.
@@ -317,7 +331,7 @@ impl Reader<'_> {
         machines: &mut Vec<Instance>,
     ) -> Option<Arc<Tree>> {
         let files = self.inputs(section, &["bt.cpp-xml", "bt-plugin-ascxml", "bt-plugin-ros-scxml"]);
-        let (trees, plugins): (Vec<_>, Vec<_>) =
+        let (trees, files): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|file| file.node.attribute("type") == Some("bt.cpp-xml"));
         let [tree] = trees.as_slice() else {
             if self.problems.is_empty() {
@@ -328,49 +342,52 @@ impl Reader<'_> {
             }
             return None;
         };
-        let mut by_id: BTreeMap<String, &Named<'_>> = BTreeMap::new();
-        for plugin in &plugins {
-            let file = plugin.path.display().to_string();
-            match Machine::load(&file, &plugin.text, &BTreeMap::new(), structures) {
-                Ok(machine) => {
-                    by_id.insert(machine.chart.name().to_owned(), plugin);
-                }
-                Err(problems) => self.problems.extend(problems),
-            }
+        // A plugin is loaded once without a leaf, for its name and for its problems, even if no leaf uses it.
+        let mut plugins: Plugins<'_> = BTreeMap::new();
+        for file in &files {
+            let machine = self.machine(file, &BTreeMap::new(), structures);
+            plugins.extend(machine.map(|machine| (machine.chart.name().to_owned(), file)));
         }
         if !self.problems.is_empty() {
             return None;
         }
-        let loader = Loader::default().leaves(by_id.keys().map(String::as_str));
-        let tree = match loader.load(&tree.path, &tree.text) {
-            Ok(tree) => tree,
+        let loader = Loader::default().leaves(plugins.keys().map(String::as_str));
+        match loader.load(&tree.path, &tree.text) {
+            Ok(tree) => {
+                machines.extend(tree.leaves().filter_map(|leaf| self.leaf(&tree, leaf, &plugins, structures)));
+                Some(Arc::new(tree))
+            }
             Err(error) => {
                 let source = Source::new(error.file(), tree.text.as_str());
                 self.problems.extend(error.problems().iter().map(|problem| problem.clone().of(&source)));
-                return None;
-            }
-        };
-        for leaf in tree.leaves() {
-            let Some(plugin) = by_id.get(leaf.type_id()) else {
-                let known: Vec<&str> = by_id.keys().map(String::as_str).collect();
-                let message = format!("no plugin implements the leaf `{}`", leaf.type_id());
-                let help = nearest_or_all(leaf.type_id(), "plugins", &known);
-                self.problems.push(tree.problem_at(leaf.id(), message, "this leaf", help));
-                continue;
-            };
-            let constants = tree.ports(leaf.id()).filter_map(|port| match port.source {
-                bt::Source::Constant(value) => Some((port.name.to_owned(), value.to_text().to_string())),
-                _ => None,
-            });
-            match Machine::load(&plugin.path.display().to_string(), &plugin.text, &constants.collect(), structures) {
-                Ok(machine) => {
-                    machines.push(Instance { name: leaf.process().to_owned(), leaf: Some(leaf.id()), machine });
-                }
-                Err(problems) => self.problems.extend(problems),
+                None
             }
         }
-        Some(Arc::new(tree))
     }
+
+    /// The machine of a leaf, with the values that the tree's file gives to its ports.
+    fn leaf(&mut self, tree: &Tree, leaf: &bt::Node, plugins: &Plugins<'_>, structures: &[String]) -> Option<Instance> {
+        let Some(plugin) = plugins.get(leaf.type_id()) else {
+            let known: Vec<&str> = plugins.keys().map(String::as_str).collect();
+            let message = format!("no plugin implements the leaf `{}`", leaf.type_id());
+            let help = nearest_or_all(leaf.type_id(), "plugins", &known);
+            self.problems.push(tree.problem_at(leaf.id(), message, "this leaf", help));
+            return None;
+        };
+        let constants = tree.ports(leaf.id()).filter_map(|port| match port.source {
+            bt::Source::Constant(value) => Some((port.name.to_owned(), value.to_text().to_string())),
+            _ => None,
+        });
+        let machine = self.machine(plugin, &constants.collect(), structures)?;
+        Some(Instance { name: leaf.process().to_owned(), leaf: Some(leaf.id()), machine })
+    }
+}
+
+/// The files of plugins, by the names of their machines: the IDs of the leaves that they implement.
+type Plugins<'t> = BTreeMap<String, &'t Named<'t>>;
+
+fn wrong_value(node: Node<'_, '_>, value: &str, expected: &str) -> Problem {
+    Problem::new(format!("`{value}` is not {expected}")).at(value_span(node, "value"), "here")
 }
 
 /// The names of `<struct>`s.

@@ -136,6 +136,7 @@ impl<'m> Wiring<'m> {
     /// The events that pass between processes, by sender and receiver.
     fn carried(&self) -> BTreeMap<(ProcessId, ProcessId), Vec<String>> {
         let recorded = self.recorded();
+        // In order, so that channels get the same numbers in every build.
         let mut carried: BTreeMap<(ProcessId, ProcessId), Vec<String>> = BTreeMap::new();
         let mut carry = |from, to, event: &str| carried.entry((from, to)).or_default().push(event.to_owned());
         for (sender, ways) in self.ways.iter().enumerate() {
@@ -194,6 +195,7 @@ impl<'m> Wiring<'m> {
         };
         let channels = topology.channels().filter(|channel| topology.get(*channel).target == id);
         let incoming = channels.map(|channel| {
+            // Messages of a tree whose nodes are processes come from a part of it.
             let source = topology.whole(topology.get(channel).source);
             let sender = self.ids.iter().position(|known| *known == source);
             let client = sender.map(|sender| self.numbers(sender)).unwrap_or_default();

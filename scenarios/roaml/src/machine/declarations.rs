@@ -62,6 +62,7 @@ impl Declarations {
         problems: &mut Vec<Problem>,
     ) -> Self {
         let mut declared = Self::default();
+        // Ports come first: an interface may have its name from a port.
         for node in root.children().filter(Node::is_element) {
             let direction = match node.tag_name().name() {
                 "bt_declare_port_in" => PortDirection::In,
@@ -71,8 +72,10 @@ impl Declarations {
             declared.port(node, direction, ports, structures, problems);
         }
         for node in root.children().filter(Node::is_element) {
-            if let Some(role) = Role::declared_by(node.tag_name().name()) {
-                declared.interface(node, role, problems);
+            match Role::declared_by(node.tag_name().name()) {
+                Some(Role::Timer) => declared.timer(node, problems),
+                Some(role) => declared.interface(node, role, problems),
+                None => {}
             }
         }
         for data in root.descendants().filter(|node| is(node, "data")) {
@@ -100,6 +103,7 @@ impl Declarations {
             problems.push(unknown_type(node, of, structures));
             return;
         };
+        // A port that is an entry of the blackboard has no value here: it arrives with each tick.
         let mut value = None;
         if let Some(text) = values.get(key).filter(|_| direction == PortDirection::In) {
             value = kind.parse(text);
@@ -114,21 +118,19 @@ impl Declarations {
         self.ports.push(Port { key: key.to_owned(), direction, kind, value });
     }
 
-    fn interface(&mut self, node: Node<'_, '_>, role: Role, problems: &mut Vec<Problem>) {
-        if role == Role::Timer {
-            let Some(name) = required(node, "name", problems) else { return };
-            let Some(rate) = required(node, "rate_hz", problems) else { return };
-            let rate = rate.parse().ok().filter(|rate: &f64| *rate > 0.0 && *rate <= 1e9);
-            let Some(rate) = rate else {
-                let problem = Problem::new("the rate of a timer must be a number greater than 0, in Hz");
-                problems.push(problem.at(value_span(node, "rate_hz"), "not a rate"));
-                return;
-            };
-            let period_ns = (1e9 / rate).round() as u64;
-            let name = name.to_owned();
-            self.interfaces.push(Interface { role, alias: name.clone(), name, of: String::new(), period_ns });
+    fn timer(&mut self, node: Node<'_, '_>, problems: &mut Vec<Problem>) {
+        let Some(name) = required(node, "name", problems) else { return };
+        let Some(rate) = required(node, "rate_hz", problems) else { return };
+        let Some(rate) = rate.parse().ok().filter(|rate: &f64| *rate > 0.0 && *rate <= 1e9) else {
+            let problem = Problem::new("the rate of a timer must be a number greater than 0, in Hz");
+            problems.push(problem.at(value_span(node, "rate_hz"), "not a rate"));
             return;
-        }
+        };
+        let (name, period_ns) = (name.to_owned(), (1e9 / rate).round() as u64);
+        self.interfaces.push(Interface { role: Role::Timer, alias: name.clone(), name, of: String::new(), period_ns });
+    }
+
+    fn interface(&mut self, node: Node<'_, '_>, role: Role, problems: &mut Vec<Problem>) {
         let Some(of) = required(node, "type", problems) else { return };
         let attribute = role.attribute();
         let name = match node.attribute(attribute) {

@@ -102,6 +102,7 @@ impl<'f, 'p> Translator<'f, 'p> {
         self.ports(&name);
         for child in root.children() {
             match child.tag_name().name() {
+                // Declarations have been read, and SCXML has nothing in their place.
                 "ros_action_thread" | "bt_declare_port_in" | "bt_declare_port_out" => {}
                 declaration if Role::declared_by(declaration).is_some() => {}
                 _ => self.node(child, root),

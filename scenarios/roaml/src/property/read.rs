@@ -38,6 +38,7 @@ pub(super) fn properties(text: &str, events: &Events) -> Result<Vec<(String, Pat
     let mut from = 0;
     for property in listed {
         let name = property.get("name").and_then(Json::as_str).unwrap_or_default();
+        // The parser reports no positions, but keeps the order: the name is the next of its kind in the text.
         let place = find(text, name, from).unwrap_or(from..from);
         from = place.end;
         match path(property, events) {
@@ -81,6 +82,7 @@ fn path(property: &Json, events: &Events) -> Result<Path, Unfit> {
     let until = |left, right, reached, at_end| Path { left, right, reached, at_end, from, to };
     Ok(match operator(formula) {
         Some("F") => until(Expression::Bool(true), operand("exp")?, true, false),
+        // No state violates the condition: in terms of U, a violation is what must not be reached.
         Some("G") => until(Expression::Bool(true), Expression::Not(Box::new(operand("exp")?)), false, true),
         Some("U") => until(operand("left")?, operand("right")?, true, false),
         Some("W") => until(operand("left")?, operand("right")?, true, true),
@@ -133,6 +135,7 @@ fn expression(json: &Json, events: &Events) -> Result<Expression, Unfit> {
     };
     Ok(match operator(json) {
         Some("¬") => Expression::Not(part("exp")?),
+        // JANI's extension for arrays calls an access `aa` and a value `av`.
         Some("aa") => Expression::Item(part("exp")?, part("index")?),
         Some("av") => {
             let items = json.get("elements").and_then(Json::as_array);
@@ -158,6 +161,7 @@ fn variable(name: &str, events: &Events) -> Result<Expression, Unfit> {
     if let Some(node) = node.and_then(|(node, _)| node.parse::<usize>().ok()?.checked_sub(FIRST_NODE)) {
         return Ok(Expression::Variable(Variable::Node(node)));
     }
+    // The name of one event may begin with that of another.
     let event = events.keys().filter(|event| name.starts_with(event.as_str())).max_by_key(|event| event.len());
     let unknown = || {
         let known: Vec<&str> = events.keys().map(String::as_str).collect();

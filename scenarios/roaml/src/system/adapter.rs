@@ -13,7 +13,7 @@ use skills::{Adapter, Datum, Event, Machine, Undelivered};
 use crate::instance::Fields;
 use crate::machine::{DataKind, PortDirection, TREE, Way, input_datum, nested, output_datum};
 
-/// The maximum number of messages that may wait for one channel.
+/// The maximum number of messages that may wait for one channel: as many as may wait in a machine. Chosen, not measured.
 const MAX_WAITING: usize = 4096;
 
 /// A machine's connections to the other processes.
@@ -216,6 +216,7 @@ impl Adapter for RosAdapter {
             Way::Everyone | Way::Request | Way::Goal | Way::Server => route.receivers.clone(),
             Way::Response => {
                 let service = event.strip_prefix("srv_").and_then(|name| name.strip_suffix("_response"));
+                // With its response, the service is free for the next request.
                 let client = service.and_then(|service| self.post.serving.remove(service));
                 let client = client.ok_or_else(|| Undelivered::Late("no client waits for this response".to_owned()))?;
                 vec![route.receivers.get(client).copied().flatten()]
@@ -227,6 +228,7 @@ impl Adapter for RosAdapter {
                 vec![*receiver]
             }
         };
+        // The recorder's copy is added last, but delivered first: `offers` holds back all others until then.
         for out in receivers.into_iter().flatten().chain(wiring.recorder.filter(|_| route.is_recorded)) {
             if self.post.outboxes[out].len() >= MAX_WAITING {
                 return Err(Undelivered::Unfit(format!("{MAX_WAITING} messages are already waiting")));

@@ -25,9 +25,26 @@ impl Translator<'_, '_> {
             return;
         };
         let name = event(sending.event, &interface.name);
-        let mut fields = Vec::new();
         self.begin_send(node, "ros", ("event", &name), &name_span(node));
         self.out.plain.begin_content(&name_span(node));
+        let mut fields = self.attribute_params(node, sending);
+        for field in node.children().filter(Node::is_element) {
+            if is(&field, "field") {
+                let Some(id) = required(field, "name", self.problems) else { continue };
+                let of_ros = DataKind::of_ros(&interface.of, id);
+                fields.extend(self.param(field, of_ros).map(|kind| (id.to_owned(), kind)));
+            } else {
+                self.unknown(field, node);
+            }
+        }
+        self.out.plain.close("send", &name_span(node));
+        self.sent(name, sending.way, Some(interface.name.clone()), fields);
+    }
+
+    /// Writes the fields that RoAML has as attributes or by the choice of the element, and returns them. All are the
+    /// numbers of goals, threads and results.
+    fn attribute_params(&mut self, node: Node<'_, '_>, sending: &Sending) -> Vec<(String, DataKind)> {
+        let mut names = Vec::new();
         for attribute in sending.attributes {
             let Some(written) = node.attribute_node(*attribute) else {
                 required(node, attribute, self.problems);
@@ -40,26 +57,16 @@ impl Translator<'_, '_> {
             self.expression(written.range_value());
             self.out.plain.write("\"", &place);
             self.out.plain.close_empty(&place);
-            fields.push(((*attribute).to_owned(), DataKind::Int));
+            names.push(*attribute);
         }
         if let Some(code) = sending.code {
             self.out.plain.open("param", &name_span(node));
             self.out.plain.attribute("name", "code", &name_span(node));
             self.out.plain.attribute("expr", &code.to_string(), &name_span(node));
             self.out.plain.close_empty(&name_span(node));
-            fields.push(("code".to_owned(), DataKind::Int));
+            names.push("code");
         }
-        for field in node.children().filter(Node::is_element) {
-            if is(&field, "field") {
-                let Some(id) = required(field, "name", self.problems) else { continue };
-                let of_ros = DataKind::of_ros(&interface.of, id);
-                fields.extend(self.param(field, of_ros).map(|kind| (id.to_owned(), kind)));
-            } else {
-                self.unknown(field, node);
-            }
-        }
-        self.out.plain.close("send", &name_span(node));
-        self.sent(name, sending.way, Some(interface.name.clone()), fields);
+        names.into_iter().map(|name| (name.to_owned(), DataKind::Int)).collect()
     }
 
     /// Writes a `<send>` of SCXML: to every other machine that takes the event.
@@ -121,6 +128,7 @@ impl Translator<'_, '_> {
             }
         };
         self.out.plain.close_empty(&name_span(node));
+        // The type of a ROS message is certain; the kind of an expression is concluded from its words.
         kind.map(|kind| of_ros.unwrap_or(kind))
     }
 

@@ -55,10 +55,12 @@ impl Translator<'_, '_> {
             self.known_attributes(*target, &["id", "prob"]);
             let is_last = index + 1 == targets.len();
             let Some(chance) = self.probability(*target, is_last, rest) else { return };
+            // A machine tries its transitions in order, so each one's chance is among what those before it have left.
             let of_rest = if rest > 0.0 { (chance / rest).min(1.0) } else { 0.0 };
             rest -= chance;
             self.branch(node, *target, &event, also, (!is_last).then_some(of_rest));
         }
+        // More than rounding errors: even thirds with three decimals are off by a thousandth.
         if rest.abs() > 1e-9 {
             let problem = Problem::new("the probabilities of the targets do not add up to 1");
             let message = if rest > 0.0 { format!("{rest:.3} is missing") } else { format!("{:.3} too much", -rest) };
