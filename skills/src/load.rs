@@ -150,6 +150,7 @@ impl Chart {
         if let Some(problem) = dialect::foreign(root) {
             return refuse(vec![problem], 0);
         }
+        // A wrong structure does not prevent the rest from being compiled, for its own problems; a wrong root does.
         let mut problems = Vec::new();
         check::structure(root, &mut problems);
         if !check::is_machine(&root) {

@@ -137,7 +137,7 @@ pub enum Status {
 }
 
 /// The maximum number of events that may wait in a machine, including delayed ones, and of messages in a skill. A
-/// machine can process more than twice as many before it must be at rest.
+/// machine can process more than twice as many before it must be at rest. Chosen, not measured.
 pub(crate) const MAX_WAITING: usize = 4096;
 
 /// An event in a queue, with its class.
@@ -205,6 +205,7 @@ impl Machine {
             given: Vec::new(),
             status: Status::Ready,
             configuration: BitSet::new(states),
+            // Sets of states that the machine never needs are empty: a search copies and compares it for every state.
             remembered: if has_history { vec![None; states] } else { Vec::new() },
             initialised: BitSet::new(states),
             data: Memory::new(chart.data.len()),

@@ -30,7 +30,7 @@ use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 pub use wiring::CLIENT;
 
-/// The maximum number of notes kept until they are taken; older ones are dropped.
+/// The maximum number of notes kept until they are taken; older ones are dropped. Chosen, not measured.
 const MAX_NOTES: usize = 1_000;
 
 /// A machine that communicates over channels. The crate's documentation describes how messages become events and events

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use diagnostics::Problem;
 use miette::SourceSpan;
 
-use crate::chart::{ActionKind, AssignTarget, Content, Send, visit_actions};
+use crate::chart::{Action, ActionKind, AssignTarget, Content, Send, visit_actions};
 use crate::expression::{BinaryOp, EventField, Expr, Statement, UnaryOp};
 use crate::ids::DataId;
 use crate::{Chart, Datum};
@@ -232,31 +232,7 @@ impl<'a> Following<'a> {
                 self.follow(init, item.span);
             }
         }
-        let mut actions = Vec::new();
-        chart.blocks().for_each(|block| visit_actions(block, &mut |action| actions.push(action)));
-        for action in actions {
-            match &action.kind {
-                ActionKind::Assign(AssignTarget::Compiled(_), value) => self.follow(value, action.span),
-                ActionKind::Assign(AssignTarget::Foreign(_), value) => self.keep_out(value, action.span),
-                ActionKind::If(branches) => {
-                    for condition in branches.iter().filter_map(|branch| branch.condition.as_ref()) {
-                        self.follow(&condition.test, condition.span);
-                    }
-                }
-                ActionKind::Foreach(foreach) => self.keep_out(&foreach.array, action.span),
-                ActionKind::Script(statements) => statements.iter().for_each(|statement| match statement {
-                    Statement::Assign(_, value) | Statement::Evaluate(value) => self.follow(value, action.span),
-                    Statement::Update(location, _, value) => {
-                        self.keep_out(value, action.span);
-                        self.keep_out(&location.to_expr(), action.span);
-                    }
-                }),
-                ActionKind::Foreign(code) => self.keep_out(&Expr::Foreign(Arc::clone(code)), action.span),
-                ActionKind::Send(send) => self.check_send(send),
-                // Logged values are only reported.
-                ActionKind::Log { .. } | ActionKind::Raise { .. } | ActionKind::Cancel(_) | ActionKind::Fail(_) => {}
-            }
-        }
+        chart.blocks().for_each(|block| visit_actions(block, &mut |action| self.check_action(action)));
         for invoke in chart.invokes() {
             for value in
                 invoke.params.iter().map(|param| &param.value).chain(invoke.name_list.iter().map(|it| &it.value))
@@ -269,6 +245,31 @@ impl<'a> Following<'a> {
             if let Some(Content::Computed(value, _)) = &payload.content {
                 self.pass_on(value, span);
             }
+        }
+    }
+
+    fn check_action(&mut self, action: &Action) {
+        let span = action.span;
+        match &action.kind {
+            ActionKind::Assign(AssignTarget::Compiled(_), value) => self.follow(value, span),
+            ActionKind::Assign(AssignTarget::Foreign(_), value) => self.keep_out(value, span),
+            ActionKind::If(branches) => {
+                for condition in branches.iter().filter_map(|branch| branch.condition.as_ref()) {
+                    self.follow(&condition.test, condition.span);
+                }
+            }
+            ActionKind::Foreach(foreach) => self.keep_out(&foreach.array, span),
+            ActionKind::Script(statements) => statements.iter().for_each(|statement| match statement {
+                Statement::Assign(_, value) | Statement::Evaluate(value) => self.follow(value, span),
+                Statement::Update(location, _, value) => {
+                    self.keep_out(value, span);
+                    self.keep_out(&location.to_expr(), span);
+                }
+            }),
+            ActionKind::Foreign(code) => self.keep_out(&Expr::Foreign(Arc::clone(code)), span),
+            ActionKind::Send(send) => self.check_send(send),
+            // Logged values are only reported.
+            ActionKind::Log { .. } | ActionKind::Raise { .. } | ActionKind::Cancel(_) | ActionKind::Fail(_) => {}
         }
     }
 

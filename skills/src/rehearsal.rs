@@ -13,7 +13,8 @@ use crate::chart::Chart;
 use crate::event::Outgoing;
 use crate::machine::{Host, Machine, Note, Status, Undelivered};
 
-/// The maximum number of events and timers that may wake a machine.
+/// The maximum number of events and timers that may wake a machine: one that always sets a timer for now would never
+/// reach a later time. Chosen, not measured.
 const MAX_WAKES: u32 = 1_000_000;
 
 /// How a rehearsal ended.
@@ -68,6 +69,7 @@ pub fn rehearse(chart: &Arc<Chart>, cues: &Cues, until: Duration, record: &mut d
             break;
         }
         observer.now = next;
+        // Of a cue and a timer at the same time, the timer is first.
         if timer == Some(next) {
             machine.fire_timers(next, &mut observer);
         } else if let Some(cue) = cues.next() {

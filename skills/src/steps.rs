@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use crate::datum::EvaluationError;
 
-/// Steps until a machine must be at rest.
+/// Steps until a machine must be at rest. The three numbers are chosen, not measured.
 const MAX_STEPS: u64 = 4_000_000;
 /// Steps of one block of executable content, or of one expression outside of a block.
 const MAX_STEPS_OF_BLOCK: u64 = 1_000_000;

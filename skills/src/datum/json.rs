@@ -30,6 +30,7 @@ impl Datum {
             Self::Text(text) | Self::Function(text) | Self::Xml(text) => write_string(text, json),
             Self::Array(array) => {
                 for (index, item) in array.items().iter().enumerate() {
+                    // The first item brings the opening bracket, so an empty array gets both at the end.
                     json.push(if index == 0 { '[' } else { ',' });
                     item.write_json(json);
                 }

@@ -165,6 +165,7 @@ fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), Evalua
         Datum::Object(object) => {
             let object = Arc::make_mut(object);
             put(object.member_mut(key), rest, value)?;
+            // Only now is it known whether it is too large. The caller has made a copy, which is then dropped.
             object.measure()?;
         }
         Datum::Array(array) if &**key == "length" && rest.is_empty() => {
@@ -199,6 +200,7 @@ fn renew(value: &Datum, renewed: &mut Renewed) -> Result<Datum, TooLarge> {
     let result = match value {
         Datum::Array(array) => {
             let items: Vec<Datum> = array.items().iter().map(|item| renew(item, renewed)).collect::<Result<_, _>>()?;
+            // An object without a change inside remains the same object for all that hold it.
             if same(array.items().iter(), items.iter()) { value.clone() } else { Datum::array(items)? }
         }
         Datum::Object(object) => {

@@ -64,6 +64,7 @@ pub(crate) fn describe_xml(source: &str) -> Result<crate::Datum, crate::TooLarge
         ])
     }
 
+    // XML has one root; a datum may have several elements, and text beside them.
     let wrapped = format!("<_>{source}</_>");
     let Ok(document) = roxmltree::Document::parse(&wrapped) else {
         return Ok(Datum::Null);

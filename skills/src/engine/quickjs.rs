@@ -30,7 +30,7 @@ use runtime::{STEPS_PER_TURN, Turns, engine};
 
 pub(super) const AVAILABLE: bool = true;
 
-/// The cost of any evaluation, because it needs its own engine.
+/// The cost of any evaluation, because it needs its own engine. Chosen, not measured.
 const STEPS_TO_BEGIN: u64 = 100;
 
 /// Runs a program: puts in the data that it mentions, and takes them out again.
@@ -98,12 +98,14 @@ impl<'js> Evaluation<'_, 'js> {
         let Some(names) = world.scope.ids else {
             return Ok(());
         };
+        // A function in the data may mention any name (`run`): then everything is put in.
+        let everything = ids.len() > code.mentions.len();
         for id in ids {
             let value = injector.inject(&world.memory[id.index()])?;
             global.prop(names.datum(*id), Property::from(value).writable().enumerable().configurable())?;
         }
         let fix = |name: &str, value: Value<'js>| global.prop(name, Property::from(value).enumerable());
-        if code.mentions_event || ids.len() > code.mentions.len() {
+        if code.mentions_event || everything {
             let event = injector.inject(&world.scope.whole_event()?)?;
             if event.is_object() {
                 self.tools.freeze.call::<_, ()>((event.clone(),))?;
@@ -111,7 +113,7 @@ impl<'js> Evaluation<'_, 'js> {
             fix("_event", event)?;
         }
         for (name, value) in system_variables(names, world) {
-            if code.program.contains(name) || ids.len() > code.mentions.len() {
+            if code.program.contains(name) || everything {
                 fix(name, injector.inject(&value)?)?;
             }
         }
@@ -141,6 +143,7 @@ impl<'js> Evaluation<'_, 'js> {
                 data.push((*id, extractor.read(&value)?));
             }
         }
+        // A changed object may be in other data, or in none of these any longer.
         for object in injector.objects() {
             extractor.read(object)?;
         }

@@ -93,6 +93,7 @@ impl Expr {
             Self::MachineName => scope.ids.map_or(Datum::Undefined, |ids| Datum::text(ids.machine())),
             Self::SessionId => Datum::text(scope.session),
             Self::IoProcessors => scope.io_processors.cloned().unwrap_or_default(),
+            // An operation takes as long as its operands are large, so their sizes count against the budget.
             Self::Index(parts) => {
                 let [value, index] = &**parts;
                 let value = value.evaluate(scope)?;
@@ -229,6 +230,7 @@ fn member_of(value: &Datum, key: &Datum) -> Result<Datum> {
             return index(key).map_or_else(|| missing(&key.to_text()), item);
         }
         (Datum::Text(text), key) => {
+            // ECMAScript counts in units of UTF-16. Half of a pair is no character, and becomes U+FFFD.
             let letter = |index| {
                 let unit = text.encode_utf16().nth(index);
                 Ok(unit.map_or(Datum::Undefined, |unit| Datum::text(&String::from_utf16_lossy(&[unit]))))
@@ -292,6 +294,7 @@ pub(crate) fn binary(op: BinaryOp, left: &Datum, right: &Datum) -> Result<Datum>
         BinaryOp::BitAnd => f64::from(to_int32(a) & to_int32(b)).into(),
         BinaryOp::BitOr => f64::from(to_int32(a) | to_int32(b)).into(),
         BinaryOp::BitXor => f64::from(to_int32(a) ^ to_int32(b)).into(),
+        // Only the lower five bits of a shift count (ECMA-262, 6.1.6.1.9), as in `wrapping_shl` of 32 bits.
         BinaryOp::ShiftLeft => f64::from(to_int32(a).wrapping_shl(to_uint32(b))).into(),
         BinaryOp::ShiftRight => f64::from(to_int32(a).wrapping_shr(to_uint32(b))).into(),
         BinaryOp::ShiftRightUnsigned => f64::from(to_uint32(a).wrapping_shr(to_uint32(b))).into(),

@@ -26,6 +26,7 @@ impl Location {
         let mut rest = expr;
         loop {
             rest = match rest {
+                // The last member was the outermost expression.
                 Expr::Data(data) => {
                     path.reverse();
                     return Ok(Self { data, path });

@@ -10,9 +10,10 @@ use super::vocabulary::{Infix, UNARY_POWER, infix, is_reserved, prefix, system_n
 use super::{EventField, Expr, ExpressionProblem, Location, Names, ProblemKind, Scope, UnaryOp};
 use crate::Datum;
 
-/// The maximum nesting of parentheses, brackets and prefix operators; more would use too much stack.
+/// The maximum nesting of parentheses, brackets and prefix operators; more would use too much stack. Chosen, not
+/// measured.
 const MAX_NESTING: usize = 48;
-/// The maximum number of operators in an expression: each may add a level to the tree.
+/// The maximum number of operators in an expression: each may add a level to the tree. Chosen, not measured.
 const MAX_OPERATORS: usize = 500;
 
 type Result<T> = std::result::Result<T, ExpressionProblem>;

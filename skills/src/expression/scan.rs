@@ -45,6 +45,7 @@ pub(crate) fn pieces(source: &str) -> Vec<(Piece, Range<usize>)> {
                 at += 1;
                 None
             }
+            // Only a grammar distinguishes a division from a regular expression, which is therefore words and marks.
             _ => Some((Piece::Mark(byte), 1)),
         };
         if let Some((piece, length)) = piece {
@@ -191,7 +192,7 @@ fn starts_statement(before: Piece) -> bool {
     matches!(before, Piece::LineEnd | Piece::Mark(b';' | b'{' | b'}' | b')'))
 }
 
-/// The maximum nesting of a source: a parser recurses to the same depth.
+/// The maximum nesting of a source: a parser recurses to the same depth. This and the weight are chosen, not measured.
 const MAX_DEPTH: usize = 250;
 /// The weight of a bracket: a parser goes through all levels of the grammar for each.
 const BRACKET: usize = 6;

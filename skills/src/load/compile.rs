@@ -22,22 +22,8 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     let is_sound = !problems.iter().any(Problem::is_error);
     let name = root.attribute("name").filter(|name| !name.is_empty()).unwrap_or(origin.stem).into();
     let Outline { states, data, names, .. } = Outline::of(root, origin, problems);
-    let events = EventTree::of(descriptors(root));
-    let null_model = choice(root, "datamodel", &["ecmascript", "null"], problems) == 1;
-    let late = choice(root, "binding", &["early", "late"], problems) == 1;
-    let (transitions, foreign) = (Vec::new(), BTreeSet::new());
-    let mut compiler = Compiler {
-        origin,
-        null_model,
-        names,
-        events,
-        transitions,
-        foreign,
-        mentions: Mentions::default(),
-        leads_nowhere: false,
-        forgivable: 0,
-        problems,
-    };
+    let mut compiler = Compiler::new(root, origin, names, problems);
+    let late = choice(root, "binding", &["early", "late"], compiler.problems) == 1;
     let data: Vec<DataItem> = data.into_iter().map(|(node, item)| compiler.data(node, item)).collect();
     let scripts = elements_named(root, "script").map(|script| vec![compiler.script(script)]).collect();
     let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
@@ -99,7 +85,22 @@ pub(super) struct Compiler<'p> {
     pub(super) problems: &'p mut Vec<Problem>,
 }
 
-impl Compiler<'_> {
+impl<'p> Compiler<'p> {
+    fn new(root: Node<'_, '_>, origin: &'p Origin<'p>, names: Names, problems: &'p mut Vec<Problem>) -> Self {
+        Self {
+            origin,
+            null_model: choice(root, "datamodel", &["ecmascript", "null"], problems) == 1,
+            names,
+            events: EventTree::of(descriptors(root)),
+            transitions: Vec::new(),
+            foreign: BTreeSet::new(),
+            mentions: Mentions::default(),
+            leads_nowhere: false,
+            forgivable: 0,
+            problems,
+        }
+    }
+
     fn data(&mut self, node: Option<Node<'_, '_>>, mut item: DataItem) -> DataItem {
         let Some(node) = node else {
             return item;

@@ -41,6 +41,7 @@ impl Compiler<'_> {
         there: impl FnOnce(Arc<Code>) -> C,
     ) -> Result<C, Arc<str>> {
         self.mentions.note(written.value);
+        // A name that is unknown here is unknown to the engine as well.
         let for_engine = match &parsed.outcome {
             Err(problem) if problem.kind != ProblemKind::Name && !self.null_model => {
                 Code::new(written.value, form, &self.names).map(|code| (code, problem.clone()))
@@ -56,6 +57,7 @@ impl Compiler<'_> {
                 self.mentions.note_code(written.value);
                 Ok(there(Arc::new(code)))
             }
+            // It is not ECMAScript either: the engine's message is about that, and ours only about the subset.
             Some((Err(worse), problem)) if problem.kind == ProblemKind::Beyond => {
                 Err(self.defer(in_file(written, worse)))
             }

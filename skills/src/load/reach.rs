@@ -28,6 +28,8 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
             }
         }
     }
+    // Which states are reached follows from the transitions that are never taken. Of those, only the ones in reached
+    // states are reported, and of the states only the outermost: one warning is enough.
     let reached = reached(chart, &never);
     for id in chart.states().filter(|id| !reached.contains(id.index())) {
         let state = chart.state(id);
@@ -92,7 +94,8 @@ pub(crate) fn can_be_done(chart: &Chart, id: StateId) -> bool {
     }
 }
 
-/// A transition is compared with at most this many earlier transitions of its state.
+/// A transition is compared with at most this many earlier transitions of its state: otherwise the time would grow with
+/// the square of their number. Chosen, not measured.
 const MAX_EARLIER: usize = 1000;
 
 /// Why a transition is never taken, if that can be determined. `constant` is the value of its condition if it never

@@ -57,6 +57,7 @@ impl Compiler<'_> {
                     self.problems.push(problem.with_help("use <param name=\"place\" expr=\"…\"/>"));
                 }
             }
+            // An unknown processor is an error whenever the event is sent (SCXML 6.2), so the machine could run.
             Some(written) if ![SCXML_PROCESSOR, "scxml"].contains(&written.value) => {
                 let problem = Problem::new(format!("unknown event processor `{}`", written.value));
                 self.defer(

@@ -27,6 +27,7 @@ fn check_initial(chart: &Chart, id: StateId, problems: &mut Vec<Problem>) {
     if targets.is_empty() {
         return;
     }
+    // The default of a history state is in its parent (SCXML 3.10.2).
     let within = if let StateKind::History(_) = state.kind { state.parent.unwrap_or(StateId::ROOT) } else { id };
     let name = |state: StateId| {
         if state == StateId::ROOT { "the machine".to_owned() } else { format!("`{}`", chart.state(state).id()) }

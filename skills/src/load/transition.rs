@@ -124,6 +124,7 @@ impl Compiler<'_> {
             (Some(attribute), Some(element)) => {
                 let problem = Problem::new("the initial state is given twice");
                 self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
+                // Both are compiled nevertheless, for their own problems.
                 self.targets(&attribute);
                 self.default_transition(element);
                 self.leads_nowhere = true;

@@ -56,6 +56,7 @@ impl Macrostep<'_, '_> {
         }
         leaving.sort_unstable();
         leaving.dedup();
+        // History is recorded before anything is exited: it is about the configuration as it was (exitStates).
         for state in leaving.iter().rev() {
             self.record_history(*state);
         }
@@ -191,6 +192,7 @@ impl Macrostep<'_, '_> {
         self.machine.configuration.insert(id.index());
         self.machine.scratch.entered.insert(id.index());
         if !state.invokes.is_empty() {
+            // Invoked at the end of the macrostep, unless the state has been exited by then (SCXML 6.4).
             self.machine.to_invoke.insert(id.index());
         }
         if chart.binding == Binding::Late {

@@ -152,6 +152,7 @@ impl Macrostep<'_, '_> {
                     self.send_to_machine(outgoing).map_err(Undelivered::Unfit)
                 };
                 if let Err(undelivered) = result {
+                    // A late answer is no mistake of the machine: the client has stopped waiting in the meantime.
                     let is_harmless = matches!(undelivered, Undelivered::Late(_));
                     self.raise_error("error.communication", undelivered.to_string(), is_harmless, span, send_id);
                 }

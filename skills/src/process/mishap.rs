@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::chart::{Chart, range};
 use crate::machine::Note;
 
-/// The maximum number of different mishaps; further ones are counted as one.
+/// The maximum number of different mishaps; further ones are counted as one. Chosen, not measured.
 const MAX_MISHAPS: usize = 100;
 
 /// An error of a skill's machine: an expression or a script failed (`error.execution`), a message could not be sent

@@ -68,6 +68,7 @@ type Complaint = (String, Option<String>);
 
 fn cue(line: &str, last: Duration) -> Result<Cue, Complaint> {
     let example = || Some(r#"{"event": "BT.tick", "time_s": 1.5, "data": {}}"#.to_owned());
+    // JSON is a part of ECMAScript (ECMA-262, since 2019), so the parser of expressions reads it.
     let Some(Datum::Object(object)) = literal(line) else {
         return Err(("this is not a JSON object".to_owned(), example()));
     };

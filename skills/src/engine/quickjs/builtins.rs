@@ -12,7 +12,8 @@ use super::World;
 use crate::expression::Scope;
 use crate::random;
 
-/// The total work that the built-in functions of an evaluation may do, roughly in nanoseconds.
+/// The total work that the built-in functions of an evaluation may do, roughly in nanoseconds: a second. Chosen,
+/// not measured.
 const ALLOWANCE: f64 = 1e9;
 
 /// Counts what the engine's functions do, and replaces those that depend on the machine.
@@ -72,6 +73,7 @@ pub(super) fn install<'js>(ctx: &Ctx<'js>, world: &World<'_>, random: &Rc<Cell<u
     let state = Rc::clone(random);
     method(&math, "random", Function::new(ctx.clone(), move || next_random(&state))?)?;
 
+    // A missing argument is `undefined`, which `In` reads as the id of a state like any other string.
     let active = active_states(world.scope);
     let is_active = move |id: Opt<Coerced<String>>| {
         active.iter().any(|active| Some(&**active) == id.0.as_ref().map_or(Some("undefined"), |id| Some(&*id.0)))

@@ -16,7 +16,7 @@ use crate::{Datum, TooLarge};
 
 /// The maximum nesting of values in the engine; slightly more than for data.
 const MAX_DEPTH: usize = 70;
-/// The maximum number of parts of a value.
+/// The maximum number of parts of a value, as for data.
 const MAX_PARTS: usize = 100_000;
 /// The part of a DOM that XML data need (SCXML B.2.1).
 const ELEMENTS: &str = include_str!("elements.js");
@@ -78,6 +78,7 @@ impl<'e, 'js> Injector<'e, 'js> {
             }
             Datum::Function(source) => Ok(self.ctx.eval(format!("({})()", function_program(source)))?),
             Datum::Xml(source) => {
+                // The description is no datum: with an injector of its own, it is not among the objects to be read back.
                 let description = describe_xml(source)?;
                 let description = Self::new(self.ctx, self.tools).inject(&description)?;
                 let make = match self.make_element.get() {
@@ -169,6 +170,7 @@ impl<'e, 'js> Extractor<'e, 'js> {
                 if is_same(&original, &now) {
                     original
                 } else {
+                    // Whatever else holds the object gets the new one, too (`Memory::renew`).
                     self.renewed.extend(original.identity().map(|identity| (identity, now.clone())));
                     now
                 }
