@@ -18,7 +18,8 @@ pub(crate) use state::{Next, TreeState};
 
 use crate::{Call, NodeId, Progress, Reply, Request};
 
-/// The maximum number of repeated ticks of a tree within one tick.
+/// The maximum number of repeated ticks of a tree within one tick. BehaviorTree.CPP has no limit: such a tree never
+/// returns. The number is chosen, not measured.
 pub(crate) const MAX_REPEATS: u32 = 10_000;
 /// The message if the limit is exceeded.
 pub(crate) const TOO_MANY_REPEATS: &str = "the tree keeps asking to be ticked again";
@@ -49,6 +50,7 @@ impl TreeState {
     /// Continues until the tick is finished or a leaf does not answer at once.
     #[inline]
     pub(crate) fn run<A: Answers>(&mut self, context: &mut Context<'_, A>, mut next: Next) -> Progress {
+        // One loop for the way down, the way up and resets: when a leaf suspends it, no call is under way.
         loop {
             next = match next {
                 Next::Enter(node) => match self.enter(context, node) {

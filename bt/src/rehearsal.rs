@@ -199,7 +199,7 @@ impl Leaves for Cast {
     }
 }
 
-/// The maximum number of ticks side by side.
+/// The maximum number of ticks side by side: two or three characters each leave room for the nodes' names.
 const COLUMNS: usize = 25;
 
 /// The statuses of all nodes as a table: one line per node, one column per tick; long names are shortened. `S`, `F`,
@@ -211,6 +211,7 @@ pub fn table(tree: &Tree, moments: &[RehearsedTick]) -> String {
     let label_width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0).max(8) + 2;
     let mut text = String::new();
     for (number, block) in moments.chunks(COLUMNS).enumerate() {
+        // Each block is as narrow as the names of its own ticks allow.
         text.push_str(if number > 0 { "\n" } else { "" });
         let names: Vec<String> = block.iter().map(column_name).collect();
         let width = names.iter().map(String::len).max().unwrap_or(1);

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 pub(crate) use input::{Input, ReadError};
-pub(crate) use nav2::{Goals, Index, Nav2, Update, period};
+pub(crate) use nav2::{DetourGuard, DistanceLimit, Goals, Index, Nav2, SpeedLimit, Update, period};
 
 use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError};
 use crate::script::Script;
@@ -104,6 +104,7 @@ impl Setting {
             }
             Self::Condition(script) => succeed_if(script.holds(board)?),
             Self::Precondition { script, otherwise } => {
+                // As in BehaviorTree.CPP, a wrong `else` is an error even if the script holds.
                 let otherwise = otherwise.status(board)?;
                 if script.holds(board)? { PortReading::Proceed } else { PortReading::Status(otherwise) }
             }

@@ -157,6 +157,7 @@ pub fn text(random: &mut Random) -> String {
         return text;
     }
     let mut text = String::new();
+    // Mostly inside a correct frame: without it, the loader stops at the first element.
     if random.below(4) > 0 {
         text.push_str("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">");
         node(random, 0, &mut text);

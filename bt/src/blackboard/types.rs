@@ -61,6 +61,7 @@ impl Type {
             "uint8_t" | "unsigned char" => int(0, u8::MAX.into()),
             "uint16_t" | "unsigned short" => int(0, u16::MAX.into()),
             "int64_t" | "long" | "long long" => int(i64::MIN, i64::MAX),
+            // Values are kept in 64 bits with a sign.
             "uint64_t" | "unsigned long" | "unsigned long long" | "size_t" => int(0, i64::MAX),
             "double" | "float" => Self::Real,
             "string" | "basic_string<char>" => Self::Text,

@@ -47,6 +47,7 @@ impl TreeState {
         }
         let Op { kind, end, .. } = context.op(parent);
         let is_last = sibling == end;
+        // The most frequent step by far, from one child of a sequence or fallback to the next, needs no memory.
         if !is_last && Some(status) == kind.goes_on_after() {
             return Ok(Next::Enter(sibling));
         }
@@ -140,6 +141,7 @@ impl TreeState {
                 None => return self.do_then(program, node, here, then),
             },
         };
+        // Most resets find only idle children. Only from the first running one on can a leaf suspend the reset.
         match self.reset_idle(program, start, end, spared) {
             None => self.do_then(program, node, here, then),
             Some(cursor) => context.reset(Halting::of_children(cursor, end, spared, After::Do(node, here, then))),
@@ -169,6 +171,7 @@ impl TreeState {
             Then::Tick(which) => {
                 let child = match which {
                     Which::First => node + 1,
+                    // A zero, which means the first child, is less than any child.
                     Which::Resumed => self.resume[node as usize].max(node + 1),
                     Which::Next => program.ops[here as usize].end,
                     Which::Nth(child) => program.children(node).nth(child as usize).unwrap_or(node + 1),

@@ -36,6 +36,8 @@ impl TreeState {
                     }
                 }
                 if is_running && kind == Kind::TryCatch && self.catches(context.program(), node) {
+                    // All children but the last are reset, then the last is ticked, in the middle of this reset. The
+                    // reset waits in `outer` until `After::Caught`.
                     self.outer.push(halting);
                     halting = Halting::below(context.program(), node, After::Catch(node));
                     halting.end = context.program().children(node).last().unwrap_or(halting.end);

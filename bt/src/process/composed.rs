@@ -56,6 +56,7 @@ pub fn node_processes(
     composition.declare_members(whole, bt)?;
     composition.declare_pairs()?;
 
+    // The process above the root stands for the executor: it takes the ticks, and repeats one that a node asks for.
     let root = NodeProcess::new(Role::Root(ticks), vec![composition.child(above_root, tree.node(NodeId::ROOT))]);
     let mut processes: Vec<WiredProcess> = vec![(above_root, Box::new(root))];
     for node in tree.nodes().iter().filter(|node| composition.has_process(node)) {

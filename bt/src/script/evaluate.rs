@@ -86,6 +86,7 @@ impl Expression {
                 let right = right.evaluate(board)?;
                 operator.apply(&left, &right)
             }
+            // `0 < x < 10` compares neighbors. What follows the first comparison that does not hold is not evaluated.
             Self::Comparison(first, others) => {
                 let mut left = first.evaluate(board)?;
                 for (comparison, right) in others {
@@ -120,6 +121,7 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
         if operator != Assignment::Create {
             return Err(ScriptError::MissingToAssign(name.clone()));
         }
+        // As in BehaviorTree.CPP, the entry exists before the right side is evaluated: `x := x + 1` finds it empty.
         board.create(slot);
     }
     let (right, holds) = right.typed(board)?;
@@ -271,7 +273,7 @@ fn is_list(value: &Value) -> bool {
     matches!(value, Value::List(_))
 }
 
-/// Real numbers that differ by at most this are equal.
+/// Real numbers that differ by at most this are equal, as in BehaviorTree.CPP's scripts.
 const EQUAL_WITHIN: f64 = f32::EPSILON as f64;
 
 impl Comparison {

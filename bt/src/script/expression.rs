@@ -33,6 +33,7 @@ impl Expression {
                 false
             }
             Self::Binary(operator, left, right) => {
+                // Both sides are visited in any case: each may assign to entries.
                 let texts = [left, right].map(|side| side.assigned(slots, is_text));
                 matches!(operator, Binary::Add | Binary::Join) && texts.contains(&true)
             }

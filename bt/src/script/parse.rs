@@ -7,10 +7,10 @@ use super::reading::{Names, SyntaxError};
 use super::token::{Token, TokenKind, tokens};
 use crate::Value;
 
-/// The maximum nesting of expressions.
+/// The maximum nesting of expressions, far from what a thread's stack allows. Chosen, not measured.
 const MAX_DEPTH: usize = 100;
-/// The maximum number of operators and operands in an expression, because a long chain of operators is a deep tree,
-/// too.
+/// The maximum number of operators in a script, because a long chain of operators is also a deep tree. Chosen, not
+/// measured.
 const MAX_CHAIN: usize = 1000;
 
 const CHOICE: u8 = 2;
@@ -71,6 +71,7 @@ fn infix(sign: &str) -> Option<(Infix, u8)> {
         ">" => comparison(Comparison::Greater),
         "<=" => comparison(Comparison::LessEqual),
         ">=" => comparison(Comparison::GreaterEqual),
+        // Unlike in C, bit operators bind tighter than comparisons.
         "|" => binary(Binary::BitOr, 6),
         "^" => binary(Binary::BitXor, 6),
         "&" => binary(Binary::BitAnd, 7),
@@ -119,6 +120,7 @@ impl<'a> Parser<'a, '_> {
                 return Err(SyntaxError { message: "this is too long".to_owned(), range: self.range() });
             }
             left = match operator {
+                // An assignment and a choice take everything that follows, so no operator of this level is left.
                 Infix::Assignment(assignment) => {
                     left = self.assignment(left, assignment, start)?;
                     break;
@@ -190,6 +192,7 @@ impl<'a> Parser<'a, '_> {
             TokenKind::Int(number) => Expression::Literal(Value::Int(number)),
             TokenKind::Real(number) => Expression::Literal(Value::Real(number)),
             TokenKind::Text(text) => Expression::Literal(text.into()),
+            // In BehaviorTree.CPP's scripts, truth values are numbers, and operators calculate with doubles.
             TokenKind::Name("true") => Expression::Literal(Value::Real(1.0)),
             TokenKind::Name("false") => Expression::Literal(Value::Real(0.0)),
             TokenKind::Name(name) => self.name(name),

@@ -92,6 +92,7 @@ fn number(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
         }
     }
     let rest = &text[end..];
+    // `1..'a'`: two dots are the operator that concatenates.
     let joins_texts = rest.starts_with("..") && hexadecimal.is_none();
     if rest.starts_with(|c| is_name_start(c) || is_name_part(c) || c == '.') && !joins_texts {
         let length = end + rest.find(|c| !is_name_part(c) && c != '.').unwrap_or(rest.len());

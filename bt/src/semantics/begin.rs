@@ -65,10 +65,12 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
         Kind::Repeat | Kind::RetryUntilSuccessful => begin_repetition(kind, memory, beginning.reading),
         Kind::Delay | Kind::Timeout | Kind::Sleep => begin_timed(kind, memory, beginning),
         Kind::RunOnce if memory.flag => {
+            // The first number is `then_skip`.
             let skips = beginning.reading != PortReading::Numbers([0, 0]);
             Reaction::answer(if skips { Status::Skipped } else { memory.kept.unwrap_or(Status::Skipped) })
         }
         Kind::Loop(_) => {
+            // A halt does not clear the flag (`Memory::forget`), so this does.
             memory.flag &= beginning.was.is_some();
             proceed(beginning.reading)
         }
@@ -158,6 +160,7 @@ fn begin_timed(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
     let starts = if kind == Kind::Sleep { was.is_none() } else { !memory.flag };
     if starts {
         memory.flag = true;
+        // A Timeout of 0 ms has no limit.
         memory.until = (kind != Kind::Timeout || !span.is_zero()).then(|| now.saturating_add(span));
     }
     let is_due = memory.until.is_some_and(|until| until <= now);

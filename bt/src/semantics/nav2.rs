@@ -10,45 +10,59 @@ pub(super) fn begin_nav2(kind: Kind, memory: &mut Memory, beginning: Beginning) 
     let Beginning { was, reading, now, child_runs } = beginning;
     let starts = was.is_none();
     match (kind, reading) {
-        (Kind::PersistentSequence, PortReading::Status(status)) => return Reaction::finish(status),
-        (_, PortReading::Status(status)) => return Reaction::answer(status),
-        (Kind::PipelineSequence, _) => (memory.at, memory.skipped) = (0, 0),
-        (Kind::NonblockingSequence, _) => memory.count = 0,
-        (Kind::PersistentSequence, PortReading::Numbers([index, _])) => return begin_at(index),
-        (Kind::RecoveryNode | Kind::RoundRobin, PortReading::Numbers(limits)) => {
-            (memory.limits, memory.skipped) = (limits, 0);
-            let retries_were_lowered = kind == Kind::RecoveryNode && i64::from(memory.count) > limits[0];
-            return if retries_were_lowered { memory.end(Status::Failure) } else { Reaction::tick(Which::Resumed) };
+        (Kind::PersistentSequence, PortReading::Status(status)) => Reaction::finish(status),
+        (_, PortReading::Status(status)) => Reaction::answer(status),
+        (Kind::PipelineSequence, _) => {
+            (memory.at, memory.skipped) = (0, 0);
+            Reaction::tick(Which::First)
         }
-        (Kind::PauseResumeController, PortReading::Numbers(requests)) => {
-            return begin_pausable(memory, starts, requests);
+        (Kind::NonblockingSequence, _) => {
+            memory.count = 0;
+            Reaction::tick(Which::First)
         }
-        (Kind::RateController, _) => {
-            if let (true, PortReading::Numbers(limits)) = (starts, reading) {
-                (memory.limits, memory.flag) = (limits, true);
-                memory.until = Some(now.saturating_add(nanoseconds(limits[0])));
-            }
-            let is_due = memory.flag || memory.until.is_none_or(|until| until <= now);
-            memory.flag = false;
-            return tick_if(is_due || child_runs);
-        }
-        (Kind::SpeedController, PortReading::Numbers([is_new, period])) => {
-            let is_due = is_new == 0 && memory.until.is_none_or(|until| until <= now);
-            if is_due || is_new != 0 {
-                memory.until = Some(now.saturating_add(nanoseconds(period)));
-            }
-            return tick_if(is_due || is_new != 0 || child_runs);
-        }
-        (Kind::DistanceController | Kind::GoalUpdatedController, reading) => {
-            return tick_if(reading == PortReading::Proceed || child_runs);
+        (Kind::PersistentSequence, PortReading::Numbers([index, _])) => begin_at(index),
+        (Kind::RecoveryNode | Kind::RoundRobin, PortReading::Numbers(limits)) => begin_counting(kind, memory, limits),
+        (Kind::PauseResumeController, PortReading::Numbers(requests)) => begin_pausable(memory, starts, requests),
+        (Kind::RateController, _) => tick_if(memory.rate_is_due(starts, reading, now) || child_runs),
+        (Kind::SpeedController, PortReading::Numbers(read)) => tick_if(memory.speed_is_due(read, now) || child_runs),
+        (Kind::DistanceController | Kind::GoalUpdatedController, _) => {
+            tick_if(reading == PortReading::Proceed || child_runs)
         }
         (Kind::SingleTrigger, _) => {
+            // Nav2's decorators do not forget when they are halted: they start over when they are ticked while idle.
             memory.flag &= !starts;
-            return if memory.flag { Reaction::answer(Status::Failure) } else { Reaction::tick(Which::First) };
+            if memory.flag { Reaction::answer(Status::Failure) } else { Reaction::tick(Which::First) }
         }
-        _ => {}
+        _ => Reaction::tick(Which::First),
     }
-    Reaction::tick(Which::First)
+}
+
+impl Memory {
+    /// Whether a RateController ticks its child, whether or not that is running. The flag is its first tick.
+    fn rate_is_due(&mut self, starts: bool, reading: PortReading, now: Duration) -> bool {
+        if let (true, PortReading::Numbers(limits)) = (starts, reading) {
+            (self.limits, self.flag) = (limits, true);
+            self.until = Some(now.saturating_add(nanoseconds(limits[0])));
+        }
+        std::mem::take(&mut self.flag) || self.until.is_none_or(|until| until <= now)
+    }
+
+    /// Whether a SpeedController ticks its child, whether or not that is running: a goal is new, or the period is over.
+    /// Then the next one begins.
+    fn speed_is_due(&mut self, [is_new, period]: [i64; 2], now: Duration) -> bool {
+        let is_due = is_new != 0 || self.until.is_none_or(|until| until <= now);
+        if is_due {
+            self.until = Some(now.saturating_add(nanoseconds(period)));
+        }
+        is_due
+    }
+}
+
+/// A RecoveryNode or a RoundRobin continues, unless the number of retries has become less than those so far.
+fn begin_counting(kind: Kind, memory: &mut Memory, limits: [i64; 2]) -> Reaction {
+    (memory.limits, memory.skipped) = (limits, 0);
+    let retries_were_lowered = kind == Kind::RecoveryNode && i64::from(memory.count) > limits[0];
+    if retries_were_lowered { memory.end(Status::Failure) } else { Reaction::tick(Which::Resumed) }
 }
 
 fn nanoseconds(count: i64) -> Duration {

@@ -205,6 +205,7 @@ fn react_try_catch(memory: &mut Memory, status: Status) -> Reaction {
         memory.flag = false;
         return Reaction::finish(Status::Failure);
     }
+    // `at` counts the children of the sequence that are done; the last child, the catch block, is not among them.
     match status {
         Status::Running => Reaction::Do { reset: Reset::None, resume: Resume::Here, then: Then::Answer(status) },
         Status::Failure => {

@@ -16,28 +16,40 @@ pub(crate) enum Nav2 {
     /// The numbers of the watched entries that are requests to pause and to resume.
     Requests([usize; 2]),
     Rate(Input),
-    Distance {
-        distance: Input,
-        pose: Slot,
-        /// The number of the memo with the position where the distance begins.
-        memo: usize,
-    },
-    Speed {
-        /// Minimum and maximum.
-        rates: [Input; 2],
-        speeds: [Input; 2],
-        speed: Slot,
-        goals: Goals,
-    },
+    Distance(DistanceLimit),
+    Speed(SpeedLimit),
     Goals(Goals),
     Updates([Update; 2]),
-    Path {
-        path: Option<Input>,
-        near: Input,
-        factor: Input,
-        /// The number of the memo with the previous path and the one of the last tick.
-        memo: usize,
-    },
+    Path(DetourGuard),
+}
+
+/// The distance after which a child is ticked again.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DistanceLimit {
+    pub(crate) distance: Input,
+    pub(crate) pose: Slot,
+    /// The number of the memo with the position where the distance begins.
+    pub(crate) memo: usize,
+}
+
+/// The rate for the current speed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SpeedLimit {
+    /// Minimum and maximum.
+    pub(crate) rates: [Input; 2],
+    pub(crate) speeds: [Input; 2],
+    pub(crate) speed: Slot,
+    pub(crate) goals: Goals,
+}
+
+/// A path that may become much longer near the goal.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DetourGuard {
+    pub(crate) path: Option<Input>,
+    pub(crate) near: Input,
+    pub(crate) factor: Input,
+    /// The number of the memo with the previous path and the one of the last tick.
+    pub(crate) memo: usize,
 }
 
 /// The index of a child, which is an entry.
@@ -68,7 +80,7 @@ pub(crate) struct Update {
 }
 
 impl Nav2 {
-    /// Tells the node how many children it has.
+    /// Sets the number of children of the node.
     pub(crate) fn count(&mut self, children: usize) {
         if let Self::Index(index) = self {
             index.children = children;
@@ -77,60 +89,22 @@ impl Nav2 {
 
     /// Reads what the node needs when it is ticked. `starts` means that it was idle.
     pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
-        Ok(match self {
-            Self::Index(index) => match index.read(board)? {
-                past if usize::try_from(past).is_ok_and(|past| past >= index.children) => {
-                    index.move_to(past, board)?;
-                    PortReading::Status(Status::Success)
-                }
-                current => {
-                    *board.memo(index.memo) = Some([Value::Int(current)].into());
-                    PortReading::Numbers([current, 0])
-                }
-            },
-            Self::Requests(requests) => PortReading::Numbers(requests.map(|number| board.has_changed(number).into())),
-            Self::Rate(hz) => PortReading::Numbers([period(real(hz, board)?)?, 0]),
-            Self::Distance { distance, pose, memo } => {
-                let Some(here) = position(board, *pose)? else { return Ok(PortReading::Status(Status::Failure)) };
-                let distance = real(distance, board)?;
-                let kept = board.memo(*memo);
-                match kept.as_ref().filter(|_| !starts).and_then(as_position) {
-                    Some(from) if pose::distance(from, here) < distance => PortReading::Nothing,
-                    Some(_) => PortReading::Proceed,
-                    None => {
-                        *kept = Some(of_position(here));
-                        PortReading::Proceed
-                    }
-                }
+        match self {
+            Self::Index(index) => index.begin(board),
+            Self::Requests(requests) => {
+                Ok(PortReading::Numbers(requests.map(|number| board.has_changed(number).into())))
             }
-            Self::Speed { rates, speeds, speed, goals } => {
-                let [min_rate, max_rate] = [real(&rates[0], board)?, real(&rates[1], board)?];
-                let [min_speed, max_speed] = [real(&speeds[0], board)?, real(&speeds[1], board)?];
-                if goals.have_changed(board, starts) {
-                    return Ok(PortReading::Numbers([1, period(max_rate)?]));
-                }
-                let speed = board.value(*speed).map_or(Ok(0.0), Value::to_real)?;
-                let share = (speed - min_speed) / (max_speed - min_speed);
-                let rate = (share * (max_rate - min_rate) + min_rate).min(max_rate).max(min_rate);
-                PortReading::Numbers([0, period(rate)?])
-            }
-            Self::Goals(goals) if goals.have_changed(board, starts) => PortReading::Proceed,
-            Self::Goals(_) => PortReading::Nothing,
+            Self::Rate(hz) => Ok(PortReading::Numbers([period(real(hz, board)?)?, 0])),
+            Self::Distance(limit) => limit.read(board, starts),
+            Self::Speed(limit) => limit.read(board, starts),
+            Self::Goals(goals) if goals.have_changed(board, starts) => Ok(PortReading::Proceed),
+            Self::Goals(_) => Ok(PortReading::Nothing),
             Self::Updates(updates) => {
                 updates.iter().try_for_each(|update| update.pass(board))?;
-                PortReading::Proceed
+                Ok(PortReading::Proceed)
             }
-            Self::Path { path, near, factor, memo } => {
-                let new = path.as_ref().and_then(|path| path.value(board)).map_or(Arc::default(), Value::to_text);
-                let (near, factor) = (real(near, board)?, real(factor, board)?);
-                let kept = board.memo(*memo);
-                let old = kept.as_ref().and_then(|kept| Some(kept.front()?.to_text()));
-                let is_longer = old.as_deref().map_or(Ok(false), |old| is_detour(old, &new, near, factor))?;
-                let previous = old.filter(|_| is_longer).unwrap_or_else(|| new.clone());
-                *kept = Some([Value::Text(previous), Value::Text(new)].into());
-                if is_longer { PortReading::Proceed } else { PortReading::Status(Status::Success) }
-            }
-        })
+            Self::Path(guard) => guard.read(board),
+        }
     }
 
     /// Reads what the node needs when a child has given this answer.
@@ -141,12 +115,12 @@ impl Nav2 {
                 let next = if status == Status::Failure { 0 } else { current.unwrap_or_default().saturating_add(1) };
                 Ok(PortReading::Numbers([index.move_to(next, board)?, 0]))
             }
-            Self::Distance { pose, memo, .. } => {
+            Self::Distance(DistanceLimit { pose, memo, .. }) => {
                 let Some(here) = position(board, *pose)? else { return Ok(PortReading::Status(Status::Failure)) };
                 *board.memo(*memo) = Some(of_position(here));
                 Ok(PortReading::Proceed)
             }
-            Self::Path { memo, .. } => {
+            Self::Path(DetourGuard { memo, .. }) => {
                 // The new path becomes the previous one.
                 if let Some(kept) = board.memo(*memo)
                     && kept.len() > 1
@@ -160,7 +134,64 @@ impl Nav2 {
     }
 }
 
+impl DistanceLimit {
+    fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
+        let Some(here) = position(board, self.pose)? else { return Ok(PortReading::Status(Status::Failure)) };
+        let distance = real(&self.distance, board)?;
+        let kept = board.memo(self.memo);
+        Ok(match kept.as_ref().filter(|_| !starts).and_then(as_position) {
+            Some(from) if pose::distance(from, here) < distance => PortReading::Nothing,
+            Some(_) => PortReading::Proceed,
+            None => {
+                *kept = Some(of_position(here));
+                PortReading::Proceed
+            }
+        })
+    }
+}
+
+impl SpeedLimit {
+    /// Whether a goal is new, 1 or 0, and the period of the rate: linear between the two speeds, and at most the
+    /// maximum beyond them.
+    fn read(&self, board: &mut Blackboard, starts: bool) -> Result<PortReading, ReadError> {
+        let [min_rate, max_rate] = [real(&self.rates[0], board)?, real(&self.rates[1], board)?];
+        let [min_speed, max_speed] = [real(&self.speeds[0], board)?, real(&self.speeds[1], board)?];
+        if self.goals.have_changed(board, starts) {
+            return Ok(PortReading::Numbers([1, period(max_rate)?]));
+        }
+        let speed = board.value(self.speed).map_or(Ok(0.0), Value::to_real)?;
+        let share = (speed - min_speed) / (max_speed - min_speed);
+        let rate = (share * (max_rate - min_rate) + min_rate).min(max_rate).max(min_rate);
+        Ok(PortReading::Numbers([0, period(rate)?]))
+    }
+}
+
+impl DetourGuard {
+    fn read(&self, board: &mut Blackboard) -> Result<PortReading, ReadError> {
+        let new = self.path.as_ref().and_then(|path| path.value(board)).map_or(Arc::default(), Value::to_text);
+        let (near, factor) = (real(&self.near, board)?, real(&self.factor, board)?);
+        let kept = board.memo(self.memo);
+        let old = kept.as_ref().and_then(|kept| Some(kept.front()?.to_text()));
+        let is_longer = old.as_deref().map_or(Ok(false), |old| is_detour(old, &new, near, factor))?;
+        // While the child is busy with a detour, new paths are compared with the path before it.
+        let previous = old.filter(|_| is_longer).unwrap_or_else(|| new.clone());
+        *kept = Some([Value::Text(previous), Value::Text(new)].into());
+        Ok(if is_longer { PortReading::Proceed } else { PortReading::Status(Status::Success) })
+    }
+}
+
 impl Index {
+    /// The child to tick, or success if the index is past the last child.
+    fn begin(&self, board: &mut Blackboard) -> Result<PortReading, ReadError> {
+        let current = self.read(board)?;
+        if usize::try_from(current).is_ok_and(|current| current >= self.children) {
+            self.move_to(current, board)?;
+            return Ok(PortReading::Status(Status::Success));
+        }
+        *board.memo(self.memo) = Some([Value::Int(current)].into());
+        Ok(PortReading::Numbers([current, 0]))
+    }
+
     fn read(&self, board: &Blackboard) -> Result<i64, ReadError> {
         Ok(board.value(self.slot).ok_or_else(|| ReadError::Empty(self.key.clone()))?.to_int()?)
     }

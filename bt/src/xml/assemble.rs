@@ -90,6 +90,7 @@ impl CycleSearch<'_> {
         if self.visits[start] == Visit::Open {
             self.enter(start);
         }
+        // The path is a list and not a recursion: a file may nest as many trees as it has.
         while let Some((tree, followed)) = self.path.last_mut() {
             let tree = *tree;
             let Some(&(target, span)) = self.references[tree].get(*followed) else {
@@ -159,21 +160,8 @@ pub(super) fn assemble(
         return None;
     }
     let Assembly { mut nodes, mut program, names, .. } = assembly;
-    for index in (1..nodes.len()).rev() {
-        let end = nodes[index].subtree_end;
-        let parent = nodes[index].parent.expect("only the root has no parent");
-        let parent_end = &mut nodes[parent.index()].subtree_end;
-        *parent_end = end.max(*parent_end);
-    }
-    for (op, node) in program.ops.iter_mut().zip(&nodes) {
-        op.end = node.subtree_end;
-    }
-    for node in (0..).take(nodes.len()).filter(|node| nodes[*node as usize].kind == Kind::PersistentSequence) {
-        let (children, place) = (program.children(node).count(), program.ops[node as usize].place as usize);
-        if let Setting::Nav2(nav2) = &mut program.settings[place] {
-            nav2.count(children);
-        }
-    }
+    end_subtrees(&mut nodes, &mut program);
+    count_children(&mut program);
     warn_of_copies(&nodes, &program, &names, files);
     name_processes(&mut nodes);
     program.entries = names.declared.entries;
@@ -185,8 +173,34 @@ pub(super) fn assemble(
     Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
 }
 
+/// Sets where each node's subtree ends: where that of its last child does.
+fn end_subtrees(nodes: &mut [Node], program: &mut Program) {
+    // Children come after their parents, so from the last node backward, each subtree is complete when it is passed on.
+    for index in (1..nodes.len()).rev() {
+        let end = nodes[index].subtree_end;
+        let parent = nodes[index].parent.expect("only the root has no parent");
+        let parent_end = &mut nodes[parent.index()].subtree_end;
+        *parent_end = end.max(*parent_end);
+    }
+    for (op, node) in program.ops.iter_mut().zip(nodes) {
+        op.end = node.subtree_end;
+    }
+}
+
+/// Gives each PersistentSequence the number of its children, which is known only now.
+fn count_children(program: &mut Program) {
+    let sequences = (0..).zip(&program.ops).filter(|(_, op)| op.kind == Kind::PersistentSequence);
+    let counts: Vec<_> = sequences.map(|(node, op)| (op.place, program.children(node).count())).collect();
+    for (place, children) in counts {
+        if let Setting::Nav2(nav2) = &mut program.settings[place as usize] {
+            nav2.count(children);
+        }
+    }
+}
+
 /// Warns of each SetBlackboard that BehaviorTree.CPP refuses to carry out, or that empties its entry.
 fn warn_of_copies(nodes: &[Node], program: &Program, names: &Directory, files: &mut [SourceFile]) {
+    // Most trees have none, and then no script has to be searched.
     let mut copies = nodes.iter().filter(|node| node.kind == Kind::SetBlackboard).peekable();
     if copies.peek().is_none() {
         return;
@@ -228,7 +242,8 @@ struct Assembly<'a> {
     files: &'a mut [SourceFile],
 }
 
-/// The maximum number of declared ports per allowed node of a tree.
+/// The maximum number of declared ports per allowed node of a tree, on average: a node that is inserted many times
+/// copies its model's ports each time, so a small file could need much memory. Nav2's nodes have at most 18.
 const PORTS_PER_NODE: usize = 20;
 
 /// A tree that is being placed: the ids of its nodes so far, and their number.
@@ -322,6 +337,7 @@ impl Assembly<'_> {
         let given = scanned.attributes.iter().map(|attribute| (attribute.name.as_str(), attribute.value.as_str()));
         let given: BTreeMap<&str, &str> = given.filter(|(name, _)| is_port_name(name)).collect();
         let model = self.library.model(&scanned.type_id).filter(|model| model.category == Category::SubTree);
+        // With `_autoremap`, a port without an attribute is the parent's entry of that name, whatever its default is.
         let declared =
             model.iter().flat_map(|model| &model.ports).filter(|port| !autoremap && !given.contains_key(&*port.name));
         let defaults = declared.filter_map(|port| Some((port.name.as_str(), port.default.as_deref()?)));

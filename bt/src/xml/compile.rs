@@ -14,7 +14,9 @@ use crate::hooks::Hooks;
 use crate::library::{Attribute, Model};
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
-use crate::settings::{Constants, Goals, Index, Input, Loop, Nav2, Setting, Update, period};
+use crate::settings::{
+    Constants, DetourGuard, DistanceLimit, Goals, Index, Input, Loop, Nav2, Setting, SpeedLimit, Update, period,
+};
 use crate::{Direction, Item, Kind};
 
 /// Resolves names.
@@ -103,10 +105,12 @@ impl Compiler<'_> {
             | Kind::TryCatch
             | Kind::RunOnce
             | Kind::RecoveryNode
-            | Kind::RoundRobin => self.numbers(first, second)?,
-            Kind::Repeat | Kind::RetryUntilSuccessful | Kind::Delay | Kind::Timeout | Kind::Sleep => {
-                self.numbers(first, None)?
-            }
+            | Kind::RoundRobin
+            | Kind::Repeat
+            | Kind::RetryUntilSuccessful
+            | Kind::Delay
+            | Kind::Timeout
+            | Kind::Sleep => self.numbers(first, second)?,
             Kind::Switch(_) => {
                 let variable = self.input(first?);
                 let cases = ports(self.kind)[1..].iter().map(|port| self.input(port)).collect();
@@ -140,36 +144,27 @@ impl Compiler<'_> {
     /// Values that one of Nav2's nodes reads, `Some(None)` if it reads nothing.
     fn nav2(&mut self) -> Option<Option<Nav2>> {
         Some(Some(match (self.kind, ports(self.kind)) {
-            (Kind::PersistentSequence, [index]) => {
-                let attribute = self.required(index)?;
-                let Some(key) = pointed_key(&attribute.name, &attribute.value).map(str::to_owned) else {
-                    let help = format!("write {}=\"{{{}}}\"", index.name, attribute.value);
-                    self.wrong_value(&attribute, "it must be an entry of the blackboard", Some(help));
-                    return None;
-                };
-                match self.value(&attribute, &index.of.type_of(), Direction::InOut)? {
-                    // The assembly counts the children.
-                    Input::Entry(slot, _) => {
-                        Nav2::Index(Index { slot, key: key.into(), children: 0, memo: self.names.next_memo() })
-                    }
-                    Input::Constant(_) => return None,
-                }
-            }
+            (Kind::PersistentSequence, [index]) => Nav2::Index(self.index(index)?),
             (Kind::PauseResumeController, [pause, resume]) => {
                 let [pause, resume] = [self.request(pause), self.request(resume)];
                 Nav2::Requests([pause?, resume?].map(|entry| self.names.watch(entry)))
             }
             (Kind::DistanceController, [distance, ..]) => {
                 let distance = self.input(distance)?;
-                Nav2::Distance { distance, pose: self.names.slot("@robot_pose"), memo: self.names.next_memo() }
+                Nav2::Distance(DistanceLimit {
+                    distance,
+                    pose: self.names.slot("@robot_pose"),
+                    memo: self.names.next_memo(),
+                })
             }
             (Kind::SpeedController, [min_rate, max_rate, min_speed, max_speed, goal, goals]) => {
+                // All are read before any missing one ends this, so that every problem is reported.
                 let rates = [self.rate(min_rate), self.rate(max_rate)];
                 let speeds = [self.input(min_speed), self.input(max_speed)];
                 let goals = self.goals([goal, goals])?;
                 let ([min_rate, max_rate], [min_speed, max_speed]) = (rates, speeds);
                 let (rates, speeds) = ([min_rate?, max_rate?], [min_speed?, max_speed?]);
-                Nav2::Speed { rates, speeds, speed: self.names.slot("@robot_speed"), goals }
+                Nav2::Speed(SpeedLimit { rates, speeds, speed: self.names.slot("@robot_speed"), goals })
             }
             (Kind::GoalUpdatedController, [goal, goals]) => Nav2::Goals(self.goals([goal, goals])?),
             (Kind::GoalUpdater, [goal, goals, new_goal, new_goals]) => {
@@ -182,10 +177,23 @@ impl Compiler<'_> {
             }
             (Kind::PathLongerOnApproach, [path, near, factor]) => {
                 let (path, near, factor) = (self.input(path), self.input(near), self.input(factor));
-                Nav2::Path { path, near: near?, factor: factor?, memo: self.names.next_memo() }
+                Nav2::Path(DetourGuard { path, near: near?, factor: factor?, memo: self.names.next_memo() })
             }
             _ => return Some(None),
         }))
+    }
+
+    /// The entry with the index of a PersistentSequence's child.
+    fn index(&mut self, port: &Port) -> Option<Index> {
+        let attribute = self.required(port)?;
+        let Some(key) = pointed_key(&attribute.name, &attribute.value).map(str::to_owned) else {
+            let help = format!("write {}=\"{{{}}}\"", port.name, attribute.value);
+            self.wrong_value(&attribute, "it must be an entry of the blackboard", Some(help));
+            return None;
+        };
+        let slot = self.value(&attribute, &port.of.type_of(), Direction::InOut)?.entry()?;
+        // The assembly counts the children.
+        Some(Index { slot, key: key.into(), children: 0, memo: self.names.next_memo() })
     }
 
     /// The entry that stands for a service.

@@ -22,7 +22,7 @@ use super::vocabulary::{self, Builtin};
 use crate::library::{Definition, Library, Models};
 use crate::{Category, Tree, TreeError};
 
-/// The maximum number of files.
+/// The maximum number of files; more are not the work of a person. Chosen, not measured.
 const MAX_FILES: usize = 100;
 
 /// Loads a file and those that it includes. The main file is the first.
@@ -153,6 +153,9 @@ fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
     }
 }
 
+/// The parsed files, by their indices, in the order in which they are read.
+type Documents<'a> = [(usize, Document<'a>)];
+
 /// Reads the main tree of the files. If there is none, a problem explains why.
 fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<Tree> {
     let sources: Vec<Source> = files.iter().map(|file| file.text.clone()).collect();
@@ -163,39 +166,14 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
             Err(problem) => files[*file].problems.push(problem),
         }
     }
-    let (mut models, mut trees) = (Models::new(), BTreeSet::new());
-    for (file, document) in &documents {
-        read_models(document.root_element(), *file, &mut models, &mut files[*file].problems);
-        let elements = document.root_element().children().filter(|element| element.has_tag_name("BehaviorTree"));
-        trees.extend(elements.filter_map(|tree| tree.attribute("ID").map(str::to_owned)));
-    }
-    for (_, document) in &documents {
-        add_nav2_leaves(document, loader, &trees, &mut models);
-    }
-    let mut definitions: Vec<Definition> = Vec::new();
-    for (file, document) in &documents {
-        let problems = &mut files[*file].problems;
-        let format = check_format(document.root_element(), problems);
-        let mut scan = Scan {
-            loader,
-            format,
-            file: *file,
-            problems,
-            models: &mut models,
-            trees: &trees,
-            unknown: BTreeMap::new(),
-        };
-        let own = scan.read_root(document.root_element());
-        check_ids(&own, problems);
-        let ids: BTreeSet<&str> = own.iter().filter_map(|tree| tree.id.as_deref()).collect();
-        definitions.retain(|earlier| earlier.id.as_deref().is_none_or(|id| !ids.contains(id)));
-        definitions.extend(own);
-    }
+    let (mut models, trees) = declared(&documents, loader, files);
+    let definitions = definitions(&documents, loader, &mut models, &trees, files);
     check_categories(loader, &definitions, &models, files);
     let main_root = documents.iter().find(|(file, _)| *file == 0)?.1.root_element();
     let index = Index::new(&definitions);
     assemble::check_references(&definitions, &index, files);
     let main = main_tree(loader, main_root, &definitions, &index, &mut files[0].problems)?;
+    // The assembly assumes that all subtrees exist and none contains itself.
     if files.iter().any(SourceFile::is_wrong) {
         return None;
     }
@@ -203,6 +181,43 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
     let library = Arc::new(Library { definitions, models, kept });
     assemble::assemble(loader, &sources, &library, main, files)
+}
+
+/// What the files declare: the models of nodes, and the IDs of trees.
+fn declared(documents: &Documents<'_>, loader: &Loader, files: &mut [SourceFile]) -> (Models, BTreeSet<String>) {
+    let (mut models, mut trees) = (Models::new(), BTreeSet::new());
+    for (file, document) in documents {
+        read_models(document.root_element(), *file, &mut models, &mut files[*file].problems);
+        let elements = document.root_element().children().filter(|element| element.has_tag_name("BehaviorTree"));
+        trees.extend(elements.filter_map(|tree| tree.attribute("ID").map(str::to_owned)));
+    }
+    // A file's own declarations count more than Nav2's model, whichever file comes first.
+    for (_, document) in documents {
+        add_nav2_leaves(document, loader, &trees, &mut models);
+    }
+    (models, trees)
+}
+
+/// The trees of all files. A file's tree replaces that of an included file with the same ID.
+fn definitions(
+    documents: &Documents<'_>,
+    loader: &Loader,
+    models: &mut Models,
+    trees: &BTreeSet<String>,
+    files: &mut [SourceFile],
+) -> Vec<Definition> {
+    let mut definitions: Vec<Definition> = Vec::new();
+    for (file, document) in documents {
+        let problems = &mut files[*file].problems;
+        let format = check_format(document.root_element(), problems);
+        let mut scan = Scan { loader, format, file: *file, problems, models, trees, unknown: BTreeMap::new() };
+        let own = scan.read_root(document.root_element());
+        check_ids(&own, problems);
+        let ids: BTreeSet<&str> = own.iter().filter_map(|tree| tree.id.as_deref()).collect();
+        definitions.retain(|earlier| earlier.id.as_deref().is_none_or(|id| !ids.contains(id)));
+        definitions.extend(own);
+    }
+    definitions
 }
 
 /// Adds the models of Nav2's leaves that a document uses, `<Wait/>`, but nothing declares.
@@ -287,6 +302,7 @@ fn main_tree(
         problems.push(problem.at(tag_span(root), "this contains no tree"));
         return None;
     }
+    // The loader's choice is written in no file: if it does not exist, the problem points to the root.
     let choice: Option<(&str, SourceSpan)> = match (&loader.main_tree, root.attribute_node("main_tree_to_execute")) {
         (Some(id), _) => Some((id.as_str(), tag_span(root))),
         (None, Some(attribute)) => Some((attribute.value(), span(attribute.range()))),

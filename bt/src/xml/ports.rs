@@ -106,9 +106,6 @@ const fn optional(name: &'static str, of: Of) -> Port {
     Port { optional: true, ..input(name, of) }
 }
 
-const GOAL: Port = with_default("goal", Of::Any, "{goal}");
-const GOALS: Port = with_default("goals", Of::Any, "{goals}");
-
 const CASES: [Port; 7] = [
     optional("variable", Of::Text),
     optional("case_1", Of::Text),
@@ -128,6 +125,36 @@ const LOOP_BOOL: [Port; 3] = a_loop(Item::Bool);
 const LOOP_DOUBLE: [Port; 3] = a_loop(Item::Double);
 const LOOP_TEXT: [Port; 3] = a_loop(Item::Text);
 
+const DISTANCE: [Port; 3] = [
+    with_default("distance", Of::Real, "1.0"),
+    optional("global_frame", Of::Text),
+    optional("robot_base_frame", Of::Text),
+];
+
+const GOALS: [Port; 2] = [with_default("goal", Of::Any, "{goal}"), with_default("goals", Of::Any, "{goals}")];
+
+const SPEED: [Port; 6] = [
+    with_default("min_rate", Of::Rate, "0.1"),
+    with_default("max_rate", Of::Rate, "1.0"),
+    with_default("min_speed", Of::Real, "0.0"),
+    with_default("max_speed", Of::Real, "0.5"),
+    GOALS[0],
+    GOALS[1],
+];
+
+const UPDATES: [Port; 4] = [
+    optional("input_goal", Of::Any),
+    optional("input_goals", Of::Any),
+    optional("output_goal", Of::Any),
+    optional("output_goals", Of::Any),
+];
+
+const PATH: [Port; 3] = [
+    optional("path", Of::Any),
+    with_default("prox_len", Of::Real, "3.0"),
+    with_default("length_factor", Of::Real, "2.0"),
+];
+
 /// The ports of a kind. Leaves outside the tree have those that their model declares.
 pub(super) fn ports(kind: Kind) -> &'static [Port] {
     match kind {
@@ -137,51 +164,6 @@ pub(super) fn ports(kind: Kind) -> &'static [Port] {
         Kind::ParallelAll => const { &[with_default("max_failures", Of::Int, "1")] },
         Kind::Switch(cases) => &CASES[..=usize::from(cases).min(6)],
         Kind::TryCatch => const { &[with_default("catch_on_halt", Of::Bool, "false")] },
-        Kind::PersistentSequence => const { &[input("current_child_idx", Of::Int)] },
-        Kind::RecoveryNode => const { &[with_default("number_of_retries", Of::Unsigned, "1")] },
-        Kind::RoundRobin => const { &[with_default("wrap_around", Of::Bool, "false")] },
-        Kind::PauseResumeController => {
-            const { &[input("pause_service_name", Of::Text), input("resume_service_name", Of::Text)] }
-        }
-        Kind::RateController => const { &[with_default("hz", Of::Rate, "10.0")] },
-        Kind::DistanceController => {
-            const {
-                let frames = [optional("global_frame", Of::Text), optional("robot_base_frame", Of::Text)];
-                &[with_default("distance", Of::Real, "1.0"), frames[0], frames[1]]
-            }
-        }
-        Kind::SpeedController => {
-            const {
-                &[
-                    with_default("min_rate", Of::Rate, "0.1"),
-                    with_default("max_rate", Of::Rate, "1.0"),
-                    with_default("min_speed", Of::Real, "0.0"),
-                    with_default("max_speed", Of::Real, "0.5"),
-                    GOAL,
-                    GOALS,
-                ]
-            }
-        }
-        Kind::GoalUpdater => {
-            const {
-                &[
-                    optional("input_goal", Of::Any),
-                    optional("input_goals", Of::Any),
-                    optional("output_goal", Of::Any),
-                    optional("output_goals", Of::Any),
-                ]
-            }
-        }
-        Kind::GoalUpdatedController => const { &[GOAL, GOALS] },
-        Kind::PathLongerOnApproach => {
-            const {
-                &[
-                    optional("path", Of::Any),
-                    with_default("prox_len", Of::Real, "3.0"),
-                    with_default("length_factor", Of::Real, "2.0"),
-                ]
-            }
-        }
         Kind::Repeat => const { &[input("num_cycles", Of::Int)] },
         Kind::RetryUntilSuccessful => const { &[input("num_attempts", Of::Int)] },
         Kind::Delay => const { &[input("delay_msec", Of::Unsigned)] },
@@ -196,6 +178,24 @@ pub(super) fn ports(kind: Kind) -> &'static [Port] {
         Kind::Script | Kind::ScriptCondition => const { &[input("code", Of::Code)] },
         Kind::SetBlackboard => const { &[input("value", Of::Any), input("output_key", Of::Any)] },
         Kind::UnsetBlackboard => const { &[input("key", Of::Text)] },
+        kind => nav2_ports(kind),
+    }
+}
+
+fn nav2_ports(kind: Kind) -> &'static [Port] {
+    match kind {
+        Kind::PersistentSequence => const { &[input("current_child_idx", Of::Int)] },
+        Kind::RecoveryNode => const { &[with_default("number_of_retries", Of::Unsigned, "1")] },
+        Kind::RoundRobin => const { &[with_default("wrap_around", Of::Bool, "false")] },
+        Kind::PauseResumeController => {
+            const { &[input("pause_service_name", Of::Text), input("resume_service_name", Of::Text)] }
+        }
+        Kind::RateController => const { &[with_default("hz", Of::Rate, "10.0")] },
+        Kind::DistanceController => &DISTANCE,
+        Kind::SpeedController => &SPEED,
+        Kind::GoalUpdater => &UPDATES,
+        Kind::GoalUpdatedController => &GOALS,
+        Kind::PathLongerOnApproach => &PATH,
         _ => &[],
     }
 }

@@ -209,6 +209,7 @@ impl Scan<'_> {
                 return None;
             }
             None if self.loader.leaves.contains(name) => Kind::Action,
+            // A tree is no element of its own name, even if it has a model.
             Some(Category::SubTree) | None => {
                 self.unknown(element, name);
                 return None;

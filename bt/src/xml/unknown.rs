@@ -60,6 +60,7 @@ impl<'a> Compiler<'a> {
         let Some(model) = model.filter(lists_ports) else { return };
         let ports = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
         let strangers: Vec<&Attribute> = ports.filter(|attribute| model.port(&attribute.name).is_none()).collect();
+        // Most leaves have no such attribute, and then the others need not be collected.
         let given: BTreeSet<&str> = match strangers.as_slice() {
             [] => return,
             _ => self.attributes.iter().map(|attribute| attribute.name.as_str()).collect(),

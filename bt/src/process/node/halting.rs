@@ -41,6 +41,7 @@ impl NodeProcess {
             if !record.mark.is_running() {
                 record.mark = Mark::Idle;
             } else if kind == Kind::Condition && !is_guarded {
+                // A condition is not asked to stop; a process that runs its scripts is, for the script of a halt.
                 self.record_halt(child);
             } else {
                 return Stage::Asking(child, Request::Halt, After::Reset(children.collect(), goal));

@@ -65,39 +65,39 @@ impl NodeProcess {
         answer: BoardAnswer,
         now: Duration,
     ) -> Stage {
-        match (purpose, answer) {
-            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Open)) => self.read(now),
-            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Closed(status))) => self.leave(status),
-            (Purpose::Tick, BoardAnswer::Entrance(Entrance::Left)) => self.reset_all(Goal::Halt { skips: true }),
-            (Purpose::Tick, BoardAnswer::Reading(reading)) => self.begin(reading, now),
-            (Purpose::Tick, BoardAnswer::Done) => match question {
-                Question::Leave(status) => self.answer(status),
-                _ => Stage::Idle,
-            },
-            (Purpose::Tick, BoardAnswer::Fault) => match question {
-                Question::Leave(_) => self.answer(Status::Failure),
-                Question::Read => {
-                    self.mark = self.mark.entered();
-                    self.forget();
-                    self.reset_all(Goal::Do(0, Then::Answer(Status::Failure)))
-                }
-                _ => self.leave(Status::Failure),
-            },
-            (Purpose::Answer { child, status, was_idle }, answer) => {
-                let reading = if let BoardAnswer::Reading(reading) = answer {
-                    reading
-                } else {
-                    PortReading::Status(Status::Failure)
+        match purpose {
+            Purpose::Tick => self.go_on_ticking(question, answer, now),
+            Purpose::Answer { child, status, was_idle } => {
+                // As in the engine, a node whose ports cannot be read fails.
+                let reading = match answer {
+                    BoardAnswer::Reading(reading) => reading,
+                    _ => PortReading::Status(Status::Failure),
                 };
                 self.react(child, Answer { status: Some(status), was_idle, is_last: self.is_last(child), reading, now })
             }
-            (Purpose::Halt, answer) => {
-                if answer == BoardAnswer::Reading(PortReading::Numbers([1, 0])) {
-                    return self.start_catch();
-                }
-                self.reset_all(Goal::Halt { skips: false })
+            Purpose::Halt if answer == BoardAnswer::Reading(PortReading::Numbers([1, 0])) => self.start_catch(),
+            Purpose::Halt => self.reset_all(Goal::Halt { skips: false }),
+            Purpose::Halted { skips } => Stage::Answering(self.reply_when_halted(skips)),
+        }
+    }
+
+    /// Continues a tick with an answer of the blackboard.
+    fn go_on_ticking(&mut self, question: Question, answer: BoardAnswer, now: Duration) -> Stage {
+        match (answer, question) {
+            (BoardAnswer::Entrance(Entrance::Open), _) => self.read(now),
+            (BoardAnswer::Entrance(Entrance::Closed(status)), _) => self.leave(status),
+            (BoardAnswer::Entrance(Entrance::Left), _) => self.reset_all(Goal::Halt { skips: true }),
+            (BoardAnswer::Reading(reading), _) => self.begin(reading, now),
+            (BoardAnswer::Done, Question::Leave(status)) => self.answer(status),
+            (BoardAnswer::Done, _) => Stage::Idle,
+            // The scripts for an answer have been run already, so a fault in them does not run them again.
+            (BoardAnswer::Fault, Question::Leave(_)) => self.answer(Status::Failure),
+            (BoardAnswer::Fault, Question::Read) => {
+                self.mark = self.mark.entered();
+                self.forget();
+                self.reset_all(Goal::Do(0, Then::Answer(Status::Failure)))
             }
-            (Purpose::Halted { skips }, _) => Stage::Answering(self.reply_when_halted(skips)),
+            (BoardAnswer::Fault, _) => self.leave(Status::Failure),
         }
     }
 
