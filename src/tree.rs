@@ -124,7 +124,7 @@ fn rehearse(
     ticks: Option<u64>,
     mut see: impl FnMut(&Rehearsal, RehearsedTick),
 ) -> Result<(), Error> {
-    let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.parts.iter().cloned());
+    let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.behaviors.iter().cloned());
     for tick in 0..ticks.unwrap_or(script.ticks) {
         let now = script.period.saturating_mul(u32::try_from(tick).unwrap_or(u32::MAX));
         let writes = script.writes.iter().filter(|(before, _)| *before == tick + 1);

@@ -37,7 +37,7 @@ pub(crate) const MOST_TICKS: u64 = 1_000_000;
 #[derive(Clone, Debug)]
 pub(crate) struct TreeScript {
     /// For each leaf of the tree.
-    pub(crate) parts: Vec<LeafBehavior>,
+    pub(crate) behaviors: Vec<LeafBehavior>,
     pub(crate) ticks: u64,
     pub(crate) period: Duration,
     /// The tree is halted after these ticks.
@@ -47,7 +47,7 @@ pub(crate) struct TreeScript {
 }
 
 impl TreeScript {
-    /// Reads the file, which must have a part for every leaf.
+    /// Reads the file, which must have a behavior for every leaf.
     pub(crate) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
         let name = file.display().to_string();
         let text = diagnostics::text_from_disk(file).map_err(|error| {
@@ -69,24 +69,24 @@ impl TreeScript {
             writes.extend(tick.zip(entries));
         }
         let otherwise = table.get::<Item<'_>>("otherwise").optional().map(|item| cues(&item).map(LeafBehavior::new));
-        let otherwise = otherwise.and_then(|part| part.map_err(|problem| table.report(problem)).ok());
-        let parts = parts(&table.table("leaves").required()?, tree, otherwise.as_ref())?;
+        let otherwise = otherwise.and_then(|behavior| behavior.map_err(|problem| table.report(problem)).ok());
+        let behaviors = behaviors(&table.table("leaves").required()?, tree, otherwise.as_ref())?;
         writes.insert(0, (1, blackboard?));
-        let longest = parts.iter().map(LeafBehavior::length).max().unwrap_or(1);
+        let longest = behaviors.iter().map(LeafBehavior::length).max().unwrap_or(1);
         let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
-        Some(Self { parts, ticks, period, halts, writes })
+        Some(Self { behaviors, ticks, period, halts, writes })
     }
 }
 
-/// The parts of all leaves: by their names, or otherwise by their IDs, or otherwise the one for all others.
-fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&LeafBehavior>) -> Option<Vec<LeafBehavior>> {
-    let mut parts = Vec::new();
+/// The behaviors of all leaves: by their names, or otherwise by their IDs, or otherwise the one for all others.
+fn behaviors(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&LeafBehavior>) -> Option<Vec<LeafBehavior>> {
+    let mut behaviors = Vec::new();
     let mut missing = BTreeSet::new();
     for leaf in tree.leaves() {
         let key = [leaf.process(), leaf.label(), leaf.type_id()].into_iter().find(|key| leaves.has(key));
         match key {
-            Some(key) => parts.push(part(leaves, key)),
-            None if otherwise.is_some() => parts.push(otherwise.cloned()),
+            Some(key) => behaviors.push(behavior(leaves, key)),
+            None if otherwise.is_some() => behaviors.push(otherwise.cloned()),
             None => {
                 missing.insert(leaf.label());
             }
@@ -96,12 +96,12 @@ fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&LeafBehavior>) -> O
         let problem = leaves.span().problem(format!("there is no answer for the leaf `{key}`")).with_label("here");
         let help = format!("add `{key} = \"success\"`, or another answer; `otherwise`, at the top, is for all others");
         leaves.report(problem.with_help(help));
-        parts.push(None);
+        behaviors.push(None);
     }
-    parts.into_iter().collect()
+    behaviors.into_iter().collect()
 }
 
-fn part(leaves: &Table<'_>, key: &str) -> Option<LeafBehavior> {
+fn behavior(leaves: &Table<'_>, key: &str) -> Option<LeafBehavior> {
     let item = leaves.get::<Item<'_>>(key).optional()?;
     let read = if let Some(table) = item.as_table().filter(|table| table.has("answers")) {
         let answers = table.get::<Item<'_>>("answers").required()?;

@@ -18,7 +18,7 @@ use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, P
 /// ```
 /// use std::sync::Arc;
 /// use std::time::Duration;
-/// use bt::{Execution, Reply, Request, Status, Progress, Tree};
+/// use bt::{Execution, Progress, Reply, Request, Status, Tree};
 ///
 /// let tree = Tree::from_xml("greet.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
 ///     <Sequence> <Condition ID="SomebodyThere"/> <Action ID="SayHello"/> </Sequence>

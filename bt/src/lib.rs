@@ -50,12 +50,12 @@
 //! ```
 //!
 //! # Inside
-//! `semantics` defines what each kind of node does, and both forms follow it: `engine`, which traverses a whole tree
-//! without a stack and can stop at any leaf, and `process::node`, whose nodes synchronize and ask another process,
-//! `process::board`, for the contents of the blackboard. `rehearsal` ticks a tree whose leaves answer from a script;
-//! `mutation` introduces a mistake into a tree. A leaf that does not answer in time counts as failed or halted, and is
-//! a fault of the tree. Every leaf node has its own process (`Node::process`); `ports` defines what passes between its
-//! ports and the blackboard.
+//! `library` has the contents of files, as data; `xml` reads and writes them. `semantics` defines what each kind of
+//! node does, and both forms follow it: `engine`, which traverses a whole tree without a stack and can stop at any
+//! leaf, and `process::node`, whose nodes synchronize and ask another process, `process::board`, for the contents of
+//! the blackboard. `rehearsal` ticks a tree whose leaves answer from a script; `mutation` introduces a mistake into a
+//! tree. A leaf that does not answer in time counts as failed or halted, and is a fault of the tree. Every leaf node
+//! has its own process (`Node::process`); `ports` defines what passes between its ports and the blackboard.
 
 mod blackboard;
 mod call;

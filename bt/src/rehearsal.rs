@@ -29,18 +29,18 @@ pub struct LeafBehavior {
 }
 
 impl LeafBehavior {
-    /// A part whose last cue is used for all further ticks.
+    /// A behavior whose last cue is used for all further ticks.
     ///
     /// # Panics
     /// If there is no cue.
     #[must_use]
     pub fn new(cues: impl IntoIterator<Item = Cue>) -> Self {
         let cues: Vec<Cue> = cues.into_iter().collect();
-        assert!(!cues.is_empty(), "a part has at least one cue");
+        assert!(!cues.is_empty(), "a behavior has at least one cue");
         Self { cues, repeats: false }
     }
 
-    /// A part that starts over after the last cue.
+    /// A behavior that starts over after the last cue.
     #[must_use]
     pub fn repeating(self) -> Self {
         Self { repeats: true, ..self }
@@ -68,11 +68,11 @@ impl LeafBehavior {
 /// let tree = Arc::new(Tree::from_xml("door.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Door">
 ///     <Fallback> <Condition ID="IsOpen"/> <Action ID="Push"/> </Fallback>
 /// </BehaviorTree> </root>"#)?);
-/// let parts = tree.leaves().map(|leaf| match leaf.type_id() {
+/// let behaviors = tree.leaves().map(|leaf| match leaf.type_id() {
 ///     "IsOpen" => LeafBehavior::new([Status::Failure.into()]),
 ///     _ => LeafBehavior::new([Status::Running.into(), Status::Success.into()]),
 /// });
-/// let mut rehearsal = Rehearsal::new(tree.clone(), parts);
+/// let mut rehearsal = Rehearsal::new(tree.clone(), behaviors);
 /// let moments = [rehearsal.tick(Duration::ZERO), rehearsal.tick(Duration::from_secs(1))];
 /// assert_eq!(moments[1].status, Some(Status::Success));
 /// let lines = ["           1 2", "?*         R S", "  IsOpen   F ·", "  Push     R S"];
@@ -89,10 +89,10 @@ pub struct Rehearsal {
 #[derive(Clone, Debug)]
 struct Cast {
     /// By leaf, in document order.
-    parts: Vec<LeafBehavior>,
+    behaviors: Vec<LeafBehavior>,
     /// The number of times that each leaf has been ticked.
     ticked: Vec<usize>,
-    /// By node, the index of its part.
+    /// By node, the index of its behavior.
     places: Vec<usize>,
     calls: Vec<Call>,
     inputs: Vec<Inputs>,
@@ -123,20 +123,20 @@ pub struct RehearsedTick {
 }
 
 impl Rehearsal {
-    /// A rehearsal of this tree, with a part for each of its [leaves](Tree::leaves).
+    /// A rehearsal of this tree, with a behavior for each of its [leaves](Tree::leaves).
     ///
     /// # Panics
-    /// If there are fewer parts than leaves.
+    /// If there are fewer behaviors than leaves.
     #[must_use]
-    pub fn new(tree: Arc<Tree>, parts: impl IntoIterator<Item = LeafBehavior>) -> Self {
-        let parts: Vec<LeafBehavior> = parts.into_iter().take(tree.leaves().count()).collect();
-        assert_eq!(parts.len(), tree.leaves().count(), "every leaf has a part");
+    pub fn new(tree: Arc<Tree>, behaviors: impl IntoIterator<Item = LeafBehavior>) -> Self {
+        let behaviors: Vec<LeafBehavior> = behaviors.into_iter().take(tree.leaves().count()).collect();
+        assert_eq!(behaviors.len(), tree.leaves().count(), "every leaf has a behavior");
         let mut places = vec![0; tree.nodes().len()];
         for (place, leaf) in tree.leaves().enumerate() {
             places[leaf.id().index()] = place;
         }
-        let ticked = vec![0; parts.len()];
-        let cast = Cast { parts, ticked, places, calls: Vec::new(), inputs: Vec::new(), faults: Vec::new() };
+        let ticked = vec![0; behaviors.len()];
+        let cast = Cast { behaviors, ticked, places, calls: Vec::new(), inputs: Vec::new(), faults: Vec::new() };
         Self { execution: Execution::new(tree), cast, ticks: 0 }
     }
 
@@ -183,7 +183,7 @@ impl Leaves for Cast {
         self.calls.push(Call { leaf: leaf.id(), request: Request::Tick });
         self.inputs.push(leaf.inputs().map(|(port, value)| (port.to_owned(), value.ok())).collect());
         let place = self.places[leaf.id().index()];
-        let cue = self.parts[place].cue(self.ticked[place]);
+        let cue = self.behaviors[place].cue(self.ticked[place]);
         self.ticked[place] += 1;
         for (port, value) in &cue.outputs {
             if let Err(error) = leaf.output(port, value.clone()) {

@@ -20,21 +20,22 @@ fn load(text: &str) -> Arc<Tree> {
     Arc::new(tree)
 }
 
-/// Rehearses a tree, half a second per tick; a leaf without a part succeeds.
-fn rehearse(tree: &Arc<Tree>, parts: &[(&str, &str)], ticks: u32) -> Vec<RehearsedTick> {
-    let parts = tree.leaves().map(|leaf| {
-        let part = parts.iter().find(|(name, _)| *name == leaf.process()).map_or("S", |(_, part)| part);
-        LeafBehavior::new(part.split(' ').map(|letter| crate::stage::status(letter).into()))
+/// Rehearses a tree, half a second per tick; a leaf without a behavior succeeds.
+fn rehearse(tree: &Arc<Tree>, behaviors: &[(&str, &str)], ticks: u32) -> Vec<RehearsedTick> {
+    let behaviors = tree.leaves().map(|leaf| {
+        let behavior = behaviors.iter().find(|(name, _)| *name == leaf.process()).map_or("S", |(_, behavior)| behavior);
+        LeafBehavior::new(behavior.split(' ').map(|letter| crate::stage::status(letter).into()))
     });
-    let mut rehearsal = Rehearsal::new(Arc::clone(tree), parts);
+    let mut rehearsal = Rehearsal::new(Arc::clone(tree), behaviors);
     (0..ticks).map(|tick| rehearsal.tick(tick * Duration::from_millis(500))).collect()
 }
 
 #[test]
 fn a_tree_without_a_model_replans_and_recovers() {
     let tree = load(DELIVER);
-    let parts = [("FollowPath", "R R R F R S"), ("ComputePathToPose", "S F S"), ("GoalUpdated", "F"), ("Spin", "R S")];
-    insta::assert_snapshot!("nav2_deliver", table(&tree, &rehearse(&tree, &parts, 7)));
+    let behaviors =
+        [("FollowPath", "R R R F R S"), ("ComputePathToPose", "S F S"), ("GoalUpdated", "F"), ("Spin", "R S")];
+    insta::assert_snapshot!("nav2_deliver", table(&tree, &rehearse(&tree, &behaviors, 7)));
 }
 
 #[test]

@@ -133,8 +133,8 @@ pub(super) struct NodeReply {
     pub(super) again: bool,
 }
 
-/// The requests of a node to another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, where n is the number of the tree's
-/// tick, and the last field is the status of the asked node.
+/// The requests of a node to another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, where n is the number of the
+/// tree's tick, and the last field is the status of the asked node.
 pub(super) fn node_request_domain() -> Domain {
     Domain::new([Shape::new([
         ("request", FieldKind::symbols(["tick", "halt"])),

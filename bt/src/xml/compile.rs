@@ -100,17 +100,6 @@ impl Compiler<'_> {
     fn compile(&mut self) -> Option<Setting> {
         let [first, second, third] = [0, 1, 2].map(|place| ports(self.kind).get(place));
         Some(match self.kind {
-            Kind::Parallel
-            | Kind::ParallelAll
-            | Kind::TryCatch
-            | Kind::RunOnce
-            | Kind::RecoveryNode
-            | Kind::RoundRobin
-            | Kind::Repeat
-            | Kind::RetryUntilSuccessful
-            | Kind::Delay
-            | Kind::Timeout
-            | Kind::Sleep => self.numbers(first, second)?,
             Kind::Switch(_) => {
                 let variable = self.input(first?);
                 let cases = ports(self.kind)[1..].iter().map(|port| self.input(port)).collect();
@@ -136,7 +125,10 @@ impl Compiler<'_> {
                 Input::Constant(hz) => Setting::Constant([period(hz.to_real().ok()?).ok()?, 0]),
                 hz => Setting::Nav2(Box::new(Nav2::Rate(hz))),
             },
+            Kind::RecoveryNode | Kind::RoundRobin => self.numbers(first, second)?,
             kind if kind.is_of_nav2() => self.nav2()?.map_or(Setting::Nothing, |nav2| Setting::Nav2(Box::new(nav2))),
+            // The ports of all other nodes, if they have any, are numbers and Booleans.
+            _ if first.is_some() => self.numbers(first, second)?,
             _ => Setting::Nothing,
         })
     }

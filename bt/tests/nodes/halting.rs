@@ -72,11 +72,11 @@ behaviors! {
 #[test]
 fn a_node_that_was_running_is_shown_as_halted_even_if_it_was_skipped_since() {
     let tree = tree("<ReactiveSequence><Sequence><a/></Sequence><b/></ReactiveSequence>");
-    let parts = [
+    let behaviors = [
         LeafBehavior::new([Status::Running.into(), Status::Skipped.into()]),
         LeafBehavior::new([Status::Running.into()]),
     ];
-    let mut rehearsal = Rehearsal::new(tree.clone(), parts);
+    let mut rehearsal = Rehearsal::new(tree.clone(), behaviors);
     let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];
     let lines = [
         "              1    2 halt",

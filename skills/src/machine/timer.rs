@@ -26,8 +26,7 @@ pub(super) enum Delivery {
     Away(Outgoing, Spot),
 }
 
-/// The position of a `<send>` in the file, for messages. All positions compare equal, so equal deliveries of one chart are
-/// equal.
+/// The position of a `<send>` in the file, for messages. It is left out of hashes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub(super) SourceSpan);
 

@@ -8,7 +8,8 @@ use crate::chart::Chart;
 use crate::event::Outgoing;
 use crate::machine::{Machine, Note, Status};
 
-/// Something that happened in a rehearsal. Its `Display` form is a line for people, [`RehearsalLine::to_json`] one for programs.
+/// Something that happened in a rehearsal. Its `Display` form is a line for people, [`to_json`](Self::to_json) one for
+/// programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RehearsalLine {
