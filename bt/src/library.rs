@@ -4,13 +4,9 @@ mod model;
 
 use miette::SourceSpan;
 
-pub(crate) use model::{Model, Models, PortModel};
+pub(crate) use model::{Kept, Model, Models, PortModel};
 
 use crate::Kind;
-
-/// Attributes that have no meaning here, but are kept so that they can be written back: by their names as written, in
-/// the order of the file.
-pub(crate) type Kept = Vec<(String, String)>;
 
 /// The contents of files: their trees, and their declarations of nodes.
 #[derive(Debug, Default)]

@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use miette::SourceSpan;
 
-use super::Kept;
 use crate::blackboard::Type;
 use crate::{Category, Direction};
+
+/// Attributes that have no meaning here, but are kept so that they can be written back: by their names as written, in
+/// the order of the file.
+pub(crate) type Kept = Vec<(String, String)>;
 
 /// The declaration of a node's ID.
 #[derive(Clone, Debug, PartialEq)]

@@ -160,6 +160,7 @@ pub(super) fn assemble(
         return None;
     }
     let Assembly { mut nodes, mut program, names, .. } = assembly;
+    // What depends on the whole tree is determined only now.
     end_subtrees(&mut nodes, &mut program);
     count_children(&mut program);
     warn_of_copies(&nodes, &program, &names, files);

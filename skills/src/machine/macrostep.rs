@@ -17,8 +17,8 @@ use crate::ids::{DataId, StateId};
 use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 
-/// A machine that has not come to rest after this many microsteps is stopped. More than twice [`MAX_WAITING`], so that a
-/// full queue can be processed.
+/// A machine that has not come to rest after this many microsteps is stopped. More than twice [`MAX_WAITING`], so that
+/// a full queue can be processed.
 const MAX_MICROSTEPS: u32 = 10_000;
 
 /// A machine on its way to its next rest.

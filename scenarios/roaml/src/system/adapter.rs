@@ -13,7 +13,8 @@ use skills::{Adapter, Datum, Event, Machine, Undelivered};
 use crate::instance::Fields;
 use crate::machine::{DataKind, PortDirection, TREE, Way, input_datum, nested, output_datum};
 
-/// The maximum number of messages that may wait for one channel: as many as may wait in a machine. Chosen, not measured.
+/// The maximum number of messages that may wait for one channel: as many as may wait in a machine. Chosen, not
+/// measured.
 const MAX_WAITING: usize = 4096;
 
 /// A machine's connections to the other processes.

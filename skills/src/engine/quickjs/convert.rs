@@ -78,7 +78,7 @@ impl<'e, 'js> Injector<'e, 'js> {
             }
             Datum::Function(source) => Ok(self.ctx.eval(format!("({})()", function_program(source)))?),
             Datum::Xml(source) => {
-                // The description is no datum: with an injector of its own, it is not among the objects to be read back.
+                // The description is no datum: its own injector keeps it apart from the objects to be read back.
                 let description = describe_xml(source)?;
                 let description = Self::new(self.ctx, self.tools).inject(&description)?;
                 let make = match self.make_element.get() {
