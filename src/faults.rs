@@ -43,17 +43,17 @@ fn find(name: &str) -> Result<&'static FaultKind, Error> {
     })
 }
 
-/// One line per kind, by place.
+/// One line per kind, by subsystem.
 pub(crate) fn overview() -> String {
     let column = column(KINDS.iter().map(|kind| kind.name));
     let mut text = String::new();
-    let mut place = None;
+    let mut subsystem = None;
     for kind in KINDS {
-        if place != Some(kind.place) {
-            let gap = if place.is_some() { "\n" } else { "" };
+        if subsystem != Some(kind.subsystem) {
+            let gap = if subsystem.is_some() { "\n" } else { "" };
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{gap}{}", kind.place.name());
-            place = Some(kind.place);
+            let _ = writeln!(text, "{gap}{}", kind.subsystem.name());
+            subsystem = Some(kind.subsystem);
         }
         text += &entry(column, kind.name, kind.about);
     }
@@ -72,7 +72,7 @@ fn details(kind: &FaultKind) -> String {
     let timing: Vec<Key> = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s")).collect();
     let column = column(parameters.iter().chain(&timing).map(|key| key.split().1));
     let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &meaning(key))).collect::<String>();
-    let mut text = format!("{}: {} ({})\n", kind.name, kind.about, kind.place.name());
+    let mut text = format!("{}: {} ({})\n", kind.name, kind.about, kind.subsystem.name());
     for keys in [parameters, timing].iter().filter(|keys| !keys.is_empty()) {
         text += &format!("\n{}", list(keys));
     }
@@ -93,7 +93,7 @@ fn as_json(kind: &FaultKind) -> serde_json::Value {
     });
     json!({
         "kind": kind.name,
-        "place": kind.place.name(),
+        "place": kind.subsystem.name(),
         "about": kind.about,
         "momentary": kind.momentary,
         "parameters": parameters.collect::<Vec<_>>(),

@@ -153,9 +153,9 @@ fn faults() {
     let mut text = String::new();
     let mut place = None;
     for kind in KINDS {
-        if place != Some(kind.place) {
-            text += &format!("\n## {}\n", scenarios::schema::sentence(kind.place.name()).trim_end_matches('.'));
-            place = Some(kind.place);
+        if place != Some(kind.subsystem) {
+            text += &format!("\n## {}\n", scenarios::schema::sentence(kind.subsystem.name()).trim_end_matches('.'));
+            place = Some(kind.subsystem);
         }
         let momentary = if kind.momentary { " Happens at one instant." } else { "" };
         text += &format!("\n### `{}`\n\n{}{momentary}\n\n", kind.name, scenarios::schema::sentence(kind.about));

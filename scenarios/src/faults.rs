@@ -26,7 +26,7 @@ use diagnostics::document::Table;
 pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
 pub use catalogue::{KINDS, kind};
 pub use effect::{Damage, DeviceTrouble, Effect, MachineChange, TickTrouble, Which};
-pub use kind::{FaultKind, Place};
+pub use kind::{FaultKind, Subsystem};
 pub use trigger::{Timing, Trigger};
 
 /// A fault of a scenario.

@@ -68,7 +68,7 @@ fn fault_kind(kind: &FaultKind, view: &RunView) -> Value {
         })
     });
     json!({
-        "name": kind.name, "place": kind.place.name(), "about": kind.about, "momentary": kind.momentary,
+        "name": kind.name, "place": kind.subsystem.name(), "about": kind.about, "momentary": kind.momentary,
         "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view),
     })
 }

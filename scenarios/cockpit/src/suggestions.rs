@@ -1,7 +1,7 @@
 //! What the form of a fault contains before anybody fills it in: names of this run, not those of another one.
 
 use recording::{Header, RunView};
-use scenarios::faults::{ArgumentDomain, FaultKind, Parameter, Place};
+use scenarios::faults::{ArgumentDomain, FaultKind, Parameter, Subsystem};
 use toml::{Table, Value};
 
 /// The names in this run that a parameter may have; none if they are not known.
@@ -37,7 +37,7 @@ pub(crate) fn entries(kind: &FaultKind, view: &RunView) -> Table {
         && named.all(|(key, names)| names.iter().any(|name| name == written(key)));
     let own = |parameter: &Parameter| match (parameter.name, first_ends) {
         // Not every component is a device of the kind, and not every body is a door.
-        _ if kind.place == Place::Devices => None,
+        _ if kind.subsystem == Subsystem::Devices => None,
         ("from", Some([from, _])) => Some(from.to_owned()),
         ("to", Some([_, to])) => Some(to.to_owned()),
         _ => names(parameter, view).into_iter().next(),

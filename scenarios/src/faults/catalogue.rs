@@ -11,7 +11,7 @@ mod world;
 
 use super::kind::FaultKind;
 
-/// All kinds, sorted by place.
+/// All kinds, sorted by subsystem.
 pub const KINDS: &[&FaultKind] = &[
     &battery::LEVEL,
     &battery::DRAIN,

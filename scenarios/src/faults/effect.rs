@@ -17,7 +17,7 @@ pub enum Effect {
     Charge(f64),
     /// The robot is moved elsewhere; its wheels do not notice.
     Kidnap(Spanned<Pose>),
-    /// Localization is told this pose.
+    /// Localization is given this pose.
     Belief(Pose),
     /// Somebody else sends Navigation this goal.
     Goal(Spanned<Pose>),

@@ -4,7 +4,7 @@ use super::{Arguments, Effect, Parameter};
 
 /// The part of the system in which a fault acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum Subsystem {
     /// The battery, its sensor, the charging station.
     Battery,
     /// The laser scanners.
@@ -23,7 +23,7 @@ pub enum Place {
     World,
 }
 
-impl Place {
+impl Subsystem {
     /// The part, in words.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -45,8 +45,8 @@ impl Place {
 pub struct FaultKind {
     /// Its name: the `kind` of an entry of `[[faults]]`.
     pub name: &'static str,
-    /// Its place.
-    pub place: Place,
+    /// Where it acts.
+    pub subsystem: Subsystem,
     /// Its effect, on one line.
     pub about: &'static str,
     /// Its parameters.

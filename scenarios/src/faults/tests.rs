@@ -34,9 +34,9 @@ fn every_kind_has_a_scenario_that_shows_it() {
 
 #[test]
 fn the_list_of_the_kinds_covers_every_file() {
-    let places: BTreeSet<_> = KINDS.iter().map(|kind| kind.place).collect();
-    assert_eq!(places.len(), 8);
-    assert!(KINDS.is_sorted_by_key(|kind| kind.place), "the kinds are ordered by place");
+    let subsystems: BTreeSet<_> = KINDS.iter().map(|kind| kind.subsystem).collect();
+    assert_eq!(subsystems.len(), 8);
+    assert!(KINDS.is_sorted_by_key(|kind| kind.subsystem), "the kinds are ordered by subsystem");
 }
 
 #[test]
@@ -64,8 +64,8 @@ fn all_errors_in_a_fault_are_reported_at_once() {
         "kind = \"skill_guard_negated\"\nskill = \"A\"\nstate = \"get\"\nnth = 1.5",
         "kind = \"message_corrupted\"\nfrom = \"A\"\nto = \"B\"\nvalue = \"15\"\nfield = 2.5",
     ] {
-        let [said] = &problems(&format!("{fraction}\nat_s = 1"))[..] else { panic!("{fraction}") };
-        assert!(said.contains("must be an integer"), "{said}");
+        let [reported] = &problems(&format!("{fraction}\nat_s = 1"))[..] else { panic!("{fraction}") };
+        assert!(reported.contains("must be an integer"), "{reported}");
     }
     assert_eq!(
         problems("kind = \"joypad\"\nat_s = 1\ntimes = 3"),

@@ -99,6 +99,7 @@ fn read_trigger(table: Table<'_>) -> Option<Trigger> {
     let within_m = table.number("within_m").within(0.0..=1e6).or(1.0);
     let message = table.text("when").spanned().optional();
     let state = table.text("in_state").spanned().optional();
+    // All keys have been read by now, so that none is called unknown.
     let given = ["at_s", "at_tick", "near", "when", "in_state"].into_iter().filter(|key| table.has(key));
     let given: Vec<&str> = given.collect();
     if given.len() != 1 {

@@ -1,13 +1,13 @@
 //! Faults of the battery, its sensor and the charging station.
 
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 const PERCENT: ArgumentDomain = ArgumentDomain::Numbers(0.0, 100.0);
 
 pub(super) const LEVEL: FaultKind = FaultKind {
     name: "battery_level",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery's charge is set to a level",
     parameters: &[Parameter::required("level_pct", "the charge, in percent", PERCENT)],
     momentary: true,
@@ -18,7 +18,7 @@ pub(super) const LEVEL: FaultKind = FaultKind {
 
 pub(super) const DRAIN: FaultKind = FaultKind {
     name: "battery_drain",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery drains faster",
     parameters: &[Parameter::required("factor", "how much faster", ArgumentDomain::Numbers(0.0, 1e6))],
     momentary: false,
@@ -32,7 +32,7 @@ pub(super) const DRAIN: FaultKind = FaultKind {
 
 pub(super) const FADE: FaultKind = FaultKind {
     name: "battery_fade",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery has aged: it holds only a share of its charge, and drains and charges faster in proportion",
     parameters: &[Parameter::required("capacity", "the share that remains", ArgumentDomain::Numbers(0.01, 1.0))],
     momentary: false,
@@ -46,7 +46,7 @@ pub(super) const FADE: FaultKind = FaultKind {
 
 pub(super) const SENSOR_STUCK: FaultKind = FaultKind {
     name: "battery_sensor_stuck",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery's sensor keeps reporting its last reading",
     parameters: &[],
     momentary: false,
@@ -57,7 +57,7 @@ pub(super) const SENSOR_STUCK: FaultKind = FaultKind {
 
 pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
     name: "battery_sensor_offset",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery's sensor reads too much or too little",
     parameters: &[Parameter::required(
         "offset_pct",
@@ -75,7 +75,7 @@ pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
 
 pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
     name: "battery_sensor_noise",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery's sensor is noisy",
     parameters: &[Parameter::required("sigma_pct", "standard deviation of a reading, in percent", PERCENT)],
     momentary: false,
@@ -89,7 +89,7 @@ pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
 
 pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
     name: "battery_sensor_dropout",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery's sensor gives no readings; BatteryReader keeps reporting the last one",
     parameters: &[],
     momentary: false,
@@ -100,7 +100,7 @@ pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
 
 pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
     name: "charging_status_wrong",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the battery reports that it is charging, or that it is not, regardless of the truth",
     parameters: &[Parameter {
         name: "charging",
@@ -122,7 +122,7 @@ pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
 
 pub(super) const STATION_DEAD: FaultKind = FaultKind {
     name: "station_dead",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the charging station supplies no current",
     parameters: &[],
     momentary: false,
@@ -133,7 +133,7 @@ pub(super) const STATION_DEAD: FaultKind = FaultKind {
 
 pub(super) const STATION_SLOW: FaultKind = FaultKind {
     name: "station_slow",
-    place: Place::Battery,
+    subsystem: Subsystem::Battery,
     about: "the charging station charges slowly",
     parameters: &[Parameter::number("factor", "the share of its current that remains", 0.0, 1.0, 0.2)],
     momentary: false,

@@ -4,7 +4,7 @@ use diagnostics::Spanned;
 use skills::{Mutation, TransitionPlace};
 
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
@@ -54,7 +54,7 @@ fn damaged(with: &Arguments, from: &str, to: &str, condition: &str, damage: Dama
 
 pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
     name: "skill_replaced",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a skill runs another machine",
     parameters: &[SKILL, Parameter::required("machine", "its SCXML file", ArgumentDomain::Text)],
     momentary: false,
@@ -69,7 +69,7 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
 
 pub(super) const DATA_CHANGED: FaultKind = FaultKind {
     name: "skill_threshold",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a skill's machine has a wrong constant: a threshold has moved",
     parameters: &[
         SKILL,
@@ -92,7 +92,7 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
 
 pub(super) const GUARD_NEGATED: FaultKind = FaultKind {
     name: "skill_guard_negated",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine has its condition negated",
     parameters: &[SKILL, STATE, EVENT, NTH],
     momentary: false,
@@ -103,7 +103,7 @@ pub(super) const GUARD_NEGATED: FaultKind = FaultKind {
 
 pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
     name: "skill_target_swapped",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine leads to another state",
     parameters: &[SKILL, STATE, EVENT, NTH, Parameter::required("target", "its new target", ArgumentDomain::Text)],
     momentary: false,
@@ -117,7 +117,7 @@ pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
 
 pub(super) const TRANSITION_DROPPED: FaultKind = FaultKind {
     name: "skill_transition_dropped",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a transition of a skill's machine is missing",
     parameters: &[SKILL, STATE, EVENT, NTH],
     momentary: false,
@@ -128,7 +128,7 @@ pub(super) const TRANSITION_DROPPED: FaultKind = FaultKind {
 
 pub(super) const STATE_STUCK: FaultKind = FaultKind {
     name: "skill_state_stuck",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a skill's machine gets stuck in a state: no transition leaves it",
     parameters: &[SKILL, Parameter::required("state", "the state", ArgumentDomain::Text)],
     momentary: false,
@@ -139,7 +139,7 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
 
 pub(super) const MUTATED: FaultKind = FaultKind {
     name: "skill_mutant",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a skill's machine has one of the mistakes that `steward skill mutants` lists",
     parameters: &[Parameter::required("mutant", "the skill and the mistake, as listed", ArgumentDomain::Text)],
     momentary: false,
@@ -155,7 +155,7 @@ pub(super) const MUTATED: FaultKind = FaultKind {
 
 pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
     name: "leaf_inverted",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "the tree receives a leaf's success as failure, and its failure as success",
     parameters: &[LEAF],
     momentary: false,
@@ -169,7 +169,7 @@ pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
 
 pub(super) const HALT_LOST: FaultKind = FaultKind {
     name: "halt_lost",
-    place: Place::Behavior,
+    subsystem: Subsystem::Behavior,
     about: "a leaf is halted without its skill being told: the tree believes that it has stopped",
     parameters: &[LEAF],
     momentary: false,

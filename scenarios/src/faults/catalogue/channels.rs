@@ -1,7 +1,7 @@
 //! Faults of the channels and of the ticks.
 
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 
 const FROM: Parameter = Parameter::required("from", "the sender", ArgumentDomain::Text);
@@ -39,7 +39,7 @@ fn messages(with: &Arguments) -> String {
 
 pub(super) const LOST: FaultKind = FaultKind {
     name: "message_lost",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "messages on a channel are lost",
     parameters: &[FROM, TO, CONDITION, SHARE],
     momentary: false,
@@ -50,7 +50,7 @@ pub(super) const LOST: FaultKind = FaultKind {
 
 pub(super) const DELAYED: FaultKind = FaultKind {
     name: "message_delayed",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "messages on a channel arrive late",
     parameters: &[
         FROM,
@@ -67,7 +67,7 @@ pub(super) const DELAYED: FaultKind = FaultKind {
 
 pub(super) const DUPLICATED: FaultKind = FaultKind {
     name: "message_duplicated",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "messages on a channel arrive twice",
     parameters: &[FROM, TO, CONDITION, SHARE],
     momentary: false,
@@ -78,7 +78,7 @@ pub(super) const DUPLICATED: FaultKind = FaultKind {
 
 pub(super) const CORRUPTED: FaultKind = FaultKind {
     name: "message_corrupted",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "a field of the messages on a channel has another value",
     parameters: &[
         FROM,
@@ -96,7 +96,7 @@ pub(super) const CORRUPTED: FaultKind = FaultKind {
 
 pub(super) const TICK_MISSED: FaultKind = FaultKind {
     name: "tick_missed",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "ticks are not generated",
     parameters: &[Parameter::number("share", "the share of missing ticks", 0.0, 1.0, 1.0)],
     momentary: false,
@@ -107,7 +107,7 @@ pub(super) const TICK_MISSED: FaultKind = FaultKind {
 
 pub(super) const TICK_LATE: FaultKind = FaultKind {
     name: "tick_late",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "ticks come late",
     parameters: &[Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
@@ -118,7 +118,7 @@ pub(super) const TICK_LATE: FaultKind = FaultKind {
 
 pub(super) const TICK_JITTER: FaultKind = FaultKind {
     name: "tick_jitter",
-    place: Place::Channels,
+    subsystem: Subsystem::Channels,
     about: "ticks come late by a varying delay",
     parameters: &[Parameter::required(
         "sigma_s",

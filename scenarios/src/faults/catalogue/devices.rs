@@ -1,7 +1,7 @@
 //! Faults of the world's devices.
 
 use crate::faults::effect::{DeviceTrouble, Effect};
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDomain, Arguments, Parameter};
 
 fn device(with: &Arguments, trouble: DeviceTrouble) -> Effect {
@@ -10,7 +10,7 @@ fn device(with: &Arguments, trouble: DeviceTrouble) -> Effect {
 
 pub(super) const DOOR_STUCK: FaultKind = FaultKind {
     name: "door_stuck",
-    place: Place::Devices,
+    subsystem: Subsystem::Devices,
     about: "a door of the world does not move",
     parameters: &[Parameter::required("door", "the door's name in the world", ArgumentDomain::Text)],
     momentary: false,
@@ -24,7 +24,7 @@ pub(super) const DOOR_STUCK: FaultKind = FaultKind {
 
 pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
     name: "device_deaf",
-    place: Place::Devices,
+    subsystem: Subsystem::Devices,
     about: "a button, a microphone or a people sensor detects nothing",
     parameters: &[Parameter::required("component", "which device", ArgumentDomain::Text)],
     momentary: false,
@@ -35,7 +35,7 @@ pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
 
 pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     name: "speaker_mute",
-    place: Place::Devices,
+    subsystem: Subsystem::Devices,
     about: "a speaker cannot be heard, but reports success",
     parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
     momentary: false,
@@ -46,7 +46,7 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
 
 pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     name: "box_dropped",
-    place: Place::Devices,
+    subsystem: Subsystem::Devices,
     about: "the box on a tray falls off behind the robot, and the tray does not detect it",
     parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
     momentary: true,

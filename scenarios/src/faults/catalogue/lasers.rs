@@ -2,7 +2,7 @@
 
 use sim::{LaserFault, LaserTrouble};
 
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Parameter};
 
 /// The affected laser: the one with this name on the robot, or all.
@@ -29,7 +29,7 @@ fn who(with: &Arguments) -> String {
 
 pub(super) const DEAD: FaultKind = FaultKind {
     name: "laser_dead",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a laser sends no scans",
     parameters: &[LASER],
     momentary: false,
@@ -40,7 +40,7 @@ pub(super) const DEAD: FaultKind = FaultKind {
 
 pub(super) const DROPOUT: FaultKind = FaultKind {
     name: "laser_dropout",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a share of the beams gets no echo",
     parameters: &[LASER, Parameter::required("share", "the share of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
     momentary: false,
@@ -51,7 +51,7 @@ pub(super) const DROPOUT: FaultKind = FaultKind {
 
 pub(super) const STUCK: FaultKind = FaultKind {
     name: "laser_stuck",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a laser repeats its last scan",
     parameters: &[LASER],
     momentary: false,
@@ -62,7 +62,7 @@ pub(super) const STUCK: FaultKind = FaultKind {
 
 pub(super) const NOISE: FaultKind = FaultKind {
     name: "laser_noise",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "the ranges are noisy",
     parameters: &[
         LASER,
@@ -76,7 +76,7 @@ pub(super) const NOISE: FaultKind = FaultKind {
 
 pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     name: "laser_range_limit",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a laser has a limited range: fog, dust, a dirty window",
     parameters: &[LASER, Parameter::required("max_m", "the range, in meters", ArgumentDomain::Numbers(0.01, 1e3))],
     momentary: false,
@@ -87,7 +87,7 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
 
 pub(super) const MOUNT: FaultKind = FaultKind {
     name: "laser_mount_error",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a laser is not mounted where the software believes",
     parameters: &[
         LASER,
@@ -109,7 +109,7 @@ pub(super) const MOUNT: FaultKind = FaultKind {
 
 pub(super) const GHOST: FaultKind = FaultKind {
     name: "laser_ghost",
-    place: Place::Lasers,
+    subsystem: Subsystem::Lasers,
     about: "a laser sees an object that does not exist, always in the same direction",
     parameters: &[
         LASER,

@@ -2,12 +2,12 @@
 
 use robot::VelocityCommand;
 
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
     name: "wheel_slip",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "the wheels slip: the encoders count motion that the robot does not make",
     parameters: &[Parameter::required(
         "share",
@@ -25,7 +25,7 @@ pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
 
 pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
     name: "odometry_bias",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "odometry reports too much or too little",
     parameters: &[
         Parameter::number("distance", "the error in distance, as a share of it", -1.0, 10.0, 0.0),
@@ -60,7 +60,7 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
 
 pub(super) const ODOMETRY_FREEZE: FaultKind = FaultKind {
     name: "odometry_freeze",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "odometry reports no motion, whatever the wheels do",
     parameters: &[],
     momentary: false,
@@ -71,7 +71,7 @@ pub(super) const ODOMETRY_FREEZE: FaultKind = FaultKind {
 
 pub(super) const JOYPAD: FaultKind = FaultKind {
     name: "joypad",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "somebody holds a joypad and overrides the velocity commands",
     parameters: &[
         Parameter::number("linear_mps", "forward speed, in m/s", -2.0, 2.0, 0.0),
@@ -92,7 +92,7 @@ pub(super) const JOYPAD: FaultKind = FaultKind {
 
 pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
     name: "weak_wheel",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "a wheel turns more slowly than commanded, so the robot veers",
     parameters: &[
         Parameter {
@@ -117,7 +117,7 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
 
 pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     name: "speed_limit",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "the speed of the base is limited, whatever its command",
     parameters: &[Parameter::required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
     momentary: false,
@@ -134,7 +134,7 @@ pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
 
 pub(super) const EMERGENCY_STOP: FaultKind = FaultKind {
     name: "emergency_stop",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "the emergency stop is pressed: the motors are off",
     parameters: &[],
     momentary: false,
@@ -145,7 +145,7 @@ pub(super) const EMERGENCY_STOP: FaultKind = FaultKind {
 
 pub(super) const COMMAND_DELAY: FaultKind = FaultKind {
     name: "command_delay",
-    place: Place::Motion,
+    subsystem: Subsystem::Motion,
     about: "velocity commands take effect late",
     parameters: &[Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,

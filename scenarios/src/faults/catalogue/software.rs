@@ -3,7 +3,7 @@
 use diagnostics::Spanned;
 
 use crate::faults::effect::{Damage, Effect, Which};
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
@@ -22,7 +22,7 @@ fn every_message(with: &Arguments, channels: Which, damage: Damage) -> Effect {
 
 pub(super) const KIDNAP: FaultKind = FaultKind {
     name: "kidnap",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "the robot is lifted and put down elsewhere; odometry does not register it",
     parameters: &[Parameter::required("to", "its new pose", ArgumentDomain::Pose)],
     momentary: true,
@@ -36,7 +36,7 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
 
 pub(super) const WRONG_POSE: FaultKind = FaultKind {
     name: "wrong_initial_pose",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "localization is given a wrong pose",
     parameters: &[Parameter::required("to", "the pose that it is given", ArgumentDomain::Pose)],
     momentary: true,
@@ -50,7 +50,7 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
 
 pub(super) const GOAL: FaultKind = FaultKind {
     name: "operator_goal",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "somebody else sends Navigation a goal: it replaces the current trip, which fails",
     parameters: &[Parameter::required("to", "the pose to drive to", ArgumentDomain::Pose)],
     momentary: true,
@@ -64,7 +64,7 @@ pub(super) const GOAL: FaultKind = FaultKind {
 
 pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "the software's map differs from the world; possible only from the start of the run",
     parameters: &[Parameter::required("map", "the map's YAML file", ArgumentDomain::Text)],
     momentary: false,
@@ -78,7 +78,7 @@ pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
 
 pub(super) const FROZEN: FaultKind = FaultKind {
     name: "component_frozen",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "a component hangs: it answers nothing and does nothing, and continues when the fault ends",
     parameters: &[COMPONENT],
     momentary: false,
@@ -89,7 +89,7 @@ pub(super) const FROZEN: FaultKind = FaultKind {
 
 pub(super) const CRASH: FaultKind = FaultKind {
     name: "component_crash",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "a component crashes; when the fault ends, it restarts and has forgotten everything",
     parameters: &[COMPONENT],
     momentary: false,
@@ -100,7 +100,7 @@ pub(super) const CRASH: FaultKind = FaultKind {
 
 pub(super) const SLOW: FaultKind = FaultKind {
     name: "component_slow",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "a component's answers come late",
     parameters: &[COMPONENT, Parameter::number("delay_s", "the delay, in seconds", 0.0, 1e3, 1.0)],
     momentary: false,
@@ -111,7 +111,7 @@ pub(super) const SLOW: FaultKind = FaultKind {
 
 pub(super) const WRONG_REPLY: FaultKind = FaultKind {
     name: "component_wrong_reply",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "a component reports the opposite: true for false, 100 − level for a level, failure for running and success",
     parameters: &[COMPONENT],
     momentary: false,
@@ -122,7 +122,7 @@ pub(super) const WRONG_REPLY: FaultKind = FaultKind {
 
 pub(super) const NO_REPLY: FaultKind = FaultKind {
     name: "component_no_reply",
-    place: Place::Software,
+    subsystem: Subsystem::Software,
     about: "a component never receives its requests",
     parameters: &[COMPONENT],
     momentary: false,

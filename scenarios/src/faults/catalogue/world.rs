@@ -5,7 +5,7 @@ use std::time::Duration;
 use maps::{Point, Pose, Shape, pose};
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Walk};
 
-use crate::faults::kind::{FaultKind, Place};
+use crate::faults::kind::{FaultKind, Subsystem};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 /// The pose of the object.
@@ -46,7 +46,7 @@ fn spot(point: &Point) -> String {
 
 pub(super) const DOOR: FaultKind = FaultKind {
     name: "door_closes",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "a door closes",
     parameters: &[AT, Parameter::number("width_m", "the width of the doorway, in meters", 0.1, 20.0, 1.0)],
     momentary: false,
@@ -60,7 +60,7 @@ pub(super) const DOOR: FaultKind = FaultKind {
 
 pub(super) const OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_appears",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "a box stands in the way",
     parameters: &[
         AT,
@@ -78,7 +78,7 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
 
 pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_moves",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "a trolley moves back and forth and yields to nobody",
     parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
     momentary: false,
@@ -94,7 +94,7 @@ pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
 
 pub(super) const PEOPLE: FaultKind = FaultKind {
     name: "people",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "people walk back and forth, one behind another",
     parameters: &[
         POINT,
@@ -144,7 +144,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
 
 pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {
     name: "station_occupied",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "another robot stands at the charging station",
     parameters: &[AT],
     momentary: false,
@@ -158,7 +158,7 @@ pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {
 
 pub(super) const STATION_MOVED: FaultKind = FaultKind {
     name: "station_moved",
-    place: Place::World,
+    subsystem: Subsystem::World,
     about: "the charging station has been moved without the software's knowledge",
     parameters: &[Parameter::required(
         "to",
