@@ -73,6 +73,10 @@ impl From<maps::Error> for Error {
     }
 }
 
+/// Something does not exist because of problems, which have been recorded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Recorded;
+
 /// Collects the problems of several files, so that all are reported at once.
 #[derive(Debug, Default)]
 pub struct Complaints(Vec<Box<dyn Diagnostic + Send + Sync>>);

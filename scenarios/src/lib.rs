@@ -1,4 +1,4 @@
-//! Scenarios: what their files say.
+//! Scenarios: the contents of their files.
 //!
 //! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a behavior tree, a skill for each of its
 //! leaves, properties, faults, and the expected results. With a map, it has a robot; without one, tree, skills and

@@ -42,7 +42,7 @@ pub use declaration::{TreeIds, misfit};
 pub use devices::{DeviceKind, DeviceSettings};
 pub use faulty::FaultyMachines;
 pub use file::{BehaviorEntry, BehaviorFiles, Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
-pub use find::Found;
+pub use find::{Found, FoundKind};
 pub use leaves::LeafEntry;
 pub use model_entry::ModelEntry;
 pub use monitoring::{MachineMonitor, Monitoring, Watched};

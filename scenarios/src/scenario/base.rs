@@ -19,7 +19,7 @@ pub(super) struct Base {
     identity: PathBuf,
     /// Its text, with the folder to which its paths are relative.
     pub(super) source: Source,
-    /// What it says itself.
+    /// Its own contents.
     pub(super) document: Document,
 }
 
@@ -201,7 +201,7 @@ at_s = 0
     fn bases_that_name_each_other_from_different_folders_form_a_cycle() {
         let folder = application("base = \"../../hospital/hospital.toml\"\n");
         fs::write(folder.path().join("building/floor.toml"), "base = \"../wards/north/ward.toml\"\n").unwrap();
-        let said = load(&folder, &[]).unwrap_err().to_string();
-        assert!(said.contains("1 problem"), "{said}");
+        let error = load(&folder, &[]).unwrap_err().to_string();
+        assert!(error.contains("1 problem"), "{error}");
     }
 }

@@ -75,6 +75,7 @@ impl FileReader<'_> {
         let mut components = BTreeMap::new();
         for entry in &file.components {
             let name = &entry.name;
+            // Unlike these, the built-in components can be replaced: their names are free.
             if [TICK_GENERATOR, TREE].contains(&name.value.as_str()) {
                 let problem = name.span.problem(format!("a component cannot be named `{}`", name.value));
                 let help = "that is the name of another process";
@@ -105,6 +106,7 @@ impl FileReader<'_> {
                 components.insert(name.value.clone(), Component { interface, runs });
             }
         }
+        // If some are missing, others would seem not to fit together.
         (components.len() == file.components.len()).then_some(components)
     }
 

@@ -123,18 +123,7 @@ pub(crate) fn check_machines(
         complaints.push(misfit(&error));
         return BTreeMap::new();
     }
-    for (name, Component { interface, .. }) in parts.components {
-        for client in &clients {
-            let asked = client.asks(name);
-            let used = interface.restricted_to(|operation| match operation {
-                interfaces::Operation::Service(service) => asked.contains(&service.name.as_str()),
-                _ => false,
-            });
-            if let Err(problem) = used.replies() {
-                complaints.push(problem);
-            }
-        }
-    }
+    check_replies(parts.components, &clients, complaints);
     let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
     let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
     let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
@@ -145,9 +134,31 @@ pub(crate) fn check_machines(
     for error in check_system(&leaves, &machines, &topology) {
         complaints.push(error);
     }
+    driven_to(&machines, &topology)
+}
+
+/// Reports services of a component whose replies look alike to a client that asks both.
+fn check_replies(components: &BTreeMap<String, Component>, clients: &[Client<'_>], complaints: &mut Complaints) {
+    for (name, Component { interface, .. }) in components {
+        for client in clients {
+            let asked = client.asks(name);
+            // Nobody else can confuse them.
+            let used = interface.restricted_to(|operation| match operation {
+                interfaces::Operation::Service(service) => asked.contains(&service.name.as_str()),
+                _ => false,
+            });
+            if let Err(problem) = used.replies() {
+                complaints.push(problem);
+            }
+        }
+    }
+}
+
+/// The places to which machines always drive, each with one such machine.
+fn driven_to(machines: &[SkillOfSystem<'_>], topology: &Topology) -> BTreeMap<String, String> {
     let mut driven_to = BTreeMap::new();
-    for (name, machine, data) in machines {
-        let Ok(skill) = SkillProcess::new(name, machine, &topology, data.iter().cloned()) else { continue };
+    for &(name, machine, data) in machines {
+        let Ok(skill) = SkillProcess::new(name, machine, topology, data.iter().cloned()) else { continue };
         let navigation = topology.find_channel(name, NAVIGATION);
         for used in skill.uses() {
             if let Use::Sends(channel, Some(message)) = used
@@ -176,8 +187,8 @@ fn declare(
     }
     // Only the skills of the paper's published system take turns in navigating.
     let takes_turns = clients.iter().any(|client| !client.asks(BLACKBOARD).is_empty());
-    let of_robot = BUILTIN.into_iter().filter(|_| places.is_some());
-    let builtin = of_robot.chain(takes_turns.then_some(BLACKBOARD));
+    let builtin = BUILTIN.into_iter().filter(|_| places.is_some());
+    let builtin = builtin.chain(takes_turns.then_some(BLACKBOARD));
     let builtin: Vec<&str> = builtin.filter(|name| !parts.components.contains_key(*name)).collect();
     let components = builtin.iter().copied().chain(parts.components.keys().map(String::as_str));
     let components: Vec<(&str, ProcessId)> =
@@ -187,11 +198,7 @@ fn declare(
     let mut lines = Lines::default();
     for (name, component) in components {
         let offers: Vec<Offer> = match parts.components.get(name) {
-            Some(Component { interface, .. }) => {
-                interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
-                interface.requests().into_iter().for_each(|request| topology.understand(component, request));
-                Offer::of_interface(interface)
-            }
+            Some(Component { interface, .. }) => Offer::declare(interface, component, topology),
             None => operations.iter().filter(|operation| operation.component == name).map(Offer::from).collect(),
         };
         for client in clients.iter().filter(|client| client.name != name) {
@@ -200,13 +207,13 @@ fn declare(
         }
     }
     lines.declare(topology)?;
+    Ok((tree, places.map(|_| of_robot(topology))))
+}
+
+/// The components of a robot.
+fn of_robot(topology: &Topology) -> Processes {
     let id = |name| topology.find_process(name).expect("it has just been declared, or a component has its name");
-    let robot = places.map(|_| Processes {
-        battery_reader: id(BATTERY_READER),
-        localization: id(LOCALIZATION),
-        navigation: id(NAVIGATION),
-    });
-    Ok((tree, robot))
+    Processes { battery_reader: id(BATTERY_READER), localization: id(LOCALIZATION), navigation: id(NAVIGATION) }
 }
 
 /// Something that a component does for others: the messages that they send and receive.
@@ -222,7 +229,10 @@ impl From<&Operation> for Offer {
 }
 
 impl Offer {
-    fn of_interface(interface: &Interface) -> Vec<Self> {
+    /// What a component with this interface does. What it publishes and understands is declared, whoever uses it.
+    fn declare(interface: &Interface, component: ProcessId, topology: &mut Topology) -> Vec<Self> {
+        interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
+        interface.requests().into_iter().for_each(|request| topology.understand(component, request));
         let services = interface
             .services
             .iter()
@@ -280,12 +290,12 @@ fn declare_offers(
 ) {
     let asked = client.asks(name);
     // Requests that the component does not understand are refused by the machine's own check, at their locations in the
-    // file and with all known requests.
+    // file and with all known requests: the channel then carries all of them.
     let is_offered = |head: &&str| offers.iter().any(|offer| Offer::has(&offer.requests, head));
     let uses_all = client.uses_all(name);
-    let asks_all = !asked.iter().all(is_offered);
+    let asks_unknown = !asked.iter().all(is_offered);
     let is_used = |offer: &&Offer| {
-        asked.iter().any(|head| asks_all && !offer.requests.is_empty() || Offer::has(&offer.requests, head))
+        asked.iter().any(|head| asks_unknown && !offer.requests.is_empty() || Offer::has(&offer.requests, head))
     };
     let is_read = |offer: &&Offer| {
         let heads = || offer.replies.iter().flat_map(Shape::heads);

@@ -19,7 +19,8 @@ use crate::names::unknown;
 /// may be active together.
 pub type FaultyMachines = BTreeMap<Vec<usize>, Arc<Chart>>;
 
-/// The maximum number of combinations of faults of one skill's machine that may be active together.
+/// The maximum number of combinations of faults of one skill's machine that may be active together. Each is loaded before
+/// the run, and they double with each fault. Chosen, not measured.
 const MOST_COMBINATIONS: usize = 100;
 
 /// A machine's file: its name and its text.
@@ -29,11 +30,11 @@ type MachineFile = (String, String);
 struct Changing<'f> {
     index: usize,
     fault: &'f Fault,
-    change: Change,
+    change: LoadedChange,
 }
 
 /// The change of the machine.
-enum Change {
+enum LoadedChange {
     Replaced(MachineFile),
     Mutated(Mutation),
 }
@@ -93,10 +94,11 @@ impl FileReader<'_> {
         skill: &str,
         (name, text): &MachineFile,
         of_model: Option<&roaml::Machine>,
-    ) -> Option<Change> {
+    ) -> Option<LoadedChange> {
         Some(match change {
             MachineChange::Replaced(Spanned { value: path, span }) => {
                 let (name, mut text) = (path.display().to_string(), self.text(&span, "machine", &path)?);
+                // A machine of a model is written in RoAML's SCXML: the new one is translated as the old one was.
                 if let Some(machine) = of_model {
                     match machine.load_instead(&name, &text) {
                         Ok(other) => text = other.scxml().to_owned(),
@@ -106,9 +108,9 @@ impl FileReader<'_> {
                         }
                     }
                 }
-                Change::Replaced((name, text))
+                LoadedChange::Replaced((name, text))
             }
-            MachineChange::Mutated(mutation) => Change::Mutated(mutation),
+            MachineChange::Mutated(mutation) => LoadedChange::Mutated(mutation),
             MachineChange::MutatedAs(mistake) => {
                 let Some(found) = self.complaints.note(find_mutation(name, text, &mistake.value))? else {
                     let all = self.complaints.note(mutations(name, text))?;
@@ -117,7 +119,7 @@ impl FileReader<'_> {
                     self.complaints.push(unknown(&what, &mistake, all.iter().map(String::as_str)));
                     return None;
                 };
-                Change::Mutated(found)
+                LoadedChange::Mutated(found)
             }
         })
     }
@@ -140,6 +142,7 @@ impl FileReader<'_> {
                 break;
             }
             for combination in with_one {
+                // A fault that is wrong on its own is reported once, and not again in every combination.
                 let Some(chart) = self.machine(sound, &combination) else {
                     if combination.len() == 1 { break } else { continue }
                 };
@@ -170,13 +173,13 @@ impl FileReader<'_> {
 /// the mistakes of all the others.
 fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, SkillError> {
     let replacement = faults.iter().rev().find_map(|one| match &one.change {
-        Change::Replaced(file) => Some(file),
-        Change::Mutated(_) => None,
+        LoadedChange::Replaced(file) => Some(file),
+        LoadedChange::Mutated(_) => None,
     });
     let (name, text) = replacement.unwrap_or(sound);
     let mutated = faults.iter().filter_map(|one| match &one.change {
-        Change::Replaced(_) => None,
-        Change::Mutated(mutation) => Some((mutation, one.fault.words())),
+        LoadedChange::Replaced(_) => None,
+        LoadedChange::Mutated(mutation) => Some((mutation, one.fault.words())),
     });
     let (mutations, words): (Vec<&Mutation>, Vec<String>) = mutated.unzip();
     if mutations.is_empty() {

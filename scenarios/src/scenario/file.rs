@@ -310,7 +310,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         let help = "remove them: `faults = []`; a schedule itself determines which messages are lost";
         root.report(problem.with_label("this schedule").with_help(help));
     }
-    if matches!(premises, Some(None)) {
+    if matches!(premises, Ok(None)) {
         PremisesEntry::report_missing(root, &faults);
     }
     let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
@@ -321,7 +321,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         about,
         seed,
         folder,
-        premises: premises?,
+        premises: premises.ok()?,
         behavior: behavior?,
         leaves,
         components,

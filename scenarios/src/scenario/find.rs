@@ -12,12 +12,25 @@ pub struct Found {
     pub name: String,
     /// Its name on the command line: the name of a shipped scenario, or otherwise its path.
     pub argument: String,
+    /// What it is.
+    pub kind: FoundKind,
     /// The file's name in diagnostics.
     pub path: String,
     /// The text.
     pub text: String,
     /// Where the files that it names are looked up.
     pub files: Files,
+}
+
+/// What a command-line argument names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FoundKind {
+    /// A scenario that comes with steward.
+    Shipped,
+    /// A scenario file on disk.
+    OnDisk,
+    /// The main file of a RoAML model, which has no scenario file.
+    Model,
 }
 
 /// Finds a scenario by name or path.
@@ -47,7 +60,8 @@ fn by_name(name: &str) -> Result<Found, Error> {
     let path = shipped(name).ok_or_else(|| unknown(name))?;
     let files = Files::shipped();
     let text = files.read_text(Path::new(path)).map_err(|_| unknown(name))?;
-    Ok(Found { name: name.to_owned(), argument: name.to_owned(), path: path.to_owned(), text, files })
+    let kind = FoundKind::Shipped;
+    Ok(Found { name: name.to_owned(), argument: name.to_owned(), kind, path: path.to_owned(), text, files })
 }
 
 fn on_disk(path: &Path) -> Result<Found, Error> {
@@ -62,7 +76,8 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
     let name = path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy());
     let argument = path.display().to_string();
-    Ok(Found { name: name.into_owned(), path: argument.clone(), argument, text, files: Files::beside(folder) })
+    let (name, kind, files) = (name.into_owned(), FoundKind::OnDisk, Files::beside(folder));
+    Ok(Found { name, kind, path: argument.clone(), argument, text, files })
 }
 
 /// Whether a file is the main file of a RoAML model, which can be used directly as a scenario.
@@ -83,7 +98,7 @@ fn of_model(path: &Path) -> Found {
     let text = |text: &str| serde_json::Value::from(text).to_string();
     let about = text(&format!("The RoAML model {argument}."));
     let text = format!("about = {about}\nmodel = {}\n", text(&argument));
-    Found { name, path: argument.clone(), argument, text, files: Files::beside(".") }
+    Found { name, kind: FoundKind::Model, path: argument.clone(), argument, text, files: Files::beside(".") }
 }
 
 fn unknown(name: &str) -> Error {

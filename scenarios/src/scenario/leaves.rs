@@ -20,12 +20,12 @@ pub struct LeafEntry {
 
 /// Whether two scenarios have the same settings for all leaves.
 pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
-    let said = |entry: &LeafEntry| {
+    let settings = |entry: &LeafEntry| {
         let data: Vec<(String, Datum)> =
             entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
         (entry.leaf.value.clone(), entry.machine.as_ref().map(|machine| machine.value.clone()), data)
     };
-    these.iter().map(said).eq(those.iter().map(said))
+    these.iter().map(settings).eq(those.iter().map(settings))
 }
 
 /// Reads the table `leaves`.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use components::NAVIGATION;
@@ -15,10 +15,10 @@ use skills::Chart;
 
 use super::file_reader::FileReader;
 use super::{
-    Behavior, BehaviorFiles, Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill,
-    WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
+    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMadeKind, Scenario,
+    ScenarioFile, Skill, WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
 };
-use crate::error::{Complaints, Error};
+use crate::error::{Complaints, Error, Recorded};
 use crate::faults::Effect;
 use crate::names::unknown;
 use crate::processes::BUILTIN;
@@ -103,6 +103,16 @@ fn model_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
     file.behavior.model().map(|model| &model.path)
 }
 
+/// The places on a scenario's map.
+#[derive(Clone, Copy)]
+enum PlacesOfMap<'p> {
+    /// There is no map, and therefore no robot.
+    NoMap,
+    /// They could not be loaded.
+    Refused,
+    Read(&'p PlacesFile),
+}
+
 /// What decides in a scenario, as far as it could be loaded.
 #[derive(Default)]
 struct Parts {
@@ -137,38 +147,29 @@ struct Loader<'a> {
 impl<'a> Loader<'a> {
     fn load(&mut self, mut file: ScenarioFile) -> Option<Scenario> {
         // The model comes first: it sets what the scenario does not.
-        let model = match file.behavior.model().cloned() {
-            Some(entry) => {
-                let known = self.like.filter(|_| self.shares(&file, model_of)).and_then(Scenario::model);
-                Some(self.reader.model(&entry, known, &mut file.execution)?)
-            }
-            None => None,
-        };
+        let model = self.model(&mut file).ok()?;
         let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
-        let places = floor.as_ref().map(|(_, places)| places.as_deref());
+        let places = match &floor {
+            None => PlacesOfMap::NoMap,
+            Some((_, None)) => PlacesOfMap::Refused,
+            Some((_, Some(places))) => PlacesOfMap::Read(places),
+        };
         let Parts { behavior, skills, components, driven_to } = match (&model, file.behavior.files()) {
             (None, Some(files)) => self.parts(&file, files, places),
             (Some(model), _) => Parts::of_model(model),
             (None, None) => Parts::default(),
         };
-        let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
+        let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to).ok_or(Recorded));
         let machines = skills.as_ref().zip(components.as_ref());
         let machines = machines
             .map(|(skills, components)| self.reader.faulty_machines(&file, model.as_deref(), skills, components));
         self.check_fault_components(&file, components.as_ref());
         let properties = self.properties(&file);
         let watching = self.watching(&file);
-        let same_monitors = |like: &&Scenario| {
-            let same_model = self.shares(&file, model_of) || model.is_none() && like.model().is_none();
-            same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
-        };
-        let monitoring = self.like.filter(same_monitors).map(|like| like.monitoring.clone());
+        let monitoring = self.shared_monitoring(&file, &properties);
         Some(Scenario {
             name: self.found.name.clone(),
-            premises: match premises {
-                Some(premises) => Some(premises?),
-                None => None,
-            },
+            premises: premises.transpose().ok()?,
             behavior: behavior?,
             skills: skills?,
             components: components?,
@@ -177,22 +178,42 @@ impl<'a> Loader<'a> {
             watching,
             schedule: None,
             monitoring: monitoring.unwrap_or_default(),
-            origin: Origin {
-                argument: self.found.argument.clone(),
-                text: self.found.text.clone(),
-                overrides: self.overrides.to_vec(),
-                recorded: None,
-            },
+            origin: self.origin(),
             file,
         })
     }
 
-    /// Tree, skills and components from files of the scenario's own. `places` is `None` without a map, and its content
-    /// is `None` if the places could not be loaded.
-    fn parts(&mut self, file: &ScenarioFile, files: &BehaviorFiles, places: Option<Option<&PlacesFile>>) -> Parts {
+    fn origin(&self) -> Origin {
+        let Found { argument, text, .. } = self.found.clone();
+        Origin { argument, text, overrides: self.overrides.to_vec(), recorded: None }
+    }
+
+    fn model(&mut self, file: &mut ScenarioFile) -> Result<Option<Arc<Model>>, Recorded> {
+        let Some(entry) = file.behavior.model().cloned() else { return Ok(None) };
+        let known = self.like.filter(|_| self.shares(file, model_of)).and_then(Scenario::model);
+        self.reader.model(&entry, known, &mut file.execution).map(Some).ok_or(Recorded)
+    }
+
+    /// The monitors of the scenario to share with, once made, if this one has the same.
+    fn shared_monitoring(
+        &self,
+        file: &ScenarioFile,
+        properties: &[(String, String)],
+    ) -> Option<OnceLock<Arc<Monitoring>>> {
+        let like = self.like?;
+        // A model is the same if its path and folder are; properties are compared by their texts, and ready-made monitors
+        // not at all.
+        let same_model = self.shares(file, model_of) || file.behavior.model().is_none() && like.model().is_none();
+        let is_same =
+            same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty();
+        is_same.then(|| like.monitoring.clone())
+    }
+
+    /// Tree, skills and components from files of the scenario's own.
+    fn parts(&mut self, file: &ScenarioFile, files: &BehaviorFiles, places: PlacesOfMap<'_>) -> Parts {
         let tree = self.tree(file, files);
         let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
-        let components = self.components_of(file, places.flatten());
+        let components = self.components_of(file, places);
         let driven_to = match (&tree, &skills, &components) {
             (Some(tree), Some(skills), Some(components)) => {
                 self.check_machines(file, &declaration::Parts { tree, skills, components }, places)
@@ -203,23 +224,22 @@ impl<'a> Loader<'a> {
     }
 
     /// Checks that skills and components fit together, unless they are the same as in the scenario to share with.
-    /// Returns the places to which skills always drive, each with one such skill. `places` is `None` without a map, and
-    /// its content is `None` if the places could not be loaded.
+    /// Returns the places to which skills always drive, each with one such skill.
     fn check_machines(
         &mut self,
         file: &ScenarioFile,
         parts: &declaration::Parts<'_>,
-        places: Option<Option<&PlacesFile>>,
+        places: PlacesOfMap<'_>,
     ) -> BTreeMap<String, String> {
         let same = self.like.filter(|like| like.premises.is_some() == file.premises.is_some());
         let same = same.filter(|_| self.shares(file, places_of) && self.shares_skills(file));
         match (same, places) {
             (Some(like), _) => like.premises.as_ref().map_or_else(BTreeMap::new, |premises| premises.driven_to.clone()),
-            (None, Some(None)) => BTreeMap::new(),
-            (None, Some(Some(places))) => {
+            (None, PlacesOfMap::Refused) => BTreeMap::new(),
+            (None, PlacesOfMap::Read(places)) => {
                 declaration::check_machines(parts, Some(places.places()), self.reader.complaints)
             }
-            (None, None) => declaration::check_machines(parts, None, self.reader.complaints),
+            (None, PlacesOfMap::NoMap) => declaration::check_machines(parts, None, self.reader.complaints),
         }
     }
 
@@ -232,6 +252,7 @@ impl<'a> Loader<'a> {
         driven_to: BTreeMap<String, String>,
     ) -> Option<Premises> {
         let entry = file.premises.as_ref()?;
+        // Everything is checked before the first `?`, so that all problems are reported at once.
         let poses = places
             .as_ref()
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
@@ -344,6 +365,7 @@ impl<'a> Loader<'a> {
             if let Effect::Goal(to) = &effect
                 && own.contains(&NAVIGATION)
             {
+                // Only the driver of the built-in component takes goals that are not messages.
                 let problem = to.span.problem(format!("{NAVIGATION} is a component of this scenario"));
                 let problem = problem.with_label("a goal for the built-in one");
                 self.reader.complaints.push(problem.with_help("send it one of the messages that it understands"));
@@ -363,17 +385,17 @@ impl<'a> Loader<'a> {
         }
     }
 
-    fn components_of(
-        &mut self,
-        file: &ScenarioFile,
-        places: Option<&PlacesFile>,
-    ) -> Option<BTreeMap<String, Component>> {
+    fn components_of(&mut self, file: &ScenarioFile, places: PlacesOfMap<'_>) -> Option<BTreeMap<String, Component>> {
         let is_same = |like: &&Scenario| {
             self.shares(file, places_of) && component_entry::same_components(&like.file.components, &file.components)
         };
         match self.like.filter(is_same) {
             Some(like) => Some(like.components.clone()),
-            None => self.reader.components(file, places.map_or(&Places::default(), PlacesFile::places)),
+            None => {
+                let none = Places::default();
+                let places = if let PlacesOfMap::Read(places) = places { places.places() } else { &none };
+                self.reader.components(file, places)
+            }
         }
     }
 

@@ -72,6 +72,7 @@ impl Monitoring {
         };
         if let (Some(model), Some(entry)) = (model, file.behavior.model()) {
             for (property, monitor) in model.properties.iter().zip(model.monitors(topology)) {
+                // It has no description: its formula takes the place of one.
                 let roaml::Property { name, formula, .. } = property.clone();
                 let summary = formula.clone();
                 made.add(

@@ -21,6 +21,7 @@ pub(super) fn check_places(
     places: &Places,
     complaints: &mut Complaints,
 ) -> Option<(Pose, Option<Pose>)> {
+    // All names are looked up, also those whose poses nobody needs here: every unknown one is reported.
     let expect = &file.expect;
     let named = expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&sites.destination);
     for name in named {
@@ -90,6 +91,7 @@ pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: 
         seen.push(name);
         let goal = Goal::to(place);
         let Err(error) = reach.check(&start, &goal) else { continue };
+        // From such a start, no place can be reached: reporting each of them would hide the reason.
         if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
             let span = match &sites.start.value {
                 Start::Named(name) => places.span(name),

@@ -14,7 +14,8 @@ use sim::{Building, SimConfig};
 
 use super::robot::read_sim;
 use super::world::{WorldBody, read_world};
-use crate::faults::Fault;
+use crate::error::Recorded;
+use crate::faults::{Fault, Trigger};
 use crate::files::named;
 
 /// The contents of a scenario file that concern its map and the robot on it.
@@ -75,13 +76,12 @@ const OF_A_ROBOT: [(&str, &[&str]); 3] = [
 ];
 
 impl PremisesEntry {
-    /// Reads the parts of a file that concern its map, if it has one. `None` after recording problems.
-    #[expect(clippy::option_option, reason = "a file may have no map, or a wrong one")]
-    pub(super) fn read(root: Table<'_>) -> Option<Option<Self>> {
+    /// Reads the parts of a file that concern its map, if it has one.
+    pub(super) fn read(root: Table<'_>) -> Result<Option<Self>, Recorded> {
         let map = root.text("map").try_map(|path, span| Ok(named(path, span))).spanned();
         if !root.has("map") {
             ON_A_MAP.into_iter().for_each(|key| root.know(key));
-            return Some(None);
+            return Ok(None);
         }
         let map = map.optional();
         let places = root.text("places").try_map(|path, span| Ok(named(path, span))).spanned().optional();
@@ -89,7 +89,8 @@ impl PremisesEntry {
         let mut sim = read_sim(root);
         let world = read_world(root);
         sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
-        Some(Some(Self { map: map?, places, sites: sites?, sim, world }))
+        let (map, sites) = map.zip(sites).ok_or(Recorded)?;
+        Ok(Some(Self { map, places, sites, sim, world }))
     }
 
     /// Reports every part of a file without a map that concerns a map or the robot on it, each at its location.
@@ -117,7 +118,7 @@ impl PremisesEntry {
         for fault in faults {
             if fault.needs_robot() {
                 report(fault.arguments().span(), &format!("a fault `{}`", fault.kind().name));
-            } else if let crate::faults::Trigger::Near { place, .. } = &fault.timing.trigger {
+            } else if let Trigger::Near { place, .. } = &fault.timing.trigger {
                 report(&place.span, "the trigger `near`");
             }
         }

@@ -73,6 +73,7 @@ impl FileReader<'_> {
             }
             skills.insert(leaf.process().to_owned(), skill);
         }
+        // One error for all leaves: it shows each of them in the tree's file.
         if !problems.is_empty() {
             self.complaints.push(tree.error(&problems));
         }
@@ -102,25 +103,17 @@ impl FileReader<'_> {
         problems: &mut Vec<Problem>,
     ) -> Option<(PathBuf, Arc<Chart>)> {
         let paths = candidates(folder, leaf, entry);
+        let named = entry.and_then(|entry| entry.machine.as_ref());
         for path in &paths {
             if let Some(known) = machines.get(path) {
                 return Some((path.clone(), Arc::clone(known.as_ref()?)));
             }
-            match (self.files.read_text(path), entry.and_then(|entry| entry.machine.as_ref())) {
+            match (self.files.read_text(path), named) {
                 (Ok(text), named) => {
                     let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
-                    let called = |chart: &&Arc<Chart>| path.file_stem().is_none_or(|stem| stem == chart.name());
-                    if let Some(other) = chart.as_ref().filter(|chart| named.is_none() && !called(chart)) {
-                        let file = path.display();
-                        let message =
-                            format!("the machine of `{}`, {file}, has the name `{}`", leaf.process(), other.name());
-                        let help = format!(
-                            "its `name` should be that of its file; if this is intended, add to the scenario: [leaves.{}] machine = \"{}\"",
-                            key(leaf.process()),
-                            path.file_name().unwrap_or_default().display()
-                        );
-                        problems.push(tree.problem_at(leaf.id(), message, "this leaf", help));
-                    }
+                    // A file that the scenario names may be shared by leaves with other names.
+                    let found = chart.as_ref().filter(|_| named.is_none());
+                    problems.extend(found.and_then(|chart| misnamed(tree, leaf, path, chart)));
                     return Some((path.clone(), machines.entry(path.clone()).or_insert(chart).clone()?));
                 }
                 (Err(error), Some(named)) => {
@@ -136,16 +129,7 @@ impl FileReader<'_> {
                 }
             }
         }
-        let files: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        let message = match files.as_slice() {
-            [] => format!("the leaf `{}` has no machine", leaf.process()),
-            files => format!("the leaf `{}` has no machine: there is no {}", leaf.process(), files.join(" and no ")),
-        };
-        let help = format!(
-            "add the file, or name another one in the scenario: [leaves.{}] machine = \"…\"",
-            key(leaf.process())
-        );
-        problems.push(tree.problem_at(leaf.id(), message, "no machine for this leaf", help));
+        problems.push(without_machine(tree, leaf, &paths));
         None
     }
 
@@ -166,6 +150,32 @@ impl FileReader<'_> {
             self.complaints.push(problem);
         }
     }
+}
+
+/// The problem of a machine that has another name than its file.
+fn misnamed(tree: &Tree, leaf: &Node, path: &Path, chart: &Chart) -> Option<Problem> {
+    if path.file_stem().is_none_or(|stem| stem == chart.name()) {
+        return None;
+    }
+    let message = format!("the machine of `{}`, {}, has the name `{}`", leaf.process(), path.display(), chart.name());
+    let help = format!(
+        "its `name` should be that of its file; if this is intended, add to the scenario: [leaves.{}] machine = \"{}\"",
+        key(leaf.process()),
+        path.file_name().unwrap_or_default().display()
+    );
+    Some(tree.problem_at(leaf.id(), message, "this leaf", help))
+}
+
+/// The problem of a leaf whose machine is in none of these files.
+fn without_machine(tree: &Tree, leaf: &Node, paths: &[PathBuf]) -> Problem {
+    let files: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let message = match files.as_slice() {
+        [] => format!("the leaf `{}` has no machine", leaf.process()),
+        files => format!("the leaf `{}` has no machine: there is no {}", leaf.process(), files.join(" and no ")),
+    };
+    let help =
+        format!("add the file, or name another one in the scenario: [leaves.{}] machine = \"…\"", key(leaf.process()));
+    tree.problem_at(leaf.id(), message, "no machine for this leaf", help)
 }
 
 /// A name as a TOML key.

@@ -17,7 +17,7 @@ use crate::names::unknown;
 use crate::occurrences::occurrences;
 use crate::scenario::ready_made::{Content, WatchingMachine};
 
-/// Further errors of one machine are not recorded.
+/// Further errors of one machine are not recorded: a report shows them all. Chosen, not measured.
 const MOST_ERRORS: usize = 20;
 
 /// A machine that monitors a run.
@@ -28,7 +28,7 @@ const MOST_ERRORS: usize = 20;
 pub struct MachineMonitor {
     name: String,
     machine: Machine,
-    rules: Arc<[Rule]>,
+    rules: Arc<[MessageRule]>,
     /// The states in which the property is violated, and those in which an obligation is pending.
     violated_in: Arc<[StateId]>,
     pending_in: Arc<[StateId]>,
@@ -39,7 +39,7 @@ pub struct MachineMonitor {
 
 /// A rule that maps messages to an event.
 #[derive(Debug)]
-struct Rule {
+struct MessageRule {
     channel: ChannelId,
     condition: MessageCondition,
     event: Arc<str>,
@@ -63,9 +63,10 @@ impl MachineMonitor {
         topology: &Topology,
         complaints: &mut Complaints,
     ) -> Option<Self> {
+        // Everything is looked up before anything is refused, so that all problems are reported at once.
         let violated_in = states(chart, &file.violated_in, complaints);
         let pending_in = states(chart, &file.pending_in, complaints);
-        let rules: Vec<Option<Vec<Rule>>> =
+        let rules: Vec<Option<Vec<MessageRule>>> =
             file.events.iter().map(|rule| rules(chart, rule, topology, complaints)).collect();
         if let Some((process, message)) = chart.channel_messages().first() {
             let problem = file.machine.span.problem(format!("the monitor sends <{message}> to {process}"));
@@ -74,7 +75,7 @@ impl MachineMonitor {
             return None;
         }
         let (violated_in, pending_in) = (violated_in?, pending_in?);
-        let rules: Vec<Rule> = rules.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten().collect();
+        let rules: Vec<MessageRule> = rules.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten().collect();
         let mut monitor = Self {
             name: name.to_owned(),
             machine: Machine::new(Arc::clone(chart)),
@@ -118,15 +119,16 @@ impl MachineMonitor {
 
     /// Lets the machine move, and updates its verdict.
     fn run(&mut self, tick: Option<u64>, now: Duration, go: impl FnOnce(&mut Machine, &mut dyn Host)) {
-        let mut watch = Watch { violated_in: &self.violated_in, violated: false, said: Vec::new() };
+        let mut watch = Watch { violated_in: &self.violated_in, violated: false, messages: Vec::new() };
         self.machine.fire_timers(now, &mut watch);
         go(&mut self.machine, &mut watch);
         self.violated |= watch.violated;
-        for said in watch.said {
+        for message in watch.messages {
             // The same error recurs; only its first occurrence is worth reporting.
-            let known = self.errors.iter().any(|error| error.starts_with(&said));
+            let known = self.errors.iter().any(|error| error.starts_with(&message));
             if !known && self.errors.len() < MOST_ERRORS {
-                self.errors.push(tick.map_or_else(|| said.clone(), |tick| format!("{said}; first at tick {tick}")));
+                self.errors
+                    .push(tick.map_or_else(|| message.clone(), |tick| format!("{message}; first at tick {tick}")));
             }
         }
     }
@@ -159,18 +161,18 @@ impl Monitor for MachineMonitor {
         if self.violated {
             return;
         }
-        let told: Vec<skills::Event> = match &event.kind {
+        let events: Vec<skills::Event> = match &event.kind {
             EventKind::Tick => Vec::new(),
             EventKind::Received { channel, message } => {
                 let rules = self.rules.iter().filter(|rule| rule.channel == *channel && rule.condition.holds(message));
                 rules.map(|rule| rule.event(message)).collect()
             }
         };
-        if told.is_empty() && self.machine.next_timer().is_none_or(|due| due > event.time) {
+        if events.is_empty() && self.machine.next_timer().is_none_or(|due| due > event.time) {
             return;
         }
         self.run(Some(event.tick), event.time, |machine, host| {
-            for event_of_machine in told {
+            for event_of_machine in events {
                 machine.handle(event_of_machine, event.time, host);
             }
         });
@@ -218,7 +220,7 @@ impl Monitor for MachineMonitor {
     }
 }
 
-impl Rule {
+impl MessageRule {
     fn event(&self, message: &Message) -> skills::Event {
         let members = self.data.iter().map(|(name, content)| (Arc::clone(name), content.datum(message)));
         // Only a text of several megabytes is too large; the machine then sees no data.
@@ -262,13 +264,13 @@ fn rules(
     rule: &crate::scenario::ready_made::EventRule,
     topology: &Topology,
     complaints: &mut Complaints,
-) -> Option<Vec<Rule>> {
+) -> Option<Vec<MessageRule>> {
     let Spanned { value: name, span } = &rule.event;
     if !chart.hears(name) {
         deaf(chart, name, span, complaints);
     }
     let events = occurrences(&rule.when, topology, complaints)?;
-    let rule = |event: monitors::EventAtom| Rule {
+    let rule = |event: monitors::EventAtom| MessageRule {
         channel: event.channel,
         condition: event.condition,
         event: name.as_str().into(),
@@ -292,7 +294,7 @@ fn deaf(chart: &Chart, name: &str, span: &Span, complaints: &mut Complaints) {
 struct Watch<'w> {
     violated_in: &'w [StateId],
     violated: bool,
-    said: Vec<String>,
+    messages: Vec<String>,
 }
 
 impl Host for Watch<'_> {
@@ -302,8 +304,10 @@ impl Host for Watch<'_> {
 
     fn note(&mut self, note: Note) {
         match note {
-            Note::Error { event, reason, .. } => self.said.push(format!("{event}: {reason}")),
-            Note::Stuck { microsteps } => self.said.push(format!("it did not come to rest in {microsteps} microsteps")),
+            Note::Error { event, reason, .. } => self.messages.push(format!("{event}: {reason}")),
+            Note::Stuck { microsteps } => {
+                self.messages.push(format!("it did not come to rest in {microsteps} microsteps"))
+            }
             _ => {}
         }
     }
@@ -315,6 +319,8 @@ impl Host for Watch<'_> {
 
 impl Picture {
     fn new(name: &str, chart: &Chart, violated_in: &[StateId]) -> Self {
+        // A machine with parallel states is in several states at once, but a graph is in one location: it is the region
+        // that contains the violation.
         let around = |state: StateId| std::iter::successors(Some(state), |state| chart.state(*state).parent());
         let is_region = |state: &StateId| {
             chart.state(*state).parent().is_none_or(|parent| chart.state(parent).kind() == StateKind::Parallel)
