@@ -16,9 +16,10 @@ use components::BatteryReader;
 use explorer::{Path, PathStep};
 use robot::BatteryState;
 
-use super::environment::{Bounds, Since, battery_in};
+use super::battery::{Bounds, Since};
+use super::environment::battery_in;
 use super::faults::{inside_mut, is_out};
-use super::levels::{Class, FULL, Levels, Micros};
+use super::levels::{Class, FULL, Levels, Micros, Rates};
 
 /// The number of an empty battery, from which all levels are measured.
 const ZERO: usize = 0;
@@ -45,8 +46,35 @@ struct Moment {
     is_tick: bool,
 }
 
+/// What becomes of a run over classes of levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Concretized {
+    /// A battery can have its levels.
+    Possible,
+    /// None can, and the classes are now finer.
+    Refined,
+    /// None can, however finely levels are distinguished.
+    Spurious,
+}
+
+/// Gives a run concrete levels. If no battery can have them, the classes are refined, so that another search does not
+/// find this run: counterexample-guided abstraction refinement.
+pub(super) fn concretize(path: &mut Path, levels: &mut Levels, bounds: &Bounds) -> Concretized {
+    if let Some(possible) = run(path, levels, bounds) {
+        *path = possible;
+        return Concretized::Possible;
+    }
+    match levels.refined(bounds.rates).filter(|refined| refined != levels) {
+        Some(refined) => {
+            *levels = refined;
+            Concretized::Refined
+        }
+        None => Concretized::Spurious,
+    }
+}
+
 /// The run with concrete levels. `None` if no battery can have them.
-pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
+fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
     let steps = path.steps();
     let moment = |(step, taken): (usize, &PathStep)| {
         let PathStep::Environment { state, .. } = taken else { return None };
@@ -69,11 +97,11 @@ pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path>
     for (Moment { step, class, is_charging, .. }, level_pct) in moments.into_iter().zip(found) {
         let PathStep::Environment { words, update, .. } = &mut steps[step] else { continue };
         *words = words.replace(&levels.words(class), &format!("{} %", recording::decimals(level_pct, 6)));
-        let told = Arc::clone(update);
+        let with_class = Arc::clone(update);
         *update = Arc::new(move |id: ProcessId, process: &mut dyn Process, now: Duration| {
             let was_out = is_out(process);
-            told(id, process, now);
-            // A component that is out is told nothing.
+            with_class(id, process, now);
+            // A component that is out receives nothing.
             if !(was_out && is_out(process))
                 && let Some(reader) = inside_mut(process).as_any_mut().downcast_mut::<BatteryReader>()
             {
@@ -86,7 +114,7 @@ pub(super) fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path>
 }
 
 /// The bounds on the levels of a run, corresponding to those on classes in
-/// [`Battery::levels_after`](super::environment::Battery::levels_after). `ranges` says which levels may stand for a
+/// [`BatteryModel::levels_after`](super::battery::BatteryModel::levels_after). `ranges` gives the levels that may stand for a
 /// class: from the first to the second, or only between them.
 fn all_bounds(
     moments: &[Moment],
@@ -95,43 +123,45 @@ fn all_bounds(
     ranges: &dyn Fn(Class) -> [(Micros, bool); 2],
 ) -> Vec<Bound> {
     let mut all = Vec::new();
-    let mut at_most = |level, base, most, is_strict| all.push(Bound { level, base, most, is_strict });
     // The number of the level at the last tick, and what the battery has done since.
     let (mut at_tick, mut since) = (ZERO, Since::Drained);
     for (index, &Moment { class, is_charging, is_tick, .. }) in moments.iter().enumerate() {
-        let (level, previous) = (index + 1, index);
+        let level = index + 1;
         let [(low, is_above), (high, is_below)] = ranges(class);
-        at_most(level, ZERO, high, is_below);
-        at_most(ZERO, level, -low, is_above);
+        all.push(Bound { level, base: ZERO, most: high, is_strict: is_below });
+        all.push(Bound { level: ZERO, base: level, most: -low, is_strict: is_above });
         if index == 0 {
-            at_most(level, ZERO, bounds.start.1, false);
-            at_most(ZERO, level, -bounds.start.0, false);
-        }
-        let as_now = if is_charging { Since::Charged } else { Since::Drained };
-        if index > 0 {
+            all.extend([at_most(level, ZERO, bounds.start.1), at_most(ZERO, level, -bounds.start.0)]);
+        } else {
             since = since.and(is_charging);
-            match since {
-                Since::Drained => {
-                    at_most(level, previous, 0, false);
-                    at_most(at_tick, level, bounds.rates.drain, false);
-                }
-                Since::Charged => {
-                    at_most(previous, level, 0, false);
-                    // A full battery stays full.
-                    if is_tick && levels.ends(class).0 < FULL {
-                        at_most(at_tick, level, -bounds.rates.charge, false);
-                    }
-                }
-                Since::Mixed => {
-                    (at_tick..=previous).for_each(|earlier| at_most(earlier, level, bounds.rates.drain, false));
-                }
-            }
+            // A full battery stays full.
+            let gains = is_tick && levels.ends(class).0 < FULL;
+            all.extend(bounds_since_tick(since, at_tick, level, gains, bounds.rates));
         }
         if is_tick || index == 0 {
-            (at_tick, since) = (level, as_now);
+            (at_tick, since) = (level, if is_charging { Since::Charged } else { Since::Drained });
         }
     }
     all
+}
+
+/// The bounds on a level that follow from those since the last tick. `gains` tells whether a battery that was charged
+/// throughout must have gained something.
+fn bounds_since_tick(since: Since, at_tick: usize, level: usize, gains: bool, rates: Rates) -> Vec<Bound> {
+    let previous = level - 1;
+    match since {
+        Since::Drained => vec![at_most(level, previous, 0), at_most(at_tick, level, rates.drain)],
+        Since::Charged => {
+            let gain = gains.then(|| at_most(at_tick, level, -rates.charge));
+            std::iter::once(at_most(previous, level, 0)).chain(gain).collect()
+        }
+        // From wherever it was since then, it has lost no more than a tick's drain.
+        Since::Mixed => (at_tick..=previous).map(|earlier| at_most(earlier, level, rates.drain)).collect(),
+    }
+}
+
+fn at_most(level: usize, base: usize, most: Micros) -> Bound {
+    Bound { level, base, most, is_strict: false }
 }
 
 /// Levels that satisfy all bounds, in percent, each as high as possible; `None` if there are none.

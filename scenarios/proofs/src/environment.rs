@@ -8,14 +8,15 @@ use components::{BatteryReader, Localization, Navigation, TripStatus};
 use explorer::{Environment, EnvironmentState, Instant, Move};
 use scenarios::scenario::schedule::DriverData;
 
+use super::battery::{BatteryModel, BatteryUpdate, Charge, Since};
 use super::faults::{inside, is_out};
-use super::levels::{Class, FULL, Levels, Micros, Rates};
+use super::levels::Class;
 
 /// A robot's battery, Localization and Navigation, which may do anything that the assumptions allow.
 #[derive(Clone, Debug)]
 pub(crate) struct RobotEnvironment {
     driven: Vec<ProcessId>,
-    battery: Option<Battery>,
+    battery: Option<BatteryModel>,
     localization: Option<ProcessId>,
     trips: Trips,
     /// The places that some part asks about, drives to, or passes.
@@ -31,25 +32,6 @@ const STATUSES: [TripStatus; 3] = [TripStatus::Running, TripStatus::Success, Tri
 
 /// The number of a place at which the robot may be.
 type Spot = usize;
-
-/// The battery and its driver.
-#[derive(Clone, Debug)]
-pub(crate) struct Battery {
-    pub(crate) process: ProcessId,
-    pub(crate) levels: Levels,
-    /// The bounds of its level; `None` if it may jump.
-    pub(crate) bounds: Option<Bounds>,
-}
-
-/// The bounds of a battery's level.
-#[derive(Clone, Debug)]
-pub(crate) struct Bounds {
-    pub(crate) rates: Rates,
-    /// The lowest and the highest level at the start.
-    pub(crate) start: (Micros, Micros),
-    /// From this level on, it may stop charging at the station.
-    pub(crate) is_full_from: Micros,
-}
 
 /// Navigation and its driver.
 #[derive(Clone, Debug)]
@@ -76,8 +58,8 @@ pub(crate) struct Ground {
 
 /// The state that is remembered from one instant to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct State {
-    /// Whether the drivers have told the processes anything yet.
+struct WorldState {
+    /// Whether the drivers have given the processes any data yet.
     has_begun: bool,
     at: Option<Spot>,
     /// The number of ticks since the trip began, if trips are bounded.
@@ -86,30 +68,7 @@ struct State {
     charge: Charge,
 }
 
-/// A battery whose level is bounded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Charge {
-    level: Class,
-    /// The level at the last tick or, if it was both charged and drained since then, the highest since then: it has
-    /// lost no more than a tick's drain from there.
-    reference: Class,
-    is_charging: bool,
-    /// What it has done since the last tick.
-    since: Since,
-}
-
-/// What a battery has done throughout the time since the last tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Since {
-    /// It was not charged.
-    #[default]
-    Drained,
-    Charged,
-    /// Both, one after the other.
-    Mixed,
-}
-
-impl State {
+impl WorldState {
     fn encoded(self) -> EnvironmentState {
         let Charge { level, reference, is_charging, since } = self.charge;
         let at = self.at.map_or(-1, |at| at as i64);
@@ -133,7 +92,7 @@ impl State {
 /// The class of the battery's level in a state of the environment, and whether the battery is being charged. Faults add
 /// numbers of their own to the state.
 pub(super) fn battery_in(state: &[i64]) -> (Class, bool) {
-    let Charge { level, is_charging, .. } = State::decoded(state).charge;
+    let Charge { level, is_charging, .. } = WorldState::decoded(state).charge;
     (level, is_charging)
 }
 
@@ -146,17 +105,9 @@ struct Leg {
     status: Option<TripStatus>,
 }
 
-/// What the battery's driver reports after a move.
-#[derive(Clone, Copy, Debug)]
-struct Reading {
-    class: Class,
-    is_charging: bool,
-    charge: Charge,
-}
-
 impl RobotEnvironment {
     pub(crate) fn new(
-        battery: Option<Battery>,
+        battery: Option<BatteryModel>,
         localization: Option<ProcessId>,
         trips: Trips,
         Ground { places, known, station, start }: Ground,
@@ -177,7 +128,7 @@ impl RobotEnvironment {
     }
 
     /// How the trip may continue.
-    fn legs(&self, state: State, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
+    fn legs(&self, state: WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
         let navigation: Option<&Navigation> = self.process(driven, self.trips.process);
         let trip = navigation.and_then(|navigation| Some((navigation.trip_place()?, navigation.trip_status()?)));
         let is_new = navigation.is_some_and(Navigation::has_orders);
@@ -213,60 +164,40 @@ impl RobotEnvironment {
     }
 
     /// What the battery's driver may report.
-    fn readings(&self, state: State, leg: Leg, instant: Instant) -> Vec<Option<Reading>> {
+    fn battery_updates(&self, state: WorldState, leg: Leg, instant: Instant) -> Vec<Option<BatteryUpdate>> {
         let Some(battery) = &self.battery else { return vec![None] };
         let is_docked = leg.at.is_some() && leg.at == self.station;
-        let mut readings = Vec::new();
-        let Some(bounds) = &battery.bounds else {
-            for class in 0..battery.levels.len() {
-                readings.push(Some(Reading { class, is_charging: false, charge: Charge::default() }));
-                if is_docked {
-                    readings.push(Some(Reading { class, is_charging: true, charge: Charge::default() }));
-                }
-            }
-            return readings;
-        };
-        for is_charging in [false, true] {
-            if is_charging && !is_docked {
-                continue;
-            }
-            for class in battery.levels_after(bounds, state, is_charging, instant) {
-                let is_driving = leg.status == Some(TripStatus::Running);
-                if is_docked && !is_charging && !is_driving && class < battery.levels.class(bounds.is_full_from) {
-                    continue;
-                }
-                let charge = state.charge.after(state.has_begun, class, is_charging, instant);
-                readings.push(Some(Reading { class, is_charging, charge }));
-            }
-        }
-        readings
+        let is_driving = leg.status == Some(TripStatus::Running);
+        let charge = state.has_begun.then_some(state.charge);
+        battery.updates(charge, is_docked, is_driving, instant).into_iter().map(Some).collect()
     }
 
     /// What may happen to the trip and to the battery.
     fn choices(
         &self,
-        state: State,
+        state: WorldState,
         driven: &[&dyn Process],
         instant: Instant,
-    ) -> impl Iterator<Item = (Leg, Option<Reading>)> {
+    ) -> impl Iterator<Item = (Leg, Option<BatteryUpdate>)> {
         let legs = self.legs(state, driven, instant).into_iter();
-        legs.flat_map(move |leg| self.readings(state, leg, instant).into_iter().map(move |reading| (leg, reading)))
+        legs.flat_map(move |leg| self.battery_updates(state, leg, instant).into_iter().map(move |update| (leg, update)))
     }
 
-    fn made(&self, leg: Leg, reading: Option<Reading>) -> Move {
-        let charge = reading.map(|reading| reading.charge).unwrap_or_default();
-        let state = State { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
-        let told = [
-            reading.map(|Reading { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
+    fn made(&self, leg: Leg, update: Option<BatteryUpdate>) -> Move {
+        let charge = update.map(|update| update.charge).unwrap_or_default();
+        let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
+        let numbers = [
+            update.map(|BatteryUpdate { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
             self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u32)),
             self.trips.process.map(|_| leg.status.map_or(0, |status| 1 + status as u32)),
         ];
-        Move { state: state.encoded(), told: told.into_iter().flatten().collect() }
+        Move { state: state.encoded(), told: numbers.into_iter().flatten().collect() }
     }
 
     /// The changes for the processes, in words.
-    fn in_words(&self, before: State, leg: Leg, reading: Option<Reading>, driven: &Driven<'_>) -> String {
+    fn in_words(&self, before: WorldState, leg: Leg, update: Option<BatteryUpdate>, driven: &Driven<'_>) -> String {
         let mut parts = Vec::new();
+        // Only what changes is worth mentioning. An arrival implies where the robot is.
         let place = |at: Option<Spot>| at.map(|at| self.places[at].as_str());
         let to = driven.navigation.and_then(Navigation::trip_place);
         let was_running = driven.navigation.and_then(Navigation::trip_status) == Some(TripStatus::Running);
@@ -286,7 +217,9 @@ impl RobotEnvironment {
                 }
             }
         }
-        if let Some((Reading { class, is_charging, .. }, Battery { levels, .. })) = reading.zip(self.battery.as_ref()) {
+        if let Some((BatteryUpdate { class, is_charging, .. }, BatteryModel { levels, .. })) =
+            update.zip(self.battery.as_ref())
+        {
             let was = driven.battery.and_then(BatteryReader::reading);
             let level_pct = levels.level_pct(class);
             if was.is_none_or(|(was_pct, _)| was_pct.total_cmp(&level_pct).is_ne()) {
@@ -308,83 +241,42 @@ struct Driven<'a> {
     navigation: Option<&'a Navigation>,
 }
 
-impl Battery {
-    /// The possible classes of the level at an instant.
-    fn levels_after(&self, bounds: &Bounds, state: State, is_charging: bool, instant: Instant) -> Vec<Class> {
-        let Bounds { rates: Rates { drain, charge }, start, .. } = *bounds;
-        let Charge { level, reference, since, .. } = state.charge;
-        if !state.has_begun {
-            return (self.levels.class(start.0)..=self.levels.class(start.1)).collect();
-        }
-        // A battery that is charged throughout a tick gains at least `charge`.
-        let gain = if instant == Instant::Tick { charge } else { 0 };
-        match since.and(is_charging) {
-            Since::Drained => self.levels.reached(reference, -drain..=0).filter(|class| *class <= level).collect(),
-            Since::Charged => self.levels.reached(reference, gain..=FULL).filter(|class| *class >= level).collect(),
-            Since::Mixed => self.levels.reached(reference.max(level), -drain..=FULL).collect(),
-        }
-    }
-}
-
-impl Since {
-    /// The same, after more time within the tick.
-    pub(super) fn and(self, is_charging: bool) -> Self {
-        match (self, is_charging) {
-            (Self::Drained, false) => Self::Drained,
-            (Self::Charged, true) => Self::Charged,
-            _ => Self::Mixed,
-        }
-    }
-}
-
-impl Charge {
-    fn after(self, has_begun: bool, level: Class, is_charging: bool, instant: Instant) -> Self {
-        let as_now = if is_charging { Since::Charged } else { Since::Drained };
-        if instant == Instant::Tick || !has_begun {
-            return Self { level, reference: level, is_charging, since: as_now };
-        }
-        let since = self.since.and(is_charging);
-        let highest = self.reference.max(self.level).max(level);
-        Self { level, reference: if since == Since::Mixed { highest } else { self.reference }, is_charging, since }
-    }
-}
-
 impl Environment for RobotEnvironment {
     fn driven(&self) -> &[ProcessId] {
         &self.driven
     }
 
     fn start(&self) -> EnvironmentState {
-        State { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }.encoded()
+        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }.encoded()
     }
 
     fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
-        let choices = self.choices(State::decoded(state), driven, instant);
-        choices.map(|(leg, reading)| self.made(leg, reading)).collect()
+        let choices = self.choices(WorldState::decoded(state), driven, instant);
+        choices.map(|(leg, update)| self.made(leg, update)).collect()
     }
 
     /// The numbers are those of [`RobotEnvironment::made`].
-    fn tell(&self, id: ProcessId, told: u32, process: &mut dyn Process, _now: Duration) {
+    fn tell(&self, id: ProcessId, number: u32, process: &mut dyn Process, _now: Duration) {
         let mut data = DriverData::default();
         match &self.battery {
             Some(battery) if battery.process == id => {
-                data.battery = Some((battery.levels.level_pct(told as Class / 2), told % 2 == 1));
+                data.battery = Some((battery.levels.level_pct(number as Class / 2), number % 2 == 1));
             }
             _ if self.localization == Some(id) => {
-                data.place = told.checked_sub(1).map(|at| self.places[at as Spot].clone());
+                data.place = number.checked_sub(1).map(|at| self.places[at as Spot].clone());
             }
-            _ => data.trip = told.checked_sub(1).map(|status| STATUSES[status as usize]),
+            _ => data.trip = number.checked_sub(1).map(|status| STATUSES[status as usize]),
         }
         data.update(process, &self.known);
     }
 
     fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
-        let state = State::decoded(state);
+        let state = WorldState::decoded(state);
         let navigation = self.process(driven, self.trips.process);
         let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
         let known = Driven { battery, navigation };
         let choices = self.choices(state, driven, instant);
-        choices.map(|(leg, reading)| self.in_words(state, leg, reading, &known)).collect()
+        choices.map(|(leg, update)| self.in_words(state, leg, update, &known)).collect()
     }
 
     /// Components move when they receive a request or have an answer to send.

@@ -62,7 +62,7 @@ fn impaired(process: &dyn Process) -> Option<&Impaired> {
     process.as_any().downcast_ref()
 }
 
-/// A process that can fall silent, or say the opposite of what it means.
+/// A process that can fall silent, or send the opposite of what it means.
 #[derive(Clone, Debug)]
 struct Impaired {
     inner: Box<dyn Process>,
@@ -141,7 +141,7 @@ pub(super) struct WithFaults {
 
 /// A fault begins or ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Change {
+pub(super) struct Switching {
     /// Its number.
     pub(super) index: usize,
     pub(super) begins: bool,
@@ -153,45 +153,45 @@ struct Impairment {
     is_out: bool,
     is_wrong: bool,
     /// The fault of the process that begins or ends.
-    change: Option<Change>,
+    change: Option<Switching>,
 }
 
 impl Impairment {
-    /// What the process is told, as a number: its driver's number, and this.
+    /// What the move does to the process, as a number: its driver's number, and this.
     fn numbered(self, driver: u32, faults: usize) -> u32 {
-        let change = self.change.map_or(0, |Change { index, begins }| 1 + 2 * index as u32 + u32::from(begins));
+        let change = self.change.map_or(0, |Switching { index, begins }| 1 + 2 * index as u32 + u32::from(begins));
         let numbers = [(2, u32::from(self.is_out)), (2, u32::from(self.is_wrong)), (1 + 2 * faults as u32, change)];
         numbers.into_iter().fold(driver, |all, (count, number)| all * count + number)
     }
 
     /// The driver's number, and what is wrong.
-    fn decoded(told: u32, faults: usize) -> (u32, Self) {
-        let (rest, change) = (told / (1 + 2 * faults as u32), told % (1 + 2 * faults as u32));
-        let change = change.checked_sub(1).map(|one| Change { index: one as usize / 2, begins: one % 2 == 1 });
+    fn decoded(number: u32, faults: usize) -> (u32, Self) {
+        let (rest, change) = (number / (1 + 2 * faults as u32), number % (1 + 2 * faults as u32));
+        let change = change.checked_sub(1).map(|one| Switching { index: one as usize / 2, begins: one % 2 == 1 });
         (rest / 4, Self { is_out: rest / 2 % 2 == 1, is_wrong: rest % 2 == 1, change })
     }
 }
 
 /// What happens to the faults in each step of a run.
-pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Change>> {
+pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Switching>> {
     let mut active = vec![0; faults.len()];
     let change = |step: &PathStep| {
         let PathStep::Environment { state, .. } = step else { return None };
         let now = &state[state.len().checked_sub(faults.len())?..];
         let index = active.iter().zip(now).position(|(was, is)| was != is)?;
         active.copy_from_slice(now);
-        Some(Change { index, begins: active[index] == 1 })
+        Some(Switching { index, begins: active[index] == 1 })
     };
     run.steps().iter().map(change).collect()
 }
 
-/// What the components of a system were told last, regardless of the faults around them.
-pub(super) fn told(system: &ChannelSystem) -> DriverData {
+/// The data that the components of a system received last, regardless of the faults around them.
+pub(super) fn driver_data(system: &ChannelSystem) -> DriverData {
     let process = |name| system.clone_process(system.topology().find_process(name)?);
     let processes = [BATTERY_READER, LOCALIZATION, NAVIGATION].map(process);
     let [battery, localization, navigation] =
         processes.each_ref().map(|process| Some(inside(process.as_deref()?).as_any()));
-    DriverData::known_to(
+    DriverData::received_by(
         battery.and_then(|battery| battery.downcast_ref()),
         localization.and_then(|localization| localization.downcast_ref()),
         navigation.and_then(|navigation| navigation.downcast_ref()),
@@ -210,7 +210,7 @@ impl WithFaults {
     }
 
     /// What may happen to the faults, given how many may still begin and which are active.
-    fn changes(&self, left: i64, active: &[i64]) -> Vec<Option<Change>> {
+    fn changes(&self, left: i64, active: &[i64]) -> Vec<Option<Switching>> {
         let is_active = |index: &usize| active[*index] == 1;
         let machine = |index: usize| matches!(self.faults[index].effect, Effect::Machine { .. });
         // A skill runs one machine at a time.
@@ -221,17 +221,17 @@ impl WithFaults {
         let mut changes = vec![None];
         for index in 0..self.faults.len() {
             match is_active(&index) {
-                true => changes.push(Some(Change { index, begins: false })),
-                false if left > 0 && is_free(index) => changes.push(Some(Change { index, begins: true })),
+                true => changes.push(Some(Switching { index, begins: false })),
+                false if left > 0 && is_free(index) => changes.push(Some(Switching { index, begins: true })),
                 false => {}
             }
         }
         changes
     }
 
-    fn with(&self, told: &Move, change: Option<Change>, left: i64, active: &[i64]) -> Move {
+    fn with(&self, inner: &Move, change: Option<Switching>, left: i64, active: &[i64]) -> Move {
         let (mut active, mut left) = (active.to_vec(), left);
-        if let Some(Change { index, begins }) = change {
+        if let Some(Switching { index, begins }) = change {
             active[index] = i64::from(begins);
             left -= i64::from(begins);
         }
@@ -247,17 +247,17 @@ impl WithFaults {
             }
         };
         let now: Vec<Impairment> = self.driven.iter().map(|process| impairment(*process)).collect();
-        let inner = told.told.iter().copied().chain(std::iter::repeat(0));
-        let told_now = inner.zip(&now).map(|(inner, now)| now.numbered(inner, self.faults.len())).collect();
-        let state = told.state.iter().copied().chain([left]).chain(active).collect();
-        Move { state, told: told_now }
+        let drivers = inner.told.iter().copied().chain(std::iter::repeat(0));
+        let numbers = drivers.zip(&now).map(|(driver, now)| now.numbered(driver, self.faults.len())).collect();
+        let state = inner.state.iter().copied().chain([left]).chain(active).collect();
+        Move { state, told: numbers }
     }
 
-    fn in_words(&self, told: &str, change: Option<Change>) -> String {
-        let Some(Change { index, begins }) = change else { return told.to_owned() };
+    fn in_words(&self, inner: &str, change: Option<Switching>) -> String {
+        let Some(Switching { index, begins }) = change else { return inner.to_owned() };
         let Switched { begins: beginning, ends, .. } = &self.faults[index];
         let happens = if begins { beginning } else { ends };
-        if told.is_empty() { happens.clone() } else { format!("{told}, {happens}") }
+        if inner.is_empty() { happens.clone() } else { format!("{inner}, {happens}") }
     }
 }
 
@@ -277,12 +277,12 @@ impl Environment for WithFaults {
         let changes = self.changes(left, active);
         let moves = self.inner.moves(state, &driven[..self.inner.driven().len()], instant);
         let with =
-            |told: &Move| changes.iter().map(|change| self.with(told, *change, left, active)).collect::<Vec<_>>();
+            |inner: &Move| changes.iter().map(|change| self.with(inner, *change, left, active)).collect::<Vec<_>>();
         moves.iter().flat_map(with).collect()
     }
 
-    fn tell(&self, id: ProcessId, told: u32, process: &mut dyn Process, now: Duration) {
-        let (driver, Impairment { is_out, is_wrong, change }) = Impairment::decoded(told, self.faults.len());
+    fn tell(&self, id: ProcessId, number: u32, process: &mut dyn Process, now: Duration) {
+        let (driver, Impairment { is_out, is_wrong, change }) = Impairment::decoded(number, self.faults.len());
         let is_driven = self.inner.driven().contains(&id);
         let drive = |process: &mut dyn Process| {
             if is_driven {
@@ -315,7 +315,7 @@ impl Environment for WithFaults {
         let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
         let changes = self.changes(faults[0], &faults[1..]);
         let words = self.inner.words(state, &driven[..self.inner.driven().len()], instant);
-        let with = |told: &String| changes.iter().map(|change| self.in_words(told, *change)).collect::<Vec<_>>();
+        let with = |inner: &String| changes.iter().map(|change| self.in_words(inner, *change)).collect::<Vec<_>>();
         words.iter().flat_map(with).collect()
     }
 

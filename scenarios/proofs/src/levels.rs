@@ -9,7 +9,7 @@ pub(crate) type Micros = i64;
 /// A full battery.
 pub(crate) const FULL: Micros = 100_000_000;
 
-/// With more classes than this, a search would take too long.
+/// With more classes than this, a search would take too long. Chosen, not measured.
 const MOST: usize = 4000;
 
 /// A level, or a change in level, in percent. `None` if it has more than six decimals, or is out of range.
@@ -59,6 +59,8 @@ impl Levels {
         let lowest = thresholds.first().copied().unwrap_or(FULL);
         let highest = thresholds.last().copied().unwrap_or(0);
         let ends: Vec<Micros> = points.into_iter().collect();
+        // Between two points, a rung is one tick's drain below another one, down from the upper point, and one tick's gain
+        // above another one, up from the lower point: the level passes each threshold after a whole number of rungs.
         for pair in ends.windows(2) {
             let (low, high) = (pair[0], pair[1]);
             let Some(Rates { drain, charge }) = rates.filter(|_| high <= highest) else { continue };

@@ -3,8 +3,17 @@
 //! A [`Proof`] is a scenario that is ready to be explored. Everything that the scenario's `[prove]` allows takes the
 //! place of the drivers of the built-in components and of the world behind them. Its
 //! [`assumptions`](Proof::assumptions) list this in words.
+//!
+//! # Inside
+//! `subject` refuses scenarios that cannot be explored, and `questions` are the properties to be proved. `environment`
+//! has the moves of everything around the processes: trips and a `battery`, whose `levels` are divided into classes at the
+//! `thresholds` with which machines and monitors compare them. `faults` is an environment around that one, in which
+//! components crash, hang or have mistakes. `concrete` gives a run that was found the levels of a possible battery, or
+//! refines the classes. `written` writes it as a schedule with its scenario, and `physics` simulates it. `coverage` notes
+//! what is never reached, and `mutants` are scenarios with a mistake.
 
 mod assumptions;
+mod battery;
 mod concrete;
 mod coverage;
 mod environment;
@@ -12,6 +21,7 @@ mod faults;
 mod levels;
 mod mutants;
 mod physics;
+mod questions;
 mod subject;
 mod thresholds;
 mod written;
@@ -25,23 +35,23 @@ use explorer::{
     Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
     Ticks,
 };
-use monitors::scope_monitor;
 use robot::Streams;
-use runs::Switched;
-use runs::{Ids, wire};
+use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
-use scenarios::scenario::Monitoring;
 use scenarios::scenario::schedule::process_of;
-use scenarios::scenario::{ALL_REACHED, BatteryAssumption, GENERAL, PROGRESS, Passes, ProofOutcome, STEP, Scenario};
+use scenarios::scenario::{BatteryAssumption, Drained, Monitoring, Passes, ProofOutcome, STEP, Scenario};
 use scenarios::{Complaints, Error};
 
+use self::battery::{BatteryModel, Bounds};
+use self::concrete::Concretized;
 use self::coverage::Coverage;
 pub use self::coverage::{Mistake, Unreachable, Unreached};
-use self::environment::{Battery, Bounds, RobotEnvironment, Trips};
+use self::environment::{RobotEnvironment, Trips};
 use self::faults::WithFaults;
-use self::levels::{Levels, Rates, micros};
+use self::levels::{Rates, micros};
 pub use self::mutants::Mutant;
 pub use self::physics::Physical;
+pub use self::questions::{Question, Subject};
 pub use self::written::{COUNTEREXAMPLE, PHYSICS, SCHEDULE};
 
 /// A scenario whose properties can be proved.
@@ -57,28 +67,6 @@ pub struct Proof {
     /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
-}
-
-/// A property to be proved.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Question {
-    /// Its name.
-    pub property: String,
-    /// The expected result.
-    pub expected: ProofOutcome,
-    /// What is asked.
-    pub subject: Subject,
-}
-
-/// What a property is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
-    /// What the monitor with this number requires.
-    Monitor(usize),
-    /// [`PROGRESS`].
-    Progress,
-    /// [`ALL_REACHED`].
-    AllReached,
 }
 
 /// The result for a property.
@@ -152,7 +140,7 @@ impl Proof {
             if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
         let damaged = damaged(&scenario, &system, &mut complaints);
         let faults = faults::of(&scenario, &system, &mut complaints);
-        let questions = questions(&scenario, &monitoring, only, &mut complaints);
+        let questions = questions::of(&scenario, &monitoring, only, &mut complaints);
         complaints.check()?;
         let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
         // A search can take long: no property may be refused after that of another one.
@@ -224,40 +212,28 @@ impl Proof {
             let explored = explorer::explore(&model, monitor, &limits, &mut |now| progress(&round(now)));
             let mut exploration = explored.map_err(refused)?;
             rounds.extend(exploration.earlier.iter().chain([&exploration.progress]).map(round));
-            let mut is_spurious = false;
-            if let Outcome::Violated(path) = &mut exploration.outcome
-                && let Some(Battery { levels, bounds: Some(bounds), .. }) = &mut battery
-            {
-                match concrete::run(path, levels, bounds) {
-                    Some(run) => *path = run,
-                    None => {
-                        if let Some(refined) = levels.refined(bounds.rates).filter(|refined| refined != levels) {
-                            *levels = refined;
-                            let visited = exploration.earlier.map_or(0, |earlier| earlier.visited);
-                            limits.visits = limits.visits.saturating_sub(visited + exploration.progress.visited).max(1);
-                            continue;
-                        }
-                        is_spurious = true;
-                    }
+            let concretized = match (&mut exploration.outcome, &mut battery) {
+                (Outcome::Violated(path), Some(BatteryModel { levels, bounds: Some(bounds), .. })) => {
+                    concrete::concretize(path, levels, bounds)
                 }
+                _ => Concretized::Possible,
+            };
+            if concretized == Concretized::Refined {
+                // The memory is free again, but the visits of all searches add up.
+                let visited = exploration.earlier.map_or(0, |earlier| earlier.visited);
+                limits.visits = limits.visits.saturating_sub(visited + exploration.progress.visited).max(1);
+                continue;
             }
             let is_complete = !matches!(exploration.outcome, Outcome::Endless(_) | Outcome::Undecided(_));
             let unreached = (monitor.is_none() && is_complete).then(|| coverage.unreached());
-            let mistakes = coverage.mistakes();
-            return Ok(Answer {
-                model,
-                exploration,
-                rounds,
-                is_spurious,
-                unreached,
-                mistakes,
-                subject: question.subject,
-            });
+            let is_spurious = concretized == Concretized::Spurious;
+            let (mistakes, subject) = (coverage.mistakes(), question.subject);
+            return Ok(Answer { model, exploration, rounds, is_spurious, unreached, mistakes, subject });
         }
     }
 
     /// The system, its environment, and the ticks.
-    fn model(&self, battery: Option<Battery>) -> Model {
+    fn model(&self, battery: Option<BatteryModel>) -> Model {
         let environment: Arc<dyn Environment> = match self.ids.robot {
             Some(_) => Arc::new(self.environment(battery)),
             None => Arc::new(explorer::Closed),
@@ -269,6 +245,7 @@ impl Proof {
             first: STEP,
             step: STEP,
         });
+        // Faults act on drivers as well, so the environment with faults is around the one without.
         let mut system = self.system.fork();
         faults::prepare(&mut system, &self.faults);
         let environment: Arc<dyn Environment> = match self.faults.as_slice() {
@@ -286,7 +263,7 @@ impl Proof {
         if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model }
     }
 
-    fn environment(&self, battery: Option<Battery>) -> RobotEnvironment {
+    fn environment(&self, battery: Option<BatteryModel>) -> RobotEnvironment {
         let Self { scenario, system, .. } = self;
         let prove = &scenario.file.prove;
         let ground = subject::ground(scenario, system);
@@ -305,7 +282,8 @@ impl Proof {
         RobotEnvironment::new(battery, localization, trips, ground)
     }
 
-    fn battery(&self, monitor: Option<&dyn Monitor>) -> Result<Option<Battery>, Error> {
+    /// The battery, if there is one, with levels divided as finely as the machines and the monitor distinguish them.
+    fn battery(&self, monitor: Option<&dyn Monitor>) -> Result<Option<BatteryModel>, Error> {
         let Some(process) = process_of::<BatteryReader>(&self.system, BATTERY_READER) else { return Ok(None) };
         let mut complaints = Complaints::default();
         let mut thresholds = self.thresholds.clone();
@@ -313,35 +291,34 @@ impl Proof {
             thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
         }
         complaints.check()?;
-        let file = &self.scenario.file;
-        let sim = &file.premises.as_ref().expect("only a robot has a battery").sim.battery;
-        let many = || "the compared levels and the drain give too many classes of levels";
-        let Some(drained) = (match &file.prove.battery {
-            BatteryAssumption::Free => None,
-            BatteryAssumption::Drained(drained) => Some(drained),
-        }) else {
-            let levels = Levels::new(&thresholds, [], None);
-            let help = "compare levels with fewer constants";
-            let levels = levels.ok_or_else(|| Error::refused(many(), help))?;
-            return Ok(Some(Battery { process, levels, bounds: None }));
+        let many = "the compared levels and the drain give too many classes of levels";
+        let drained = match &self.scenario.file.prove.battery {
+            BatteryAssumption::Free => {
+                let battery = BatteryModel::free(process, &thresholds);
+                return battery.map(Some).ok_or_else(|| Error::refused(many, "compare levels with fewer constants"));
+            }
+            BatteryAssumption::Drained(drained) => drained,
         };
+        let battery = BatteryModel::bounded(process, &thresholds, self.bounds(drained)?);
+        battery.map(Some).ok_or_else(|| {
+            let problem = drained.place.problem(many).with_label("this battery");
+            Error::bad_input(problem.with_help("make the drain or the charge per tick larger"))
+        })
+    }
+
+    /// The bounds of the battery's level. Levels are exact: a run that a proof finds has levels that add up.
+    fn bounds(&self, drained: &Drained) -> Result<Bounds, Error> {
         let exact = |percent: f64| {
             micros(percent).ok_or_else(|| {
                 let problem = drained.place.problem(format!("{percent} % has more than six decimals"));
                 Error::bad_input(problem.with_label("of this battery").with_help("levels are exact to six decimals"))
             })
         };
+        let sim = &self.scenario.file.premises.as_ref().expect("only a robot has a battery").sim.battery;
         let rates = Rates { drain: exact(drained.drain_pct)?, charge: exact(drained.charge_pct)? };
         let start = drained.start_pct.clone().unwrap_or(sim.initial_pct..=sim.initial_pct);
-        let [low, high, full] = [exact(*start.start())?, exact(*start.end())?, exact(sim.recharge_below_pct)?];
-        let levels = Levels::new(&thresholds, [low, high, full], Some(rates)).ok_or_else(|| {
-            let problem = drained.place.problem(many());
-            Error::bad_input(
-                problem.with_label("this battery").with_help("make the drain or the charge per tick larger"),
-            )
-        })?;
-        let bounds = Bounds { rates, start: (low, high), is_full_from: full };
-        Ok(Some(Battery { process, levels, bounds: Some(bounds) }))
+        let start = (exact(*start.start())?, exact(*start.end())?);
+        Ok(Bounds { rates, start, is_full_from: exact(sim.recharge_below_pct)? })
     }
 }
 
@@ -352,6 +329,7 @@ fn has_battery(system: &ChannelSystem) -> bool {
 /// The channels on which messages may be damaged.
 fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Vec<ChannelId> {
     let topology = system.topology();
+    // Only a message that waits in a channel can be lost, repeated or held: a channel of capacity 0 has none.
     let holds = |channel: &ChannelId| topology.get(*channel).capacity == channels::Capacity::One;
     let named = &scenario.file.prove.messages.on;
     if named.is_empty() {
@@ -384,57 +362,6 @@ fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complai
         }
     }
     damaged
-}
-
-/// The properties to be proved.
-fn questions(
-    scenario: &Scenario,
-    monitoring: &Monitoring,
-    only: &[String],
-    complaints: &mut Complaints,
-) -> Vec<Question> {
-    let prove = &scenario.file.prove;
-    let monitors = monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
-    let monitors: Vec<(&str, Subject)> = monitors.zip((0..).map(Subject::Monitor)).collect();
-    let general = [(PROGRESS, Subject::Progress), (ALL_REACHED, Subject::AllReached)];
-    for (name, _) in monitors.iter().filter(|(name, _)| GENERAL.contains(name)) {
-        let problem = diagnostics::Problem::new(format!("a property to be proved cannot be called `{name}`"));
-        complaints
-            .push(problem.with_help(format!("every proof has a property `{name}`; choose another name for this one")));
-    }
-    let known: Vec<&str> = monitors.iter().chain(&general).map(|(name, _)| *name).collect();
-    let is_known = |name: &str| known.contains(&name);
-    let expected = |name: &str| prove.expect.iter().find(|(property, _)| property.value == name);
-    let named = prove.properties.iter().chain(prove.expect.iter().map(|(name, _)| name));
-    for name in named.filter(|name| !is_known(&name.value) && scenario.file.means(name)) {
-        complaints.push(unknown("property", name, known.iter().copied()));
-    }
-    for name in only.iter().filter(|name| !is_known(name)) {
-        let help = diagnostics::nearest_or_all(name, "properties", &known);
-        complaints.push(diagnostics::Problem::new(format!("there is no property `{name}`")).with_help(help));
-    }
-    let is_named = |name: &str| prove.properties.iter().any(|asked| asked.value == name);
-    let is_asked = |name: &str, subject| match (only, subject) {
-        ([], Subject::Monitor(_)) => prove.properties.is_empty() || is_named(name),
-        ([], Subject::Progress) => true,
-        ([], Subject::AllReached) => is_named(name) || expected(name).is_some(),
-        (only, _) => only.iter().any(|asked| asked == name),
-    };
-    let mut questions = Vec::new();
-    for (name, subject) in monitors.into_iter().chain(general).filter(|(name, subject)| is_asked(name, *subject)) {
-        let outcome = expected(name).map_or(ProofOutcome::Proved, |(_, outcome)| *outcome);
-        questions.push(Question { property: name.to_owned(), expected: outcome, subject });
-        let Subject::Monitor(monitor) = subject else { continue };
-        let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
-        if scope.is_some_and(|scope| !scope.formula().is_safety()) {
-            let message =
-                format!("the property {name} requires something without a time limit, and no search can wait forever");
-            let help = "limit it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
-                        `prove.properties`";
-            complaints.push(diagnostics::Problem::new(message).with_help(help));
-        }
-    }
-    questions
 }
 
 /// Reports why a system cannot be explored as bad input.

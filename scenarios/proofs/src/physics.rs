@@ -6,21 +6,19 @@
 
 use std::time::Duration;
 
-use channels::{EventKind, Verdict};
+use channels::{ChannelId, EventKind, Verdict};
 use components::TripStatus;
 use explorer::{Damage, Path, PathStep};
 use monitors::Outcome;
-use runs::Run;
-use runs::Switched;
+use runs::{Run, Switched};
 use scenarios::Error;
-use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::schedule::quoted;
+use scenarios::scenario::schedule::{DriverData, quoted};
 use scenarios::scenario::{AllowedFault, Found, STEP, Scenario};
 
-use super::faults::{self, Change};
+use super::faults::{self, Switching};
 use super::{Answer, Proof, Question, subject};
 
-/// How much longer the run may take in the simulation.
+/// How much longer the run may take in the simulation. Chosen, not measured.
 const LONGER: Duration = Duration::from_secs(60);
 
 /// What the simulation shows about a run that was found.
@@ -52,9 +50,9 @@ impl Proof {
         if self.scenario.premises.is_none() {
             return Ok(None);
         }
-        let told = self.told(answer, run)?;
+        let data = self.driver_data(answer, run)?;
         let end = duration(run) + LONGER;
-        let mut overrides = self.realized(run, &told);
+        let mut overrides = self.realized(run, &data);
         overrides.extend(self.long_enough(end));
         let all: Vec<String> = self.scenario.origin.overrides.iter().chain(&overrides).cloned().collect();
         let scenario = Scenario::load_for_proof(found, &all)?;
@@ -62,34 +60,30 @@ impl Proof {
         let mut run = Run::new(scenario.into(), self.scenario.file.seed, true)?;
         let places = subject::ground(&self.scenario, &self.system).places;
         let watched = run.properties().position(|name| name == question.property);
-        let mut difference = None;
-        while run.time() < end {
+        let (mut violated_at, mut difference) = (None, None);
+        while violated_at.is_none() && run.time() < end {
             run.step()?;
             let Some(tick) = run.events().iter().find(|event| event.kind == EventKind::Tick).map(|event| event.tick)
             else {
                 continue;
             };
             if let Some(expected) = expected.next() {
-                let mut told = DriverData::of(run.system());
+                let mut simulated = DriverData::of(run.system());
                 // The run knows only the places that matter.
-                told.place = told.place.filter(|place| places.contains(place));
-                let differs = || differs(&expected, &told);
+                simulated.place = simulated.place.filter(|place| places.contains(place));
+                let differs = || differs(&expected, &simulated);
                 difference = difference.or_else(|| Some(format!("at tick {tick} {}", differs()?)));
             }
             let verdict = watched.map(|watched| run.system().monitors()[watched].monitor.verdict());
-            if verdict == Some(Verdict::False) {
-                let outcomes = outcomes(&run);
-                return Ok(Some(Physical { tick: Some(tick), difference, outcomes, overrides }));
-            }
+            violated_at = (verdict == Some(Verdict::False)).then_some(tick);
         }
-        let outcomes = outcomes(&run);
-        Ok(Some(Physical { tick: None, difference, outcomes, overrides }))
+        Ok(Some(Physical { tick: violated_at, difference, outcomes: outcomes(&run), overrides }))
     }
 
     /// What the components know after each tick of the run.
     fn after_ticks(&self, answer: &Answer, run: &Path) -> Result<Vec<DriverData>, Error> {
         let (steps, mut known) = (run.steps(), Vec::new());
-        self.replayed(answer, run, |_, system| known.push(faults::told(system)))?;
+        self.replayed(answer, run, |_, system| known.push(faults::driver_data(system)))?;
         let is_later = |step: &PathStep| matches!(step, PathStep::Environment { .. } | PathStep::Wait(_));
         let ticks = (0..steps.len()).filter(|step| matches!(steps[*step], PathStep::Tick { .. }));
         let ends = ticks.map(|tick| tick + steps[tick..].iter().position(is_later).unwrap_or(steps.len() - tick) - 1);
@@ -97,67 +91,70 @@ impl Proof {
     }
 
     /// The moves of the environment, as settings and faults.
-    fn realized(&self, run: &Path, told: &[Option<DriverData>]) -> Vec<String> {
-        let topology = self.system.topology();
+    fn realized(&self, run: &Path, data: &[Option<DriverData>]) -> Vec<String> {
         let changes = faults::changes(run, &self.faults);
-        let mut faults = Vec::new();
-        // The times at which the active faults began.
-        let mut active: Vec<(usize, Duration)> = Vec::new();
-        let (mut now, mut level, mut first) = (Duration::ZERO, None, None);
-        let mut steps = run.steps().iter().zip(told).zip(changes).peekable();
-        while let Some(((step, told), change)) = steps.next() {
+        let mut realized = Realized::default();
+        let mut now = Duration::ZERO;
+        let mut steps = run.steps().iter().zip(data).zip(changes).peekable();
+        while let Some(((step, data), change)) = steps.next() {
             match step {
                 PathStep::Wait(span) => now += *span,
                 PathStep::Tick { .. } => {}
                 PathStep::Environment { .. } => {
+                    // Processes notice a move in the step that it begins: after the wait that follows it.
                     let wait = match steps.peek() {
                         Some(((PathStep::Wait(span), _), _)) => *span,
                         _ => Duration::ZERO,
                     };
-                    let felt = now + wait;
-                    if let Some(Change { index, begins }) = change {
-                        match active.iter().position(|(other, _)| *other == index).filter(|_| !begins) {
-                            Some(found) => {
-                                let (_, began) = active.remove(found);
-                                faults.push(self.as_fault(index, began, Some(felt)));
-                            }
-                            None => active.push((index, felt)),
-                        }
+                    if let Some(change) = change {
+                        self.switch(change, now + wait, &mut realized);
                     }
-                    let Some((level_pct, _)) = told.as_ref().and_then(|told| told.battery) else { continue };
-                    first = first.or(Some(level_pct));
-                    if level.is_some_and(|level: f64| level.total_cmp(&level_pct).is_ne()) {
-                        let at = before(felt);
-                        faults.push(format!("{{ kind = 'battery_level', at_s = {at}, level_pct = {level_pct} }}"));
-                    }
-                    level = Some(level_pct);
+                    let level = data.as_ref().and_then(|data| data.battery);
+                    level.into_iter().for_each(|(level_pct, _)| realized.set_level(level_pct, now + wait));
                 }
                 PathStep::Take { enabled, damage } => {
                     let channels::EnabledKind::Send(channel) = enabled.kind else { continue };
-                    let (kind, more) = match damage {
-                        Damage::None => continue,
-                        Damage::Lost => ("message_lost", String::new()),
-                        Damage::Repeated => ("message_duplicated", String::new()),
-                        Damage::Held => {
-                            let hold_s = self.scenario.file.prove.messages.hold.as_secs_f64();
-                            ("message_delayed", format!(", delay_s = {hold_s}"))
-                        }
-                    };
-                    let ((from, to), at) = (topology.ends(channel), before(now));
-                    let when = format!("at_s = {at}, lasts_s = {}, times = 1", STEP.as_secs_f64());
-                    faults.push(format!("{{ kind = '{kind}', from = '{from}', to = '{to}', {when}{more} }}"));
+                    realized.faults.extend(self.damage(channel, *damage, now));
                 }
             }
         }
+        let Realized { mut faults, active, levels } = realized;
         faults.extend(active.into_iter().map(|(index, began)| self.as_fault(index, began, None)));
         let mut overrides = vec![format!("faults = [{}]", faults.join(", "))];
-        if let Some(first) = first {
+        if let Some((first, _)) = levels {
             // Only the faults change the level.
             overrides.push(format!("battery.initial_pct = {first}"));
             let rates = ["drain_pct_per_s", "standstill_drain_pct_per_s", "charge_pct_per_s"];
             overrides.extend(rates.map(|rate| format!("battery.{rate} = 0")));
         }
         overrides
+    }
+
+    /// A fault begins or ends. It is known as a fault only when it ends, with its duration.
+    fn switch(&self, Switching { index, begins }: Switching, at: Duration, realized: &mut Realized) {
+        match realized.active.iter().position(|(other, _)| *other == index).filter(|_| !begins) {
+            Some(found) => {
+                let (_, began) = realized.active.remove(found);
+                realized.faults.push(self.as_fault(index, began, Some(at)));
+            }
+            None => realized.active.push((index, at)),
+        }
+    }
+
+    /// The fault of a message that is damaged when it is sent.
+    fn damage(&self, channel: ChannelId, damage: Damage, now: Duration) -> Option<String> {
+        let (kind, more) = match damage {
+            Damage::None => return None,
+            Damage::Lost => ("message_lost", String::new()),
+            Damage::Repeated => ("message_duplicated", String::new()),
+            Damage::Held => {
+                let hold_s = self.scenario.file.prove.messages.hold.as_secs_f64();
+                ("message_delayed", format!(", delay_s = {hold_s}"))
+            }
+        };
+        let ((from, to), at) = (self.system.topology().ends(channel), before(now));
+        let when = format!("at_s = {at}, lasts_s = {}, times = 1", STEP.as_secs_f64());
+        Some(format!("{{ kind = '{kind}', from = '{from}', to = '{to}', {when}{more} }}"))
     }
 
     /// A fault of the run as one from the catalogue, with its times.
@@ -167,6 +164,26 @@ impl Proof {
         let lasts = ended.map(|ended| format!(", lasts_s = {}", ended.saturating_sub(began).max(STEP).as_secs_f64()));
         let (name, at, lasts) = (quoted(name), before(began), lasts.unwrap_or_default());
         format!("{{ kind = '{}', at_s = {at}, {key} = {name}{lasts} }}", kind.name())
+    }
+}
+
+/// The moves of the environment so far.
+#[derive(Default)]
+struct Realized {
+    faults: Vec<String>,
+    /// The active faults, with the times at which they began.
+    active: Vec<(usize, Duration)>,
+    /// The first level of the battery and the last one, in percent.
+    levels: Option<(f64, f64)>,
+}
+
+impl Realized {
+    fn set_level(&mut self, level_pct: f64, at: Duration) {
+        if self.levels.is_some_and(|(_, last)| last.total_cmp(&level_pct).is_ne()) {
+            let at = before(at);
+            self.faults.push(format!("{{ kind = 'battery_level', at_s = {at}, level_pct = {level_pct} }}"));
+        }
+        self.levels = Some((self.levels.map_or(level_pct, |(first, _)| first), level_pct));
     }
 }
 
@@ -187,7 +204,7 @@ pub(super) fn duration(run: &Path) -> Duration {
 }
 
 /// The difference in the simulation, in words.
-fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
+fn differs(expected: &DriverData, simulated: &DriverData) -> Option<String> {
     let place = |place: &Option<String>| place.as_ref().map_or("at no place".to_owned(), |place| format!("at {place}"));
     let trip = |trip: Option<TripStatus>| match trip {
         None => "has no trip",
@@ -198,11 +215,13 @@ fn differs(expected: &DriverData, told: &DriverData) -> Option<String> {
     let differs =
         |found: String, physical: String| Some(format!("the robot {found}, and in the simulation it {physical}"));
     match () {
-        () if expected.place != told.place => {
-            differs(format!("is {}", place(&expected.place)), format!("is {}", place(&told.place)))
+        () if expected.place != simulated.place => {
+            differs(format!("is {}", place(&expected.place)), format!("is {}", place(&simulated.place)))
         }
-        () if expected.trip != told.trip => differs(trip(expected.trip).to_owned(), trip(told.trip).to_owned()),
-        () => match (expected.battery, told.battery) {
+        () if expected.trip != simulated.trip => {
+            differs(trip(expected.trip).to_owned(), trip(simulated.trip).to_owned())
+        }
+        () => match (expected.battery, simulated.battery) {
             (Some((_, true)), Some((_, false))) => differs("is charged".to_owned(), "is not".to_owned()),
             (Some((_, false)), Some((_, true))) => differs("is not charged".to_owned(), "is".to_owned()),
             _ => None,

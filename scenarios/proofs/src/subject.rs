@@ -37,6 +37,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
         );
         complaints.push(problem.with_label("this component").with_help(help));
     }
+    // The run writes these to the blackboard before each tick; a proof has no simulation to take them from.
     let of_the_world = ["robot_pose", "robot_speed"];
     let tree = scenario.tree().filter(|_| scenario.premises.is_some());
     if let Some(key) = tree.and_then(|tree| of_the_world.into_iter().find(|key| tree.names_entry(key))) {
@@ -109,6 +110,7 @@ pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
                 }
                 _ => None,
             })),
+            // It may send any message that the channel carries.
             None => meant.extend(known.iter().cloned()),
         }
     }

@@ -58,6 +58,20 @@ fn followed(proof: &Proof, question: &Question, answer: &Answer, path: &Path) ->
     (std::fs::read_to_string(folder.path().join(SCHEDULE)).expect("it was written"), events)
 }
 
+/// The schedule of a violation of the proof's first property. A run that follows it has the same events.
+fn schedule_of_violation(proof: &Proof, order: Order) -> String {
+    let question = &proof.questions()[0];
+    let limits = Limits { order, ..Limits::default() };
+    let answer = proof.prove(question, &limits, &mut |_| {}).expect("it can be explored");
+    let Outcome::Violated(path) = &answer.exploration.outcome else { panic!("{question:?}: {order:?}") };
+    let replay = path.replay(&answer.model, proof.monitor(question)).expect("a run of the system");
+    assert_eq!(replay.verdict(), Verdict::False);
+    let events: Vec<Event> = replay.events.into_iter().map(|(_, event)| event).collect();
+    let (schedule, followed) = followed(proof, question, &answer, path);
+    assert_eq!(followed, events, "{question:?}, {order:?}");
+    schedule
+}
+
 #[test]
 fn the_faults_of_a_proof_match_those_of_the_catalogue() {
     let mistake = "skill_mutant='FollowPath: no transition leaves `following`', count=2";
@@ -71,17 +85,9 @@ fn the_faults_of_a_proof_match_those_of_the_catalogue() {
         let found = find::find(name).expect("it is shipped");
         let scenario = Scenario::load_for_proof(&found, &set).expect("a sound scenario");
         let proof = Proof::new(Arc::new(scenario), &[property.to_owned()]).expect("it can be proved");
-        let question = &proof.questions()[0];
         // Longer runs meet more faults.
         for order in [Order::Breadth, Order::Depth] {
-            let limits = Limits { order, ..Limits::default() };
-            let answer = proof.prove(question, &limits, &mut |_| {}).expect("it can be explored");
-            let Outcome::Violated(path) = &answer.exploration.outcome else { panic!("{faults}: {order:?}") };
-            let replay = path.replay(&answer.model, proof.monitor(question)).expect("a run of the system");
-            assert_eq!(replay.verdict(), Verdict::False);
-            let events: Vec<Event> = replay.events.into_iter().map(|(_, event)| event).collect();
-            let (schedule, followed) = followed(&proof, question, &answer, path);
-            assert_eq!(followed, events, "{faults}, {order:?}");
+            let schedule = schedule_of_violation(&proof, order);
             let kinds = ["component_frozen", "component_crash", "component_wrong_reply", "skill_mutant"];
             for happens in ["begins", "ends"] {
                 let written = |kind: &&&str| schedule.contains(&format!("{happens} = {{ {kind} = "));

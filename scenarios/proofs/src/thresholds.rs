@@ -3,13 +3,15 @@
 use std::collections::BTreeSet;
 
 use bt::Source;
-use channels::{ChannelSystem, Condition, FieldKind, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Value};
+use channels::{
+    ChannelId, ChannelSystem, Condition, FieldKind, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Topology,
+    Value,
+};
 use components::BATTERY_READER;
 use diagnostics::Problem;
 use monitors::{ScopeMonitor, scope_monitor};
 use scenarios::Complaints;
-use scenarios::scenario::MachineMonitor;
-use scenarios::scenario::Scenario;
+use scenarios::scenario::{MachineMonitor, Scenario};
 use skills::Datum;
 
 use super::levels::{Micros, micros};
@@ -50,47 +52,63 @@ pub(super) fn of_monitor(
     thresholds: &mut BTreeSet<Micros>,
     complaints: &mut Complaints,
 ) {
-    let mut levels = Vec::new();
-    let is_told = |channel| system.topology().get(channel).source == battery_reader;
-    if let Some(machine) = MachineMonitor::of(monitor) {
-        let (numbers, members) = machine.learns(is_told);
-        levels.extend(numbers);
-        for member in members {
-            match machine.chart().thresholds(member, &[], &[]) {
-                Ok(more) => levels.extend(more),
-                Err(problems) => problems.into_iter().for_each(|problem| complaints.push(problem)),
-            }
-        }
-        return add(levels, thresholds, complaints);
-    }
-    match (scope_monitor(monitor).map(ScopeMonitor::formula), monitor.graph()) {
-        (Some(formula), _) => {
-            let mut is_followed = true;
-            formula.events(&mut |event| {
-                if is_told(event.channel) {
-                    event.condition.comparisons(&mut |_, _, value| levels.extend(value.as_number()));
-                    let shapes = system.topology().get(event.channel).domain.shapes();
-                    let is_level = |field: usize| {
-                        let kinds = shapes.iter().filter_map(|shape| shape.fields().get(field.checked_sub(1)?));
-                        kinds.into_iter().any(|(_, kind)| *kind == FieldKind::Real)
-                    };
-                    event.condition.related_fields(&mut |field| is_followed &= !is_level(field));
-                }
-            });
-            // All levels of a class would count as the same one.
-            if !is_followed {
-                let name = monitor.name();
-                let problem = Problem::new(format!("the property {name} remembers a level or computes with it"));
-                complaints.push(problem.with_help(
-                    "compare the level with constants only: a proof distinguishes levels by such comparisons",
-                ));
-            }
-        }
-        (None, Some((graph, _))) => levels.extend(constants(graph)),
+    let is_of_reader = |channel| system.topology().get(channel).source == battery_reader;
+    let levels = match (MachineMonitor::of(monitor), scope_monitor(monitor), monitor.graph()) {
+        (Some(machine), ..) => of_machine(machine, is_of_reader, complaints),
+        (_, Some(scope), _) => of_property(scope, system.topology(), is_of_reader, complaints),
+        (_, _, Some((graph, _))) => constants(graph),
         // The search rejects anything unknown.
-        (None, None) => {}
-    }
+        (None, None, None) => Vec::new(),
+    };
     add(levels, thresholds, complaints);
+}
+
+/// The levels with which a machine compares what it receives on these channels.
+fn of_machine(
+    machine: &MachineMonitor,
+    is_of_reader: impl Fn(ChannelId) -> bool,
+    complaints: &mut Complaints,
+) -> Vec<f64> {
+    let (mut levels, members) = machine.learns(is_of_reader);
+    for member in members {
+        match machine.chart().thresholds(member, &[], &[]) {
+            Ok(more) => levels.extend(more),
+            Err(problems) => problems.into_iter().for_each(|problem| complaints.push(problem)),
+        }
+    }
+    levels
+}
+
+/// The levels with which a property compares the fields of messages on these channels.
+fn of_property(
+    property: &ScopeMonitor,
+    topology: &Topology,
+    is_of_reader: impl Fn(ChannelId) -> bool,
+    complaints: &mut Complaints,
+) -> Vec<f64> {
+    let mut levels = Vec::new();
+    let mut is_followed = true;
+    property.formula().events(&mut |event| {
+        if is_of_reader(event.channel) {
+            event.condition.comparisons(&mut |_, _, value| levels.extend(value.as_number()));
+            let shapes = topology.get(event.channel).domain.shapes();
+            let is_level = |field: usize| {
+                let kinds = shapes.iter().filter_map(|shape| shape.fields().get(field.checked_sub(1)?));
+                kinds.into_iter().any(|(_, kind)| *kind == FieldKind::Real)
+            };
+            event.condition.related_fields(&mut |field| is_followed &= !is_level(field));
+        }
+    });
+    // All levels of a class would count as the same one.
+    if !is_followed {
+        let name = property.name();
+        let problem = Problem::new(format!("the property {name} remembers a level or computes with it"));
+        complaints.push(
+            problem
+                .with_help("compare the level with constants only: a proof distinguishes levels by such comparisons"),
+        );
+    }
+    levels
 }
 
 fn add(levels: Vec<f64>, thresholds: &mut BTreeSet<Micros>, complaints: &mut Complaints) {
@@ -127,6 +145,7 @@ fn constants(graph: &ProgramGraph) -> Vec<f64> {
     let mut numbers = Vec::new();
     for transition in graph.transitions() {
         of_condition(&transition.guard, &mut numbers);
+        // To receive only this message is to compare each of its fields.
         if let Label::Receive(_, Slot::Given(message)) = &transition.label {
             numbers.extend(message.fields().iter().filter_map(Value::as_number));
         }

@@ -13,7 +13,7 @@ use scenarios::Error;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::schedule::{FaultChange, Schedule, quoted};
 
-use super::faults::{self, Change};
+use super::faults::{self, Switching};
 use super::physics::duration;
 use super::{Answer, Physical, Proof, Question};
 
@@ -30,17 +30,17 @@ impl Proof {
     /// # Errors
     /// If a file cannot be written.
     pub fn write_run(&self, question: &Question, answer: &Answer, run: &Run, folder: &Path) -> Result<PathBuf, Error> {
-        let told = self.told(answer, run)?;
+        let data = self.driver_data(answer, run)?;
         let name = &self.scenario.name;
         let about = format!("A run of {name} against {}, found by steward prove", question.property);
         let hold = self.scenario.file.prove.messages.hold;
         let changes = faults::changes(run, &self.faults).into_iter().map(|change| {
-            let Change { index, begins } = change?;
+            let Switching { index, begins } = change?;
             let Switched { kind, name, .. } = &self.faults[index];
             Some(FaultChange { begins, kind: *kind, name: name.clone() })
         });
-        let steps = run.steps().iter().zip(told).zip(changes);
-        let steps = steps.map(|((step, told), change)| (step, told.unwrap_or_default(), change));
+        let steps = run.steps().iter().zip(data).zip(changes);
+        let steps = steps.map(|((step, data), change)| (step, data.unwrap_or_default(), change));
         let schedule = Schedule::text(&about, steps, hold, &self.system);
         let staging = Staging::begin(folder)?;
         staging.write(SCHEDULE, schedule)?;
@@ -49,15 +49,16 @@ impl Proof {
         Ok(folder.join(COUNTEREXAMPLE))
     }
 
-    /// What the environment tells the processes in each of its steps.
-    pub(super) fn told(&self, answer: &Answer, run: &Run) -> Result<Vec<Option<DriverData>>, Error> {
+    /// The data that the components have received after each step of the environment.
+    pub(super) fn driver_data(&self, answer: &Answer, run: &Run) -> Result<Vec<Option<DriverData>>, Error> {
         let steps = run.steps();
-        let mut told = vec![None; steps.len()];
+        let mut data = vec![None; steps.len()];
         self.replayed(answer, run, |step, system| {
-            let is_told = matches!(steps[step], PathStep::Environment { .. });
-            told[step] = is_told.then(|| faults::told(system));
+            if let PathStep::Environment { .. } = steps[step] {
+                data[step] = Some(faults::driver_data(system));
+            }
         })?;
-        Ok(told)
+        Ok(data)
     }
 
     /// Replays the run; `look` sees the system after each step.

@@ -25,7 +25,7 @@ impl Ending {
     }
 }
 
-/// The stop condition met in this step: a violation takes precedence over an arrival.
+/// The stop condition met in this step: a violation takes precedence over an arrival, and both over final verdicts.
 fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
     let violation = view.happenings().iter().find_map(|happening| match happening {
         Happening::Verdict { monitor, decision } if decision.verdict == Verdict::False => {
@@ -43,6 +43,7 @@ fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
             _ => None,
         })
     };
+    // Without monitors, nothing can settle: such a run would otherwise end at once.
     let settled = || {
         let mut monitors = view.monitors();
         let all = stop.when_settled

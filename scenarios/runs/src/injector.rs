@@ -24,7 +24,7 @@ use skills::SkillProcess;
 use self::damage::Damages;
 pub use self::damage::opposite;
 use self::machines::Machines;
-use crate::timetable::{Change, Observation, Timetable, stream_names};
+use crate::timetable::{DueChange, Observation, Timetable, stream_names};
 use crate::world::World;
 
 /// The faults of a run: their times and their effects.
@@ -56,7 +56,7 @@ pub(crate) struct SystemUnderTest<'a> {
 
 /// What happened to a fault of the scenario, identified by its index.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Happening {
+pub(crate) enum FaultHappening {
     /// It became active.
     Begun(usize),
     /// It ended.
@@ -127,14 +127,14 @@ impl Injector {
     }
 
     /// Begins and ends the faults that are due. Returns what happened.
-    pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<Happening> {
+    pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<FaultHappening> {
         let (now, pose) = (run.world.time(), run.world.robot().map(|robot| robot.sim.truth().pose()));
         let changes = self.timetable.changes(&Observation { now, pose, system: run.system, events: run.events });
         let mut happenings = Vec::with_capacity(changes.len());
         for change in changes {
             happenings.push(match change {
-                Change::Begins(index) => self.begin(index, run),
-                Change::Ends(index) => self.end(index, run),
+                DueChange::Begins(index) => self.begin(index, run),
+                DueChange::Ends(index) => self.end(index, run),
             });
         }
         if !happenings.is_empty() {
@@ -144,13 +144,15 @@ impl Injector {
     }
 
     /// Applies a fault's instantaneous effects when it begins.
-    fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
+    fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> FaultHappening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
+        // Effects that last are not applied here: `renew` derives them from all active faults, so that the end of one
+        // leaves the others as they were.
         match (effect, run.world.robot_mut()) {
             (Effect::Charge(charge_pct), Some(robot)) => robot.sim.set_battery_charge(*charge_pct),
             (Effect::Kidnap(to), Some(robot)) => {
                 if let Err(error) = robot.sim.kidnap(to.value) {
-                    return Happening::LeftUndone(index, error.to_string());
+                    return FaultHappening::LeftUndone(index, error.to_string());
                 }
             }
             (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
@@ -158,23 +160,23 @@ impl Injector {
                 let to = to.value;
                 let goal = Goal::at(to.translation.vector.into(), Some(maps::heading(&to)));
                 if let Err(reason) = robot.software.drive_to(goal, run.system) {
-                    return Happening::LeftUndone(index, reason.to_owned());
+                    return FaultHappening::LeftUndone(index, reason.to_owned());
                 }
             }
             (Effect::Device { component, trouble: DeviceTrouble::Drop }, Some(robot)) => {
                 let id = run.system.topology().find_process(&component.value).expect("a tray of the scenario");
                 if let Err(reason) = robot.drop_box(id, run.system) {
-                    return Happening::LeftUndone(index, reason.to_owned());
+                    return FaultHappening::LeftUndone(index, reason.to_owned());
                 }
             }
             (Effect::Channels { .. }, _) => damages.begin(run.system),
             _ => {}
         }
-        Happening::Begun(index)
+        FaultHappening::Begun(index)
     }
 
     /// Applies a fault's instantaneous effects when it ends.
-    fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
+    fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> FaultHappening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
             Effect::Outage { component, crashed: true } => {
@@ -184,7 +186,7 @@ impl Injector {
             Effect::Channels { .. } => damages.end(run.system),
             _ => {}
         }
-        Happening::Ended(index)
+        FaultHappening::Ended(index)
     }
 
     /// Recomputes the lasting effects from the active faults.

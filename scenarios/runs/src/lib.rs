@@ -8,8 +8,8 @@
 //! begins and ends: in the simulated world (`sim::Faults`), on a channel (`channels::Disturbance`), in a component
 //! (`components::Outages`), in a skill (`skills::Mutation`), in the ticks (`tick_clock`). `switched` has those that a
 //! proof or a schedule begins and ends. `world` is the simulated robot with its software, and what devices sense and
-//! move; a scenario without a map has a `World` that is only the time. `player` performs the steps of a schedule
-//! instead of drivers and physics. `ending` decides when a run ends.
+//! move; a scenario without a map has a `World` that is only the time. `schedule_replay` performs the steps of a
+//! schedule instead of drivers and physics. `ending` decides when a run ends.
 
 mod conduct;
 mod ending;
@@ -17,8 +17,8 @@ mod error;
 mod given_up;
 mod injector;
 mod machines;
-mod player;
 mod run;
+mod schedule_replay;
 mod session;
 mod skill_errors;
 mod switched;

@@ -35,6 +35,7 @@ fn add(chart: &Chart, id: StateId, (parent, is_default): (Option<usize>, bool), 
         is_parallel: state.kind() == StateKind::Parallel,
         is_final: state.kind() == StateKind::Final,
     });
+    // In the order of the document: an id is a state's number there.
     let mut children: Vec<StateId> = state.children().iter().chain(state.histories()).copied().collect();
     children.sort_unstable();
     for child in children {

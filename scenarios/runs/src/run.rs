@@ -14,17 +14,17 @@ use recording::{Happening, SceneClock, TraceHash, event_line};
 use roaml::{Model, PropertyMonitor};
 use robot::Streams;
 use scenarios::names::unknown;
-use scenarios::scenario::{Monitoring, STEP, Scenario, TreeIds};
+use scenarios::scenario::{Behavior, Monitoring, STEP, Scenario, TreeIds};
 use scenarios::{Complaints, Error};
 
 use self::recorded::Recorded;
 use crate::error::StepError;
-use crate::injector::{self, Injector, SystemUnderTest};
-use crate::player::{Part, Player};
+use crate::injector::{FaultHappening, Injector, SystemUnderTest};
+use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
 use crate::tree_errors::TreeErrors;
-use crate::wiring::{Ids, start_programs, wire};
+use crate::wiring::{Ids, Wired, start_programs, wire};
 use crate::world::{SimulatedRobot, World};
 
 /// A running scenario.
@@ -40,7 +40,7 @@ pub struct Run {
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
-    kind: Kind,
+    kind: RunKind,
     /// The events of the last step.
     events: Vec<Event>,
     /// Whether a timer or a fault moved a process in the last step.
@@ -68,16 +68,27 @@ pub struct Run {
 
 /// What makes a run go on.
 #[derive(Debug)]
-enum Kind {
+enum RunKind {
     /// Physics, sensors and drivers, every [`STEP`].
     Application,
     /// The timers and ticks of a RoAML model: each step happens at the time of one.
     Model(Arc<Model>),
     /// A schedule, which takes the place of scheduler, drivers and physics.
-    Schedule(Player),
+    Schedule(ScheduleReplay),
 }
 
-impl Kind {
+impl RunKind {
+    fn of(scenario: &Scenario, wired: &Wired, complaints: &mut Complaints) -> Self {
+        match (&scenario.schedule, &scenario.behavior) {
+            (Some(schedule), _) => {
+                let generator = wired.ids.tree.map(|ids| ids.tick_generator);
+                Self::Schedule(ScheduleReplay::new(schedule, scenario, &wired.system, generator, complaints))
+            }
+            (None, Behavior::Model(model)) => Self::Model(Arc::clone(model)),
+            (None, Behavior::Tree(_)) => Self::Application,
+        }
+    }
+
     fn has_schedule(&self) -> bool {
         matches!(self, Self::Schedule(_))
     }
@@ -102,21 +113,15 @@ impl Run {
         let streams = Streams::new(seed);
         let mut wired = wire(&scenario, &streams)?;
         let mut complaints = Complaints::default();
-        let kind = match (&scenario.schedule, scenario.model()) {
-            (Some(schedule), _) => {
-                let generator = wired.ids.tree.map(|ids| ids.tick_generator);
-                Kind::Schedule(Player::new(schedule, &scenario, &wired.system, generator, &mut complaints))
-            }
-            (None, Some(model)) => Kind::Model(Arc::clone(model)),
-            (None, None) => Kind::Application,
-        };
+        let kind = RunKind::of(&scenario, &wired, &mut complaints);
+        // A schedule takes the place of the robot's physics and drivers.
         let robot = scenario.premises.as_ref().zip(wired.ids.robot).filter(|_| !kind.has_schedule());
         let world = World::new(robot, &wired.system, &streams)?;
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
         let tick = scenario.file.execution.tick;
-        let first_tick = if let Kind::Model(_) = kind { tick } else { AFTER_THE_START };
+        let first_tick = if let RunKind::Model(_) = kind { tick } else { AFTER_THE_START };
         Ok(Self {
             recorded: Recorded::of(wired.system.monitors().len()),
             skill_errors: SkillErrors::of(&wired.system),
@@ -150,10 +155,15 @@ impl Run {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
         self.happenings.extend(self.added.drain(..).map(Happening::FaultAdded));
-        if self.kind.has_schedule() {
-            self.follow_schedule()?;
-        } else {
-            self.act()?;
+        match &mut self.kind {
+            RunKind::Schedule(replay) => {
+                let mut replayed = ReplayedSteps::default();
+                let performed = replay.advance(&mut self.system, &mut replayed);
+                let now = replay.now();
+                self.enter(replayed, now);
+                performed?;
+            }
+            RunKind::Application | RunKind::Model(_) => self.act()?,
         }
         let now = self.time();
         self.note_tree_errors();
@@ -167,18 +177,15 @@ impl Run {
         Ok(())
     }
 
-    /// Performs a step of the schedule.
-    fn follow_schedule(&mut self) -> Result<(), StepError> {
-        let Self { kind: Kind::Schedule(player), system, world, events, hash, .. } = self else { return Ok(()) };
-        let mut part = Part::default();
-        let performed = player.perform_part(system, &mut part);
-        world.step(player.now(), system);
-        part.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
-        *events = part.events;
-        self.overruns += part.overruns;
-        self.happenings.extend(part.words.into_iter().map(|words| Happening::Moved { words }));
-        (self.begun, self.stirred) = (true, true);
-        performed
+    /// Adds the steps of a schedule, including those before an error, to the run.
+    fn enter(&mut self, replayed: ReplayedSteps, now: Duration) {
+        let Self { system, world, events, hash, .. } = self;
+        world.step(now, system);
+        replayed.events.iter().for_each(|event| hash.line(&event_line(event, system.topology())));
+        *events = replayed.events;
+        self.overruns += replayed.overruns;
+        self.happenings.extend(replayed.words.into_iter().map(|words| Happening::Moved { words }));
+        self.stirred = true;
     }
 
     /// Performs a step with faults, physics and drivers.
@@ -193,7 +200,7 @@ impl Run {
         self.events.clear();
         self.happen(now)?;
         // In a model, everything that is due at the same time happens one by one, and the tick comes last.
-        while matches!(self.kind, Kind::Model(_)) && self.next_event().is_some_and(|next| next <= now) {
+        while matches!(self.kind, RunKind::Model(_)) && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
         Ok(())
@@ -204,7 +211,7 @@ impl Run {
     /// of [`STEP`].
     fn next_time(&self) -> Duration {
         let now = self.world.time();
-        if !matches!(self.kind, Kind::Model(_)) {
+        if !matches!(self.kind, RunKind::Model(_)) {
             return now + STEP;
         }
         if !self.begun {
@@ -225,7 +232,7 @@ impl Run {
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
         self.stirred |= fired;
-        if self.communicate(now, !fired || !matches!(self.kind, Kind::Model(_)))? {
+        if self.communicate(now, !fired || !matches!(self.kind, RunKind::Model(_)))? {
             self.follow_tree();
         }
         Ok(())
@@ -238,9 +245,9 @@ impl Run {
         let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
         let position = self.world.robot().map(|robot| robot.sim.truth().pose().translation.vector.into());
         self.happenings.extend(changes.into_iter().map(|change| match change {
-            injector::Happening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
-            injector::Happening::Ended(fault) => Happening::FaultEnded { fault, time },
-            injector::Happening::LeftUndone(fault, reason) => Happening::FaultLeftUndone { fault, time, reason },
+            FaultHappening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
+            FaultHappening::Ended(fault) => Happening::FaultEnded { fault, time },
+            FaultHappening::LeftUndone(fault, reason) => Happening::FaultLeftUndone { fault, time, reason },
         }));
     }
 
@@ -258,13 +265,14 @@ impl Run {
         let ticked = self.ids.tree.filter(|_| is_due);
         if let Some(TreeIds { tick_generator, tree }) = ticked {
             if let (Some(robot), Some(of)) = (self.world.robot(), self.scenario.tree()) {
-                robot.tell(of, system, tree);
+                robot.write_to_blackboard(of, system, tree);
             }
             let (event, delivered) = system.generate_tick(tick_generator);
             self.overruns += u64::from(!delivered);
             enter(event);
         }
         let budget = self.scenario.file.execution.step_budget;
+        // The events before an error belong to the run: they are recorded and hashed, and may show its reason.
         let mut failure = None;
         for event in system.run(scheduler.as_mut(), budget) {
             match event {
@@ -283,7 +291,7 @@ impl Run {
     /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model
     /// requires it.
     fn follow_tree(&mut self) {
-        let Self { kind: Kind::Model(model), system, ids: Ids { tree: Some(ids), .. }, .. } = self else { return };
+        let Self { kind: RunKind::Model(model), system, ids: Ids { tree: Some(ids), .. }, .. } = self else { return };
         let (Some(of), Some(last)) = (&model.tree, self.events.last()) else { return };
         if !system.is_ready_for_tick(ids.tick_generator) {
             return;
@@ -345,7 +353,7 @@ impl Run {
     /// Whether the schedule that it follows has ended.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        matches!(&self.kind, Kind::Schedule(player) if player.is_over())
+        matches!(&self.kind, RunKind::Schedule(replay) if replay.is_over())
     }
 
     /// The channel system.

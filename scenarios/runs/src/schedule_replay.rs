@@ -4,21 +4,21 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId};
+use channels::{ChannelSystem, Enabled, EnabledKind, Event, ProcessId, Topology};
 use diagnostics::{Problem, Span, Spanned};
 use explorer::{Damage, EnvironmentState, PathStep, Performer, Update};
 use scenarios::Complaints;
 use scenarios::names::unknown;
 use scenarios::scenario::Scenario;
 use scenarios::scenario::schedule::driven;
-use scenarios::scenario::schedule::{FaultChange, Happening, Schedule, Step, Taken};
+use scenarios::scenario::schedule::{EnvironmentMove, FaultChange, Schedule, ScheduleStep, Taken};
 
 use crate::error::StepError;
 use crate::switched::{Switchboard, Switched};
 
 /// A schedule that a run follows.
 #[derive(Debug)]
-pub(crate) struct Player {
+pub(crate) struct ScheduleReplay {
     schedule: Arc<Schedule>,
     /// The number of the next step.
     next: usize,
@@ -29,9 +29,9 @@ pub(crate) struct Player {
     switchboard: Switchboard,
 }
 
-/// What happens between two moments at which the environment moves or time passes.
+/// The steps between two moments at which the environment moves or time passes.
 #[derive(Debug, Default)]
-pub(crate) struct Part {
+pub(crate) struct ReplayedSteps {
     /// The events, including those before an error.
     pub(crate) events: Vec<Event>,
     /// What happened around the system, in words.
@@ -40,8 +40,8 @@ pub(crate) struct Part {
     pub(crate) overruns: u64,
 }
 
-impl Player {
-    /// A schedule at its start. Processes and places that the system does not have are reported.
+impl ScheduleReplay {
+    /// A schedule at its start. Processes, places and faults that the system does not have are reported.
     pub(crate) fn new(
         schedule: &Arc<Schedule>,
         scenario: &Scenario,
@@ -49,47 +49,12 @@ impl Player {
         generator: Option<ProcessId>,
         complaints: &mut Complaints,
     ) -> Self {
-        let topology = system.topology();
-        let known: Vec<String> = scenario
-            .premises
-            .iter()
-            .flat_map(|premises| premises.places.iter().map(|(name, _)| name.to_owned()))
-            .collect();
-        let mut switchboard = Switchboard::default();
-        let (mut misnamed, mut misfits) = (BTreeSet::new(), Complaints::default());
-        let mut complained = BTreeSet::new();
-        let mut check = |what, name: &str, span: &Span, is_known: bool, all: Vec<&str>| {
-            if !is_known && complained.insert(name.to_owned()) {
-                complaints.push(unknown(what, &Spanned { value: name.to_owned(), span: span.clone() }, all));
-            }
-        };
-        for Spanned { value, span } in &schedule.steps {
-            match value {
-                Step::Take(Taken { process, to, from, .. }) => {
-                    for name in [Some(process), to.as_ref(), from.as_ref()].into_iter().flatten() {
-                        let all = topology.processes().map(|id| topology.name(id)).collect();
-                        check("process", name, span, topology.find_process(name).is_some(), all);
-                    }
-                }
-                Step::Environment(Happening { told, change, .. }) => {
-                    if let Some(place) = &told.place {
-                        check("place", place, span, known.contains(place), known.iter().map(String::as_str).collect());
-                    }
-                    if let Some(FaultChange { kind, name, .. }) = change
-                        && switchboard.find(*kind, name).is_none()
-                        && misnamed.insert((kind.name(), name))
-                    {
-                        let name = Spanned { value: name.clone(), span: span.clone() };
-                        let fault = Switched::named(*kind, &name, scenario, system, &mut misfits);
-                        fault.into_iter().for_each(|fault| _ = switchboard.add(fault));
-                    }
-                }
-                Step::Wait(_) | Step::Tick(_) => {}
-            }
-        }
-        complaints.take(misfits.check());
+        let places = scenario.premises.iter().flat_map(|premises| premises.places.iter());
+        let known: Arc<[String]> = places.map(|(name, _)| name.to_owned()).collect();
+        check_names(schedule, system.topology(), &known, complaints);
+        let switchboard = switchboard(schedule, scenario, system, complaints);
         let performer = Performer { generator, driven: driven(system), hold: Duration::ZERO, now: Duration::ZERO };
-        Self { schedule: Arc::clone(schedule), next: 0, performer, known: known.into(), switchboard }
+        Self { schedule: Arc::clone(schedule), next: 0, performer, known, switchboard }
     }
 
     /// Whether the schedule has ended.
@@ -102,48 +67,64 @@ impl Player {
         self.performer.now
     }
 
-    /// Performs the next steps until the environment moves or time passes again, and adds them to `part`.
-    pub(crate) fn perform_part(&mut self, system: &mut ChannelSystem, part: &mut Part) -> Result<(), StepError> {
+    /// Performs the next steps until the environment moves or time passes again, and adds them to `replayed`.
+    pub(crate) fn advance(
+        &mut self,
+        system: &mut ChannelSystem,
+        replayed: &mut ReplayedSteps,
+    ) -> Result<(), StepError> {
         let schedule = Arc::clone(&self.schedule);
         let mut may_begin = true;
         while let Some(Spanned { value: step, span }) = schedule.steps.get(self.next) {
-            let begins = matches!(step, Step::Environment(..) | Step::Wait(_));
+            let begins = matches!(step, ScheduleStep::Environment(..) | ScheduleStep::Wait(_));
             if begins && !may_begin {
                 break;
             }
-            may_begin &= matches!(step, Step::Environment(..));
-            let mut begun = None;
-            let step = match step {
-                Step::Environment(Happening { words, told, change }) => {
-                    part.words.extend((!words.is_empty()).then(|| words.clone()));
-                    // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
-                    if let Some(FaultChange { begins, kind, name }) = change {
-                        let fault = self.switchboard.find(*kind, name);
-                        begun = fault.filter(|_| *begins);
-                        let ended = fault.filter(|_| !begins);
-                        ended.into_iter().for_each(|it| self.switchboard.switch(it, false, system, self.performer.now));
-                    }
-                    let (told, known) = (told.clone(), Arc::clone(&self.known));
-                    let update: Update = Arc::new(move |_, process, _| told.update(process, &known));
-                    PathStep::Environment { words: String::new(), update, state: EnvironmentState::new() }
-                }
-                Step::Wait(span) => PathStep::Wait(*span),
-                Step::Tick(delivered) => {
-                    part.overruns += u64::from(!delivered);
-                    PathStep::Tick { delivered: *delivered }
-                }
-                Step::Take(taken) => self.take(taken, system, span)?,
-            };
-            let performed = self.performer.perform(&step, system)?;
-            let performed = performed.ok_or_else(|| match step {
-                PathStep::Tick { delivered: true } => misfit(span, "the tree cannot take a tick here"),
-                _ => misfit(span, "the tree takes the tick here"),
-            })?;
-            part.events.extend(performed.event);
-            self.damage(&step, system)?;
-            begun.into_iter().for_each(|fault| self.switchboard.switch(fault, true, system, self.performer.now));
+            // The environment may move several times before time passes: all of that is one step of the run.
+            may_begin &= matches!(step, ScheduleStep::Environment(..));
+            self.perform(step, span, system, replayed)?;
             self.next += 1;
         }
+        Ok(())
+    }
+
+    fn perform(
+        &mut self,
+        step: &ScheduleStep,
+        span: &Span,
+        system: &mut ChannelSystem,
+        replayed: &mut ReplayedSteps,
+    ) -> Result<(), StepError> {
+        let mut begun = None;
+        let step = match step {
+            ScheduleStep::Environment(moved) => {
+                replayed.words.extend((!moved.words.is_empty()).then(|| moved.words.clone()));
+                // When the drivers act, a fault that ends has already ended, and one that begins has not begun yet.
+                if let Some(FaultChange { begins, kind, name }) = &moved.change {
+                    let fault = self.switchboard.find(*kind, name);
+                    begun = fault.filter(|_| *begins);
+                    let ended = fault.filter(|_| !begins);
+                    ended.into_iter().for_each(|it| self.switchboard.switch(it, false, system, self.performer.now));
+                }
+                let (data, known) = (moved.data.clone(), Arc::clone(&self.known));
+                let update: Update = Arc::new(move |_, process, _| data.update(process, &known));
+                PathStep::Environment { words: String::new(), update, state: EnvironmentState::new() }
+            }
+            ScheduleStep::Wait(span) => PathStep::Wait(*span),
+            ScheduleStep::Tick(delivered) => {
+                replayed.overruns += u64::from(!delivered);
+                PathStep::Tick { delivered: *delivered }
+            }
+            ScheduleStep::Take(taken) => self.take(taken, system, span)?,
+        };
+        let performed = self.performer.perform(&step, system)?;
+        let performed = performed.ok_or_else(|| match step {
+            PathStep::Tick { delivered: true } => misfit(span, "the tree cannot take a tick here"),
+            _ => misfit(span, "the tree takes the tick here"),
+        })?;
+        replayed.events.extend(performed.event);
+        self.damage(&step, system)?;
+        begun.into_iter().for_each(|fault| self.switchboard.switch(fault, true, system, self.performer.now));
         Ok(())
     }
 
@@ -178,6 +159,51 @@ impl Player {
         let problem = problem(span, &format!("{} is not possible here", taken.words()));
         Err(StepError::Schedule(problem.with_help(help)))
     }
+}
+
+/// Reports processes and places that do not exist, each name once.
+fn check_names(schedule: &Schedule, topology: &Topology, places: &[String], complaints: &mut Complaints) {
+    let processes: Vec<&str> = topology.processes().map(|id| topology.name(id)).collect();
+    let places: Vec<&str> = places.iter().map(String::as_str).collect();
+    let mut reported = BTreeSet::new();
+    let mut check = |what, name: &str, span: &Span, known: &[&str]| {
+        if !known.contains(&name) && reported.insert(name.to_owned()) {
+            let name = Spanned { value: name.to_owned(), span: span.clone() };
+            complaints.push(unknown(what, &name, known.iter().copied()));
+        }
+    };
+    for Spanned { value, span } in &schedule.steps {
+        match value {
+            ScheduleStep::Take(Taken { process, to, from, .. }) => {
+                let named = [Some(process), to.as_ref(), from.as_ref()];
+                named.into_iter().flatten().for_each(|name| check("process", name, span, &processes));
+            }
+            ScheduleStep::Environment(EnvironmentMove { data, .. }) => {
+                data.place.iter().for_each(|place| check("place", place, span, &places));
+            }
+            ScheduleStep::Wait(_) | ScheduleStep::Tick(_) => {}
+        }
+    }
+}
+
+/// The faults that begin or end in a schedule. Those that do not fit the scenario are reported, each once.
+fn switchboard(
+    schedule: &Schedule,
+    scenario: &Scenario,
+    system: &ChannelSystem,
+    complaints: &mut Complaints,
+) -> Switchboard {
+    let mut switchboard = Switchboard::default();
+    let mut seen = BTreeSet::new();
+    for Spanned { value, span } in &schedule.steps {
+        let ScheduleStep::Environment(EnvironmentMove { change: Some(change), .. }) = value else { continue };
+        if seen.insert((change.kind.name(), &change.name)) {
+            let name = Spanned { value: change.name.clone(), span: span.clone() };
+            let fault = Switched::named(change.kind, &name, scenario, system, complaints);
+            fault.into_iter().for_each(|fault| switchboard.add(fault));
+        }
+    }
+    switchboard
 }
 
 fn problem(span: &Span, what: &str) -> Problem {

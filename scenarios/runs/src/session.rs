@@ -8,11 +8,15 @@ use diagnostics::FileProblems;
 use recording::{Detail, Ended, Record, RunView};
 use scenarios::Error;
 use scenarios::faults::Fault;
-use scenarios::scenario::{Found, STEP, Scenario, ScenarioFile, find};
+use scenarios::scenario::{Found, FoundKind, STEP, Scenario, ScenarioFile};
 use toml::{Table, Value};
 
 use crate::conduct::Conducted;
 use crate::run::Run;
+
+/// How much more than the largest error of localization a saved scenario allows, in meters. Chosen, not measured: the run
+/// is the same, so that any margin is enough.
+const MARGIN_M: f64 = 0.01;
 
 /// A run in which a person intervenes.
 ///
@@ -176,6 +180,8 @@ impl Session {
         let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
         let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);
         let error_m = view.tally().localization_error().map_or(0.0, |error| error.max_m);
+        // What the base expects would be expected of this run as well: it is replaced by what has happened. What the base
+        // does not expect is left out, so that the scenario states no more than it did.
         for (key, value, matters) in [
             ("reached", reached.into(), !expect.reached.is_empty()),
             ("not_reached", Value::Array(Vec::new()), !expect.not_reached.is_empty()),
@@ -185,7 +191,7 @@ impl Session {
                 expect.max_collisions.is_some(),
             ),
             ("min_battery_pct", lowest_pct.floor().into(), expect.min_battery_pct.is_some()),
-            ("max_localization_m", (error_m + 0.01).into(), expect.max_localization_m.is_some()),
+            ("max_localization_m", (error_m + MARGIN_M).into(), expect.max_localization_m.is_some()),
         ] {
             if matters {
                 set("expect", key, value);
@@ -208,14 +214,12 @@ fn without_faults(found: &Found, overrides: &[String], seed: u64) -> Result<(Tab
     };
     let mut set = |key: &str, value: Value| written.insert(key.to_owned(), value);
     set("seed", Value::Integer(i64::try_from(seed).unwrap_or(i64::MAX)));
-    if find::shipped(&found.argument).is_some() {
-        set("base", found.argument.clone().into());
-    } else {
-        let is_model = Path::new(&found.path).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
-        // A model's path is relative to the working directory, a base's to the scenario.
-        let path = if is_model { found.path.clone() } else { file_name(&found.path) };
-        set(if is_model { "model" } else { "base" }, path.into());
-    }
+    // A model's path is relative to the working directory, a base's to the scenario.
+    match found.kind {
+        FoundKind::Shipped => set("base", found.argument.clone().into()),
+        FoundKind::OnDisk => set("base", file_name(&found.path).into()),
+        FoundKind::Model => set("model", found.path.clone().into()),
+    };
     Ok((written, faults))
 }
 

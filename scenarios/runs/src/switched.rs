@@ -1,4 +1,4 @@
-//! Faults that begin and end when a proof or a schedule says so.
+//! Faults whose beginnings and ends a proof or a schedule determines.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -39,7 +39,7 @@ pub enum SwitchedEffect {
         /// Whether it forgets everything.
         crashed: bool,
     },
-    /// Its messages say the opposite.
+    /// It sends the opposite of each message.
     WrongReply,
     /// It runs another machine, from its initial state.
     Machine {
@@ -117,6 +117,7 @@ fn mutated(
     };
     let text = complaints.note(mutate(file.name(), file.text(), &found))?;
     let chart = complaints.note(Chart::load(&format!("{} ({mistake})", file.name()), &text))?;
+    // The mutant replaces a process of the wired system: it must get by with the channels that exist.
     let topology = system.topology();
     let mutant = complaints.note(SkillProcess::new(skill, &chart, topology, sound.data_of(&chart)))?;
     let process = topology.find_process(skill)?;
@@ -159,10 +160,9 @@ impl Switchboard {
         self.faults.iter().position(|fault| fault.kind == kind && fault.name == name)
     }
 
-    /// Adds a fault and returns its number.
-    pub(crate) fn add(&mut self, fault: Switched) -> usize {
+    /// Adds a fault.
+    pub(crate) fn add(&mut self, fault: Switched) {
         self.faults.push(fault);
-        self.faults.len() - 1
     }
 
     /// Begins or ends a fault.
@@ -171,6 +171,8 @@ impl Switchboard {
         let (id, before) = (*process, self.active.iter().position(|(active, _)| *active == fault));
         let ended = before.filter(|_| !begins).map(|index| self.active.remove(index).1);
         let mut disturbances = Vec::new();
+        // The process that takes its place, if one does. During an outage, the process is only suspended: one that
+        // hangs goes on where it was, and one that has crashed starts again at the end.
         let successor = match effect {
             SwitchedEffect::Outage { .. } if begins => None,
             SwitchedEffect::Outage { crashed } => system.clone_process(id).filter(|_| *crashed).map(|mut process| {
@@ -197,6 +199,11 @@ impl Switchboard {
         if begins {
             self.active.push((fault, disturbances));
         }
+        self.suspend_or_resume(id, system);
+    }
+
+    /// Several faults may have stopped the same process: it continues when the last of them has ended.
+    fn suspend_or_resume(&self, id: ProcessId, system: &mut ChannelSystem) {
         let is_out = |(fault, _): &(usize, _)| {
             let fault = &self.faults[*fault];
             fault.process == id && matches!(fault.effect, SwitchedEffect::Outage { .. })

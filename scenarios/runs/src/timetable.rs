@@ -29,7 +29,7 @@ pub(crate) struct Observation<'a> {
 
 /// The beginning or end of a fault, given by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
+pub(crate) enum DueChange {
     /// It becomes active.
     Begins(usize),
     /// It ends.
@@ -39,13 +39,13 @@ pub(crate) enum Change {
 /// The faults of a scenario, each with its state.
 #[derive(Debug)]
 pub(crate) struct Timetable {
-    entries: Vec<Entry>,
+    faults: Vec<TimedFault>,
     /// The indices of the active faults: of thousands, few are active at once.
     holding: BTreeSet<usize>,
 }
 
 #[derive(Debug)]
-struct Entry {
+struct TimedFault {
     fault: Arc<Fault>,
     watch: Watch,
     /// How often it may still become active.
@@ -80,10 +80,10 @@ impl Timetable {
         streams: &Streams,
         complaints: &mut Complaints,
     ) -> Self {
-        let mut entries = Vec::with_capacity(faults.len());
+        let mut timed = Vec::with_capacity(faults.len());
         for (fault, stream) in faults.iter().zip(stream_names(faults)) {
             let watch = Watch::new(&fault.timing.trigger, system, places, complaints);
-            entries.extend(watch.map(|watch| Entry {
+            timed.extend(watch.map(|watch| TimedFault {
                 fault: Arc::clone(fault),
                 watch,
                 left: fault.timing.times,
@@ -91,27 +91,28 @@ impl Timetable {
                 rng: streams.stream(&format!("fault/trigger/{stream}")),
             }));
         }
-        Self { entries, holding: BTreeSet::new() }
+        Self { faults: timed, holding: BTreeSet::new() }
     }
 
     /// The changes at this moment: first the ends, then the beginnings, each in the order of the scenario.
-    pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<Change> {
+    pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<DueChange> {
         let mut changes = Vec::new();
         for index in self.holding.iter().copied() {
-            let entry = &mut self.entries[index];
-            if entry.ends(observed.now) {
-                entry.state = Phase::Waiting;
-                changes.push(Change::Ends(index));
+            let fault = &mut self.faults[index];
+            if fault.ends(observed.now) {
+                fault.state = Phase::Waiting;
+                changes.push(DueChange::Ends(index));
             }
         }
-        for (index, entry) in self.entries.iter_mut().enumerate() {
-            if entry.begins(observed) {
-                changes.push(Change::Begins(index));
+        for (index, fault) in self.faults.iter_mut().enumerate() {
+            if fault.begins(observed) {
+                changes.push(DueChange::Begins(index));
             }
         }
+        // A fault that ends and begins in the same step holds, and a momentary one never does: the state decides.
         for change in &changes {
-            let (Change::Begins(index) | Change::Ends(index)) = *change;
-            if self.entries[index].state == Phase::Waiting {
+            let (DueChange::Begins(index) | DueChange::Ends(index)) = *change;
+            if self.faults[index].state == Phase::Waiting {
                 self.holding.remove(&index);
             } else {
                 self.holding.insert(index);
@@ -122,9 +123,9 @@ impl Timetable {
 
     /// Adopts the state of an earlier timetable whose faults are the first of these. Their durations may differ.
     pub(crate) fn resume(&mut self, earlier: Self) {
-        let Self { entries, holding } = earlier;
-        for (entry, earlier) in self.entries.iter_mut().zip(entries) {
-            *entry = Entry { fault: Arc::clone(&entry.fault), ..earlier };
+        let Self { faults, holding } = earlier;
+        for (fault, earlier) in self.faults.iter_mut().zip(faults) {
+            *fault = TimedFault { fault: Arc::clone(&fault.fault), ..earlier };
         }
         self.holding = holding;
     }
@@ -135,7 +136,7 @@ impl Timetable {
     }
 }
 
-impl Entry {
+impl TimedFault {
     /// Whether the fault is active and ends now.
     fn ends(&self, now: Duration) -> bool {
         let Phase::Holding(since) = self.state else { return false };
@@ -192,6 +193,8 @@ impl Watch {
 
     /// Whether the trigger fires at this observation.
     fn comes(&mut self, observed: &Observation<'_>) -> bool {
+        // A trigger fires when its condition becomes true: its memory advances at every step, even while the fault is
+        // active and the trigger is ignored. A message is an event, and has no memory.
         let becomes = |was: &mut bool, is: bool| !std::mem::replace(was, is) && is;
         match self {
             Self::Time { next, every } => {

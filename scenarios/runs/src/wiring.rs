@@ -63,6 +63,7 @@ pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     let mut topology = Topology::default();
     let (ids, robot) = scenario.declare(tree, &mut topology).map_err(refused)?;
     let mut processes = tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?;
+    // All processes and channels are declared before the first process is made: it looks up those that it uses.
     let topology = Arc::new(topology);
 
     for (name, skill) in scenario.machine_processes() {

@@ -16,10 +16,10 @@ use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
 use crate::given_up::GivenUps;
 
-/// A robot slower than this counts as at rest, in m/s and rad/s.
+/// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
 
-/// The gap between the robot and a box that it has put down, in meters.
+/// The gap between the robot and a box that it has put down, in meters: chosen so that they do not touch at once.
 const BESIDE_M: f64 = 0.05;
 
 /// The world of a run.
@@ -70,7 +70,7 @@ impl World {
         }
     }
 
-    /// The texts that speakers have begun to say since the last call, with their processes.
+    /// The texts that speakers have begun to speak since the last call, with their processes.
     pub(crate) fn new_speeches(&mut self, system: &ChannelSystem) -> Vec<(ProcessId, String)> {
         let mut new = Vec::new();
         for Device { process, speech, last } in &mut self.devices {
@@ -145,8 +145,9 @@ impl SimulatedRobot {
         }
     }
 
-    /// Tells a tree that needs it where the robot is and how fast it drives, as far as the software knows.
-    pub(crate) fn tell(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
+    /// Writes the robot's position and speed, as far as the software knows them, to the blackboard of a tree that reads
+    /// them.
+    pub(crate) fn write_to_blackboard(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
         let position = self.software.estimate().pose.translation.vector;
         let speed = self.software.odometry().map(|odometry| odometry.linear_mps.abs());
         let entries = [
@@ -211,7 +212,10 @@ impl SimulatedRobot {
         Around { sim: &mut self.sim, bodies: &self.bodies }
     }
 
-    /// Makes the box of a tray fall, or says why it cannot.
+    /// Makes the box of a tray fall.
+    ///
+    /// # Errors
+    /// Why it cannot fall.
     pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) -> Result<(), &'static str> {
         let tray = system.process_mut::<DeviceProcess>(tray).expect("the fault is that of a tray");
         tray.drop_box(&mut self.around())

@@ -22,17 +22,17 @@ pub use driven::{DriverData, driven, process_of};
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// The steps, in order.
-    pub steps: Vec<Spanned<Step>>,
+    pub steps: Vec<Spanned<ScheduleStep>>,
 }
 
 /// A step of a schedule.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Step {
+pub enum ScheduleStep {
     /// Something happens around the system.
-    Environment(Happening),
+    Environment(EnvironmentMove),
     /// Time passes; timers that are due fire.
     Wait(Duration),
-    /// A tick is due; the flag says whether the tree takes it.
+    /// A tick is due; the flag is whether the tree takes it.
     Tick(bool),
     /// A process takes a transition.
     Take(Taken),
@@ -40,11 +40,11 @@ pub enum Step {
 
 /// Something that happens around the system.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Happening {
+pub struct EnvironmentMove {
     /// What happens, in words.
     pub words: String,
-    /// What the drivers tell the components.
-    pub told: DriverData,
+    /// What the drivers give to the components.
+    pub data: DriverData,
     /// A fault begins or ends.
     pub change: Option<FaultChange>,
 }
@@ -128,8 +128,8 @@ impl Schedule {
         })
     }
 
-    /// A run of a channel system as the text of a schedule: its steps, with what the environment tells in each of them
-    /// and the fault that begins or ends. A message that is held back is held for the time `hold`.
+    /// A run of a channel system as the text of a schedule: its steps, with the data of the drivers in each of
+    /// them, and the fault that begins or ends. A message that is held back is held for the time `hold`.
     pub fn text<'p>(
         about: &str,
         steps: impl IntoIterator<Item = (&'p PathStep, DriverData, Option<FaultChange>)>,
@@ -138,17 +138,19 @@ impl Schedule {
     ) -> String {
         let mut text = format!("about = {}\nsteps = [\n", quoted(about));
         let mut tick = 0;
-        for (step, told, change) in steps {
+        for (step, data, change) in steps {
             let step = match step {
                 PathStep::Environment { words, .. } => {
-                    Step::Environment(Happening { words: words.clone(), told, change })
+                    ScheduleStep::Environment(EnvironmentMove { words: words.clone(), data, change })
                 }
-                PathStep::Wait(span) => Step::Wait(*span),
-                PathStep::Tick { delivered } => Step::Tick(*delivered),
-                PathStep::Take { enabled, damage } => Step::Take(Taken::of(enabled, *damage, held, system.topology())),
+                PathStep::Wait(span) => ScheduleStep::Wait(*span),
+                PathStep::Tick { delivered } => ScheduleStep::Tick(*delivered),
+                PathStep::Take { enabled, damage } => {
+                    ScheduleStep::Take(Taken::of(enabled, *damage, held, system.topology()))
+                }
             };
             // Writing to a string cannot fail.
-            let _ = if matches!(step, Step::Tick(_)) {
+            let _ = if matches!(step, ScheduleStep::Tick(_)) {
                 tick += 1;
                 writeln!(text, "  {}, # tick {}", line(&step), tick - 1)
             } else {
@@ -160,10 +162,10 @@ impl Schedule {
 }
 
 /// A step as an inline table.
-fn line(step: &Step) -> String {
+fn line(step: &ScheduleStep) -> String {
     let mut parts = Vec::new();
     match step {
-        Step::Environment(Happening { words, told: DriverData { battery, place, trip }, change }) => {
+        ScheduleStep::Environment(EnvironmentMove { words, data: DriverData { battery, place, trip }, change }) => {
             parts.push(format!("environment = {}", quoted(words)));
             if let Some(FaultChange { begins, kind, name }) = change {
                 let happens = if *begins { "begins" } else { "ends" };
@@ -176,11 +178,11 @@ fn line(step: &Step) -> String {
             let name = |trip| TRIPS.iter().find(|(_, status)| *status == trip).map_or("", |(name, _)| name);
             parts.extend(trip.map(|trip| format!("trip = {}", quoted(name(trip)))));
         }
-        Step::Wait(span) => parts.push(format!("wait_s = {}", span.as_secs_f64())),
-        Step::Tick(delivered) => {
+        ScheduleStep::Wait(span) => parts.push(format!("wait_s = {}", span.as_secs_f64())),
+        ScheduleStep::Tick(delivered) => {
             parts.push(format!("tick = {}", quoted(if *delivered { "taken" } else { "lost" })));
         }
-        Step::Take(Taken { process, transition, to, from, receiving, damage, held }) => {
+        ScheduleStep::Take(Taken { process, transition, to, from, receiving, damage, held }) => {
             parts.push(format!("process = {}, transition = {transition}", quoted(process)));
             parts.extend(to.as_ref().map(|to| format!("to = {}", quoted(to))));
             parts.extend(from.as_ref().map(|from| format!("from = {}", quoted(from))));
@@ -201,49 +203,59 @@ pub fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-fn read_step(table: Table<'_>) -> Option<Step> {
+fn read_step(table: Table<'_>) -> Option<ScheduleStep> {
     if table.has("environment") {
-        let words = table.text("environment").required();
-        let level = table.number("level_pct").within(0.0..=100.0).optional();
-        let charging = table.boolean("charging").or(false);
-        let place = table.text("place").optional();
-        let trip = table.one_of("trip", &TRIPS).optional();
-        let battery = level.map(|level| (level, charging));
-        let change = read_change(table, "begins").or_else(|| read_change(table, "ends"));
-        let told = DriverData { battery, place, trip };
-        return Some(Step::Environment(Happening { words: words?, told, change }));
+        return read_move(table).map(ScheduleStep::Environment);
     }
     if table.has("wait_s") {
-        return Some(Step::Wait(table.seconds("wait_s").required()?));
+        return Some(ScheduleStep::Wait(table.seconds("wait_s").required()?));
     }
     if table.has("tick") {
-        return Some(Step::Tick(table.one_of("tick", &[("taken", true), ("lost", false)]).required()?));
+        return Some(ScheduleStep::Tick(table.one_of("tick", &[("taken", true), ("lost", false)]).required()?));
     }
+    read_taken(table).map(ScheduleStep::Take)
+}
+
+fn read_move(table: Table<'_>) -> Option<EnvironmentMove> {
+    let words = table.text("environment").required();
+    let level = table.number("level_pct").within(0.0..=100.0).optional();
+    let charging = table.boolean("charging").or(false);
+    let place = table.text("place").optional();
+    let trip = table.one_of("trip", &TRIPS).optional();
+    let battery = level.map(|level| (level, charging));
+    let change = read_change(table, "begins").or_else(|| read_change(table, "ends"));
+    Some(EnvironmentMove { words: words?, data: DriverData { battery, place, trip }, change })
+}
+
+fn read_taken(table: Table<'_>) -> Option<Taken> {
     let help = "a step has `environment`, `wait_s`, `tick`, or `process` and `transition`";
     let process = table.text("process").required_or(help);
     let transition = table.get::<u64>("transition").required();
     let (to, from) = (table.text("to").optional(), table.text("from").optional());
     let receiving = table.get::<u64>("receiving").optional();
-    let [lost, repeated] = ["lost", "repeated"].map(|key| table.boolean(key).or(false));
-    let held = table.seconds("held_s").optional();
-    let damage = match (lost, repeated, held) {
-        (false, false, None) => Damage::None,
-        (true, false, None) => Damage::Lost,
-        (false, true, None) => Damage::Repeated,
-        (false, false, Some(_)) => Damage::Held,
-        _ => {
-            let problem = table.span().problem("a message cannot be lost, repeated and held at once");
-            table.report(problem.with_label("this step").with_help("keep one of `lost`, `repeated` and `held_s`"));
-            return None;
-        }
-    };
+    let (damage, held) = read_damage(table)?;
     if damage != Damage::None && to.is_none() {
         let problem = table.span().problem("only a message that is sent can be lost, repeated or held");
         table.report(problem.with_label("this step").with_help("set it on the step that sends the message"));
         return None;
     }
-    let held = held.unwrap_or_default();
-    Some(Step::Take(Taken { process: process?, transition: transition?, to, from, receiving, damage, held }))
+    Some(Taken { process: process?, transition: transition?, to, from, receiving, damage, held })
+}
+
+/// What happens to a message, and how long it is held back.
+fn read_damage(table: Table<'_>) -> Option<(Damage, Duration)> {
+    let [lost, repeated] = ["lost", "repeated"].map(|key| table.boolean(key).or(false));
+    match (lost, repeated, table.seconds("held_s").optional()) {
+        (false, false, None) => Some((Damage::None, Duration::ZERO)),
+        (true, false, None) => Some((Damage::Lost, Duration::ZERO)),
+        (false, true, None) => Some((Damage::Repeated, Duration::ZERO)),
+        (false, false, Some(held)) => Some((Damage::Held, held)),
+        _ => {
+            let problem = table.span().problem("a message cannot be lost, repeated and held at once");
+            table.report(problem.with_label("this step").with_help("keep one of `lost`, `repeated` and `held_s`"));
+            None
+        }
+    }
 }
 
 /// The fault that begins or ends, as `[prove.faults]` names it.

@@ -193,6 +193,7 @@ fn corruption(
 ) -> Option<Corruption> {
     let domain = topology.get(channel).domain.clone();
     let written = value(&text.value);
+    // A value that no message of the channel can have there would change nothing, and is a mistake in the file.
     let kinds: Vec<&FieldKind> =
         domain.shapes().iter().filter_map(|shape| shape.fields().get(field - 1)).map(|f| &f.1).collect();
     let fits = written.as_ref().and_then(|written| kinds.iter().find_map(|kind| fitting(written, kind)));

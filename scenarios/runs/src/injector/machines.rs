@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, ProcessId};
 use scenarios::Complaints;
-use scenarios::scenario::Scenario;
+use scenarios::scenario::{Behavior, Scenario};
 use skills::SkillProcess;
 
 /// The skills whose machines faults replace.
@@ -38,13 +38,17 @@ impl Machines {
             let found = topology.find_process(name).and_then(|id| Some((id, system.process::<SkillProcess>(id)?)));
             let Some((id, running)) = found else { continue };
             let earlier = earlier.and_then(|earlier| earlier.0.iter().find(|skill| skill.id == id));
+            // The running process may have a faulty machine: the correct one is known from before the first fault.
             let (sound, holding) = earlier.map_or((running, &[][..]), |skill| (&skill.sound, &skill.holding));
             let Some((_, skill)) = scenario.machine_processes().find(|(process, _)| process == name) else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
-                let process = match scenario.model() {
-                    Some(_) => Some(sound.with_chart(chart)),
-                    None => complaints.note(SkillProcess::new(name, chart, topology, skill.data_of(chart))),
+                // Only the model knows how to make a process of one of its machines: the new one is like the old one.
+                let process = match &scenario.behavior {
+                    Behavior::Model(_) => Some(sound.with_chart(chart)),
+                    Behavior::Tree(_) => {
+                        complaints.note(SkillProcess::new(name, chart, topology, skill.data_of(chart)))
+                    }
                 };
                 faulty.extend(process.map(|process| (faults.clone(), process)));
             }

@@ -9,7 +9,7 @@ use programs::ProgramProcess;
 use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::{MachineMonitor, Premises, STEP, Scenario, settings};
+use scenarios::scenario::{Behavior, MachineMonitor, Premises, STEP, Scenario, settings};
 
 use super::Run;
 use crate::machines;
@@ -22,19 +22,16 @@ impl Run {
         let Scenario { name, file, origin, premises, .. } = &*self.scenario;
         // A schedule has no map.
         let premises = premises.as_ref().filter(|_| !self.kind.has_schedule());
+        let is_model = matches!(self.scenario.behavior, Behavior::Model(_));
         Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scenario: name.clone(),
             about: file.about.clone(),
             origin: origin.clone(),
-            settings: settings::in_effect(
-                file.premises.as_ref().map(|entry| &entry.sim),
-                file.behavior.model().is_some(),
-                &file.execution,
-            ),
+            settings: settings::in_effect(file.premises.as_ref().map(|entry| &entry.sim), is_model, &file.execution),
             seed: self.seed,
             tick: file.execution.tick,
-            dt: if file.behavior.model().is_some() { Duration::ZERO } else { STEP },
+            dt: if is_model { Duration::ZERO } else { STEP },
             unwatched: self.recorded.monitors.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
             tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
@@ -97,37 +94,52 @@ impl Run {
         let is_quiet = self.events.is_empty() && !self.time().is_zero();
         // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
         let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
-        let Scenario { skills, components, .. } = &*self.scenario;
-        if let Some((tree, ids)) = self.scenario.tree().zip(self.ids.tree).filter(|_| stirs) {
-            let states = bt::states_in(tree, &self.system, ids.tree);
-            let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
-            if self.recorded.outcomes != outcomes {
-                self.recorded.outcomes.clone_from(&outcomes);
-                details.outcomes = Some(outcomes);
-            }
+        let scenario = Arc::clone(&self.scenario);
+        let components = &scenario.components;
+        if stirs {
+            details.outcomes = self.new_outcomes();
         }
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
-        let names = skills.keys().map(String::as_str).chain(self.scenario.component_names()).enumerate();
-        self.recorded.locations.resize(skills.len() + self.scenario.component_names().count(), None);
-        for (index, name) in names.filter(|(_, name)| moves(name)) {
-            let recorded = &mut self.recorded.locations[index];
-            let Some(process) = self.system.topology().find_process(name) else { continue };
-            let Some(location) = self.system.location(process) else { continue };
+        details.locations = self.new_locations(moves);
+        // Monitors move only when a message is received or a tick is generated.
+        if !is_quiet {
+            for (index, attached) in self.system.monitors().iter().enumerate() {
+                let state = MonitorState::of(attached.monitor.as_ref());
+                details.monitors.extend(self.recorded.monitors.change(index, state));
+            }
+        }
+        details
+    }
+
+    /// The outcomes of the tree's nodes, if one has changed.
+    fn new_outcomes(&mut self) -> Option<Vec<Option<bt::Outcome>>> {
+        let (tree, ids) = self.scenario.tree().zip(self.ids.tree)?;
+        let states = bt::states_in(tree, &self.system, ids.tree);
+        let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
+        let is_new = self.recorded.outcomes != outcomes;
+        is_new.then(|| {
+            self.recorded.outcomes.clone_from(&outcomes);
+            outcomes
+        })
+    }
+
+    /// The locations that have changed, among those of the skills and components that may have moved.
+    fn new_locations(&mut self, may_have_moved: impl Fn(&str) -> bool) -> Vec<(usize, String)> {
+        let Self { scenario, system, recorded, .. } = self;
+        let names: Vec<&str> = scenario.skills.keys().map(String::as_str).chain(scenario.component_names()).collect();
+        recorded.locations.resize(names.len(), None);
+        let mut new = Vec::new();
+        for (name, recorded) in names.into_iter().zip(&mut recorded.locations).filter(|(name, _)| may_have_moved(name))
+        {
+            let Some(process) = system.topology().find_process(name) else { continue };
+            let Some(location) = system.location(process) else { continue };
             if recorded.as_ref() != Some(&location) {
-                details.locations.push((process.index(), location.clone()));
+                new.push((process.index(), location.clone()));
                 *recorded = Some(location);
             }
         }
-        // Monitors move only when a message is received or a tick is generated.
-        if is_quiet {
-            return details;
-        }
-        for (index, attached) in self.system.monitors().iter().enumerate() {
-            let state = MonitorState::of(attached.monitor.as_ref());
-            details.monitors.extend(self.recorded.monitors.change(index, state));
-        }
-        details
+        new
     }
 
     fn new_navigation(&mut self) -> Option<Navigation> {

@@ -33,18 +33,18 @@ pub fn process_of<P: Process>(system: &ChannelSystem, name: &str) -> Option<Proc
 }
 
 impl DriverData {
-    /// What the components of a system were told last.
+    /// The data that the components of a system received last.
     pub fn of(system: &ChannelSystem) -> Self {
         let id = |name| system.topology().find_process(name);
-        Self::known_to(
+        Self::received_by(
             id(BATTERY_READER).and_then(|id| system.process(id)),
             id(LOCALIZATION).and_then(|id| system.process(id)),
             id(NAVIGATION).and_then(|id| system.process(id)),
         )
     }
 
-    /// What these components were told last.
-    pub fn known_to(
+    /// The data that these components received last.
+    pub fn received_by(
         battery: Option<&BatteryReader>,
         localization: Option<&Localization>,
         navigation: Option<&Navigation>,

@@ -25,8 +25,8 @@ fn a_schedule_is_read_as_it_is_written() {
 }
 
 #[test]
-fn a_step_that_says_nothing_or_too_much_is_refused() {
-    for (step, said) in [
+fn a_step_with_too_little_or_too_much_is_refused() {
+    for (step, expected) in [
         ("{ to = 'BT' }", "`process` and `transition` are missing"),
         ("{ process = 'BT' }", "`transition` is missing"),
         ("{ tick = 'early' }", "early"),
@@ -36,6 +36,6 @@ fn a_step_that_says_nothing_or_too_much_is_refused() {
     ] {
         let problems = Schedule::parse("run.toml", &format!("steps = [{step}]")).expect_err(step);
         let all: Vec<String> = problems.problems().iter().map(ToString::to_string).collect();
-        assert!(all.len() == 1 && all[0].contains(said), "{step}: {all:?}");
+        assert!(all.len() == 1 && all[0].contains(expected), "{step}: {all:?}");
     }
 }
