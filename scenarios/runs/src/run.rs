@@ -57,10 +57,6 @@ pub struct Run {
     overruns: u64,
     /// `None` if the tree gets no further ticks.
     tick_clock: Option<TickClock>,
-    /// Whether the first step has been made.
-    begun: bool,
-    /// Whether no step may be longer than [`STEP`].
-    is_fine: bool,
     hash: TraceHash,
     scene_clock: SceneClock,
     recorded: Recorded,
@@ -72,7 +68,13 @@ enum RunKind {
     /// Physics, sensors and drivers, every [`STEP`].
     Application,
     /// The timers and ticks of a RoAML model: each step happens at the time of one.
-    Model(Arc<Model>),
+    Model {
+        model: Arc<Model>,
+        /// Whether the first step has been made.
+        begun: bool,
+        /// Whether no step may be longer than [`STEP`].
+        is_fine: bool,
+    },
     /// A schedule, which takes the place of scheduler, drivers and physics.
     Schedule(ScheduleReplay),
 }
@@ -84,13 +86,26 @@ impl RunKind {
                 let generator = wired.ids.tree.map(|ids| ids.tick_generator);
                 Self::Schedule(ScheduleReplay::new(schedule, scenario, &wired.system, generator, complaints))
             }
-            (None, Behavior::Model(model)) => Self::Model(Arc::clone(model)),
+            (None, Behavior::Model(model)) => {
+                Self::Model { model: Arc::clone(model), begun: false, is_fine: !scenario.file.faults.is_empty() }
+            }
             (None, Behavior::Tree(_)) => Self::Application,
         }
     }
 
     fn has_schedule(&self) -> bool {
         matches!(self, Self::Schedule(_))
+    }
+
+    fn is_model(&self) -> bool {
+        matches!(self, Self::Model { .. })
+    }
+
+    /// From now on, no step is longer than [`STEP`].
+    fn refine(&mut self) {
+        if let Self::Model { is_fine, .. } = self {
+            *is_fine = true;
+        }
     }
 }
 
@@ -121,13 +136,11 @@ impl Run {
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
         let tick = scenario.file.execution.tick;
-        let first_tick = if let RunKind::Model(_) = kind { tick } else { AFTER_THE_START };
+        let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
             recorded: Recorded::of(wired.system.monitors().len()),
             skill_errors: SkillErrors::of(&wired.system),
             tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
-            begun: false,
-            is_fine: !scenario.file.faults.is_empty(),
             scene_clock: SceneClock::new(&scenario.file.snapshots),
             scenario,
             seed,
@@ -163,7 +176,7 @@ impl Run {
                 self.enter(replayed, now);
                 performed?;
             }
-            RunKind::Application | RunKind::Model(_) => self.act()?,
+            RunKind::Application | RunKind::Model { .. } => self.act()?,
         }
         let now = self.time();
         self.note_tree_errors();
@@ -192,7 +205,9 @@ impl Run {
     fn act(&mut self) -> Result<(), StepError> {
         self.apply_faults();
         let now = self.next_time();
-        self.begun = true;
+        if let RunKind::Model { begun, .. } = &mut self.kind {
+            *begun = true;
+        }
         self.world.step(now, &mut self.system);
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
@@ -200,7 +215,7 @@ impl Run {
         self.events.clear();
         self.happen(now)?;
         // In a model, everything that is due at the same time happens one by one, and the tick comes last.
-        while matches!(self.kind, RunKind::Model(_)) && self.next_event().is_some_and(|next| next <= now) {
+        while self.kind.is_model() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
         Ok(())
@@ -211,14 +226,13 @@ impl Run {
     /// of [`STEP`].
     fn next_time(&self) -> Duration {
         let now = self.world.time();
-        if !matches!(self.kind, RunKind::Model(_)) {
-            return now + STEP;
-        }
-        if !self.begun {
-            return now;
-        }
+        let is_fine = match self.kind {
+            RunKind::Application | RunKind::Schedule(_) => return now + STEP,
+            RunKind::Model { begun: false, .. } => return now,
+            RunKind::Model { is_fine, .. } => is_fine,
+        };
         let steps = u32::try_from(now.as_nanos() / STEP.as_nanos()).unwrap_or(u32::MAX).saturating_add(1);
-        let regular = self.is_fine.then(|| STEP.saturating_mul(steps));
+        let regular = is_fine.then(|| STEP.saturating_mul(steps));
         let end = self.scenario.file.execution.max_time;
         self.next_event().into_iter().chain(regular).fold(end, Duration::min).max(now)
     }
@@ -232,7 +246,7 @@ impl Run {
     fn happen(&mut self, now: Duration) -> Result<(), StepError> {
         let fired = self.system.advance(now);
         self.stirred |= fired;
-        if self.communicate(now, !fired || !matches!(self.kind, RunKind::Model(_)))? {
+        if self.communicate(now, !fired || !self.kind.is_model())? {
             self.follow_tree();
         }
         Ok(())
@@ -291,7 +305,9 @@ impl Run {
     /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model
     /// requires it.
     fn follow_tree(&mut self) {
-        let Self { kind: RunKind::Model(model), system, ids: Ids { tree: Some(ids), .. }, .. } = self else { return };
+        let Self { kind: RunKind::Model { model, .. }, system, ids: Ids { tree: Some(ids), .. }, .. } = self else {
+            return;
+        };
         let (Some(of), Some(last)) = (&model.tree, self.events.last()) else { return };
         if !system.is_ready_for_tick(ids.tick_generator) {
             return;
@@ -345,7 +361,7 @@ impl Run {
         self.injector.extend(&scenario, &self.world, &self.system, &Streams::new(self.seed))?;
         let known = self.scenario.file.faults.len();
         self.added.extend(scenario.file.faults[known..].iter().map(|fault| Arc::new(fault.record())));
-        self.is_fine = true;
+        self.kind.refine();
         self.scenario = scenario;
         Ok(())
     }

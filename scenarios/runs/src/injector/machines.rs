@@ -43,7 +43,7 @@ impl Machines {
             let Some((_, skill)) = scenario.machine_processes().find(|(process, _)| process == name) else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
-                // Only the model knows how to make a process of one of its machines: the new one is like the old one.
+                // A model has connected its processes in its own way, which the new one keeps.
                 let process = match &scenario.behavior {
                     Behavior::Model(_) => Some(sound.with_chart(chart)),
                     Behavior::Tree(_) => {

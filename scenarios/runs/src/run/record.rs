@@ -54,7 +54,9 @@ impl Run {
     /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
-        self.is_fine |= detail > Detail::Verdicts;
+        if detail > Detail::Verdicts {
+            self.kind.refine();
+        }
         let mut robot = self.world.robot_state();
         if self.kind.has_schedule() {
             let known = DriverData::of(&self.system).battery;
