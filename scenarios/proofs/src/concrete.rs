@@ -114,8 +114,8 @@ fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
 }
 
 /// The bounds on the levels of a run, corresponding to those on classes in
-/// [`BatteryModel::levels_after`](super::battery::BatteryModel::levels_after). `ranges` gives the levels that may stand for a
-/// class: from the first to the second, or only between them.
+/// [`BatteryModel::levels_after`](super::battery::BatteryModel::levels_after). `ranges` gives the levels that may stand
+/// for a class: from the first to the second, or only between them.
 fn all_bounds(
     moments: &[Moment],
     levels: &Levels,

@@ -59,8 +59,9 @@ impl Levels {
         let lowest = thresholds.first().copied().unwrap_or(FULL);
         let highest = thresholds.last().copied().unwrap_or(0);
         let ends: Vec<Micros> = points.into_iter().collect();
-        // Between two points, a rung is one tick's drain below another one, down from the upper point, and one tick's gain
-        // above another one, up from the lower point: the level passes each threshold after a whole number of rungs.
+        // Between two points, a rung is one tick's drain below another one, down from the upper point, and one tick's
+        // gain above another one, up from the lower point: the level passes each threshold after a whole number of
+        // rungs.
         for pair in ends.windows(2) {
             let (low, high) = (pair[0], pair[1]);
             let Some(Rates { drain, charge }) = rates.filter(|_| high <= highest) else { continue };

@@ -6,11 +6,11 @@
 //!
 //! # Inside
 //! `subject` refuses scenarios that cannot be explored, and `questions` are the properties to be proved. `environment`
-//! has the moves of everything around the processes: trips and a `battery`, whose `levels` are divided into classes at the
-//! `thresholds` with which machines and monitors compare them. `faults` is an environment around that one, in which
+//! has the moves of everything around the processes: trips and a `battery`, whose `levels` are divided into classes at
+//! the `thresholds` with which machines and monitors compare them. `faults` is an environment around that one, in which
 //! components crash, hang or have mistakes. `concrete` gives a run that was found the levels of a possible battery, or
-//! refines the classes. `written` writes it as a schedule with its scenario, and `physics` simulates it. `coverage` notes
-//! what is never reached, and `mutants` are scenarios with a mistake.
+//! refines the classes. `written` writes it as a schedule with its scenario, and `physics` simulates it. `coverage`
+//! notes what is never reached, and `mutants` are scenarios with a mistake.
 
 mod assumptions;
 mod battery;

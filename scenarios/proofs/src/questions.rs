@@ -48,8 +48,8 @@ pub(super) fn of(
     check_names(scenario, &known, only, complaints);
     let expected = |name: &str| prove.expect.iter().find(|(property, _)| property.value == name);
     let is_named = |name: &str| prove.properties.iter().any(|asked| asked.value == name);
-    // What is never reached is shown after every complete proof without a monitor; that it is a question of its own, and
-    // may fail, must be asked for.
+    // What is never reached is shown after every complete proof without a monitor; that it is a question of its own,
+    // and may fail, must be asked for.
     let is_asked = |name: &str, subject| match (only, subject) {
         ([], Subject::Monitor(_)) => prove.properties.is_empty() || is_named(name),
         ([], Subject::Progress) => true,

@@ -14,8 +14,8 @@ use toml::{Table, Value};
 use crate::conduct::Conducted;
 use crate::run::Run;
 
-/// How much more than the largest error of localization a saved scenario allows, in meters. Chosen, not measured: the run
-/// is the same, so that any margin is enough.
+/// How much more than the largest error of localization a saved scenario allows, in meters. Chosen, not measured: the
+/// run is the same, so that any margin is enough.
 const MARGIN_M: f64 = 0.01;
 
 /// A run in which a person intervenes.
@@ -180,8 +180,8 @@ impl Session {
         let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
         let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);
         let error_m = view.tally().localization_error().map_or(0.0, |error| error.max_m);
-        // What the base expects would be expected of this run as well: it is replaced by what has happened. What the base
-        // does not expect is left out, so that the scenario states no more than it did.
+        // What the base expects would be expected of this run as well: it is replaced by what has happened. What the
+        // base does not expect is left out, so that the scenario states no more than it did.
         for (key, value, matters) in [
             ("reached", reached.into(), !expect.reached.is_empty()),
             ("not_reached", Value::Array(Vec::new()), !expect.not_reached.is_empty()),

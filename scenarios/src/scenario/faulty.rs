@@ -19,8 +19,8 @@ use crate::names::unknown;
 /// may be active together.
 pub type FaultyMachines = BTreeMap<Vec<usize>, Arc<Chart>>;
 
-/// The maximum number of combinations of faults of one skill's machine that may be active together. Each is loaded before
-/// the run, and they double with each fault. Chosen, not measured.
+/// The maximum number of combinations of faults of one skill's machine that may be active together. Each is loaded
+/// before the run, and they double with each fault. Chosen, not measured.
 const MOST_COMBINATIONS: usize = 100;
 
 /// A machine's file: its name and its text.

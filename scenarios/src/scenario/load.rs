@@ -201,8 +201,8 @@ impl<'a> Loader<'a> {
         properties: &[(String, String)],
     ) -> Option<OnceLock<Arc<Monitoring>>> {
         let like = self.like?;
-        // A model is the same if its path and folder are; properties are compared by their texts, and ready-made monitors
-        // not at all.
+        // A model is the same if its path and folder are; properties are compared by their texts, and ready-made
+        // monitors not at all.
         let same_model = self.shares(file, model_of) || file.behavior.model().is_none() && like.model().is_none();
         let is_same =
             same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty();
