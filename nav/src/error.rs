@@ -19,10 +19,34 @@ pub enum Error {
     NoFreeSpace,
 }
 
+/// What a parameter must be.
+pub(crate) struct Requirement {
+    name: &'static str,
+    value: f64,
+    is_met: bool,
+    expected: &'static str,
+}
+
+pub(crate) fn require(name: &'static str, value: f64, is_met: bool, expected: &'static str) -> Requirement {
+    Requirement { name, value, is_met, expected }
+}
+
+pub(crate) fn positive(name: &'static str, value: f64) -> Requirement {
+    require(name, value, value > 0.0 && value.is_finite(), "positive")
+}
+
+pub(crate) fn at_least_zero(name: &'static str, value: f64) -> Requirement {
+    require(name, value, value >= 0.0 && value.is_finite(), "zero or positive")
+}
+
+pub(crate) fn share(name: &'static str, value: f64) -> Requirement {
+    require(name, value, (0.0..=1.0).contains(&value), "from 0 to 1")
+}
+
 /// Checks parameters; the first invalid one is the error.
-pub(crate) fn check(rules: &[(&'static str, f64, bool, &'static str)]) -> Result<(), Error> {
-    match rules.iter().find(|(.., holds, _)| !holds) {
-        Some(&(name, value, _, expected)) => Err(Error::Parameter { name, value, expected }),
+pub(crate) fn check(requirements: &[Requirement]) -> Result<(), Error> {
+    match requirements.iter().find(|requirement| !requirement.is_met) {
+        Some(&Requirement { name, value, expected, .. }) => Err(Error::Parameter { name, value, expected }),
         None => Ok(()),
     }
 }

@@ -26,7 +26,7 @@ use maps::{OccupancyGrid, Point, Pose};
 use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
-use crate::error::check;
+use crate::error::{check, positive};
 use crate::following::{Surroundings, VelocitySmoother, farthest_look_m};
 use crate::{Atlas, Costmap, Error, Goal, PoseEstimate};
 use now::Now;
@@ -246,7 +246,6 @@ impl Navigator {
 }
 
 fn check_robot(model: &RobotModel) -> Result<(), Error> {
-    let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
     check(&[
         positive("radius_m", model.radius_m),
         positive("max_linear_mps", model.max_linear_mps),

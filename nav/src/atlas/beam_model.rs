@@ -116,6 +116,8 @@ pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2],
         _ if along > 0.0 => (1, ((cell + 1) as f64 - at) / along, 1.0 / along),
         _ => (-1, (cell as f64 - at) / along, -1.0 / along),
     };
+    // By axis: the direction of the next cell, the way to its border, and the way from one border to the next. The way
+    // is in cells along the ray, since the direction has length one.
     let (step_x, mut next_x, width_x) = axis(direction[0], at[0], cell[0]);
     let (step_y, mut next_y, width_y) = axis(direction[1], at[1], cell[1]);
     let mut way = 0.0;

@@ -1,6 +1,7 @@
 //! The parameters of the particle filter.
 
-use crate::{Error, error::check};
+use crate::Error;
+use crate::error::{at_least_zero, check, positive, require, share};
 
 /// The likelihood of a scan: the sensor models of Nav2's AMCL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -134,45 +135,34 @@ impl LocalizationParameters {
     /// # Errors
     /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
-        let share = |value: f64| (0.0..=1.0).contains(&value);
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let at_least_zero = |value: f64| value >= 0.0 && value.is_finite();
+        let (min_particles, max_particles) = (self.min_particles as f64, self.max_particles as f64);
         check(&[
-            ("min_particles", self.min_particles as f64, self.min_particles > 0, "at least 1"),
-            (
-                "max_particles",
-                self.max_particles as f64,
-                self.max_particles >= self.min_particles,
-                "at least min_particles",
-            ),
-            ("pf_err", self.pf_err, positive(self.pf_err), "positive"),
-            ("pf_z", self.pf_z, at_least_zero(self.pf_z), "zero or positive"),
-            ("alpha1", self.alpha1, at_least_zero(self.alpha1), "zero or positive"),
-            ("alpha2", self.alpha2, at_least_zero(self.alpha2), "zero or positive"),
-            ("alpha3", self.alpha3, at_least_zero(self.alpha3), "zero or positive"),
-            ("alpha4", self.alpha4, at_least_zero(self.alpha4), "zero or positive"),
-            ("z_hit", self.z_hit, positive(self.z_hit), "positive"),
-            ("z_rand", self.z_rand, positive(self.z_rand), "positive"),
-            ("z_short", self.z_short, at_least_zero(self.z_short), "zero or positive"),
-            ("z_max", self.z_max, positive(self.z_max), "positive"),
-            ("lambda_short", self.lambda_short, positive(self.lambda_short), "positive"),
-            ("laser_max_range", self.laser_max_range, positive(self.laser_max_range), "positive"),
-            ("laser_min_range", self.laser_min_range, self.laser_min_range.is_finite(), "a number"),
-            ("surface_depth", self.surface_depth, at_least_zero(self.surface_depth), "zero or positive"),
-            ("independent_beams", self.independent_beams, positive(self.independent_beams), "positive"),
-            ("sigma_hit", self.sigma_hit, positive(self.sigma_hit), "positive"),
-            (
-                "laser_likelihood_max_dist",
-                self.laser_likelihood_max_dist,
-                positive(self.laser_likelihood_max_dist),
-                "positive",
-            ),
-            ("max_beams", self.max_beams as f64, self.max_beams > 0, "at least 1"),
-            ("update_min_d", self.update_min_d, at_least_zero(self.update_min_d), "zero or positive"),
-            ("update_min_a", self.update_min_a, at_least_zero(self.update_min_a), "zero or positive"),
-            ("resample_threshold", self.resample_threshold, share(self.resample_threshold), "from 0 to 1"),
-            ("recovery_alpha_slow", self.recovery_alpha_slow, share(self.recovery_alpha_slow), "from 0 to 1"),
-            ("recovery_alpha_fast", self.recovery_alpha_fast, share(self.recovery_alpha_fast), "from 0 to 1"),
+            require("min_particles", min_particles, self.min_particles > 0, "at least 1"),
+            require("max_particles", max_particles, max_particles >= min_particles, "at least min_particles"),
+            positive("pf_err", self.pf_err),
+            at_least_zero("pf_z", self.pf_z),
+            at_least_zero("alpha1", self.alpha1),
+            at_least_zero("alpha2", self.alpha2),
+            at_least_zero("alpha3", self.alpha3),
+            at_least_zero("alpha4", self.alpha4),
+            positive("z_hit", self.z_hit),
+            positive("z_rand", self.z_rand),
+            at_least_zero("z_short", self.z_short),
+            positive("z_max", self.z_max),
+            positive("lambda_short", self.lambda_short),
+            positive("laser_max_range", self.laser_max_range),
+            // Nav2's −1 means that the laser's own limit applies.
+            require("laser_min_range", self.laser_min_range, self.laser_min_range.is_finite(), "a number"),
+            at_least_zero("surface_depth", self.surface_depth),
+            positive("independent_beams", self.independent_beams),
+            positive("sigma_hit", self.sigma_hit),
+            positive("laser_likelihood_max_dist", self.laser_likelihood_max_dist),
+            require("max_beams", self.max_beams as f64, self.max_beams > 0, "at least 1"),
+            at_least_zero("update_min_d", self.update_min_d),
+            at_least_zero("update_min_a", self.update_min_a),
+            share("resample_threshold", self.resample_threshold),
+            share("recovery_alpha_slow", self.recovery_alpha_slow),
+            share("recovery_alpha_fast", self.recovery_alpha_fast),
         ])
     }
 }

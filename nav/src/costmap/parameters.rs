@@ -2,7 +2,8 @@
 
 use robot::RobotModel;
 
-use crate::{Error, error::check};
+use crate::Error;
+use crate::error::{at_least_zero, check, positive, require};
 
 /// Parameters of a [`Costmap`](crate::Costmap). Names are those of Nav2's costmap where it has the parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,16 +50,10 @@ impl CostmapParameters {
     /// # Errors
     /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
-        let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
-        let at_least_zero = |name, value: f64| (name, value, value >= 0.0 && value.is_finite(), "zero or positive");
+        let is_wide = self.inflation_radius >= self.robot_radius;
         check(&[
             positive("robot_radius", self.robot_radius),
-            (
-                "inflation_radius",
-                self.inflation_radius,
-                self.inflation_radius >= self.robot_radius,
-                "at least robot_radius",
-            ),
+            require("inflation_radius", self.inflation_radius, is_wide, "at least robot_radius"),
             at_least_zero("cost_scaling_factor", self.cost_scaling_factor),
             at_least_zero("obstacle_max_range", self.obstacle_max_range),
             at_least_zero("raytrace_max_range", self.raytrace_max_range),

@@ -2,7 +2,8 @@
 
 use robot::RobotModel;
 
-use crate::{Error, error::check};
+use crate::Error;
+use crate::error::{check, positive, require};
 
 /// Parameters of path following. Names are those of Nav2's regulated pure pursuit where it has the parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,28 +62,19 @@ impl FollowingParameters {
     /// # Errors
     /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
-        let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
+        let farther = self.max_lookahead_dist >= self.min_lookahead_dist;
+        let is_share = self.braking_share > 0.0 && self.braking_share <= 1.0;
         check(&[
             positive("desired_linear_vel", self.desired_linear_vel),
             positive("lookahead_time", self.lookahead_time),
             positive("min_lookahead_dist", self.min_lookahead_dist),
-            (
-                "max_lookahead_dist",
-                self.max_lookahead_dist,
-                self.max_lookahead_dist >= self.min_lookahead_dist,
-                "at least min_lookahead_dist",
-            ),
+            require("max_lookahead_dist", self.max_lookahead_dist, farther, "at least min_lookahead_dist"),
             positive("rotate_to_heading_min_angle", self.rotate_to_heading_min_angle),
             positive("regulated_linear_scaling_min_radius", self.regulated_linear_scaling_min_radius),
             positive("regulated_linear_scaling_min_speed", self.regulated_linear_scaling_min_speed),
             positive("cost_scaling_dist", self.cost_scaling_dist),
-            (
-                "braking_share",
-                self.braking_share,
-                self.braking_share > 0.0 && self.braking_share <= 1.0,
-                "above 0 and at most 1",
-            ),
-            ("collision_margin", self.collision_margin, self.collision_margin >= 0.0, "zero or positive"),
+            require("braking_share", self.braking_share, is_share, "above 0 and at most 1"),
+            require("collision_margin", self.collision_margin, self.collision_margin >= 0.0, "zero or positive"),
         ])
     }
 }

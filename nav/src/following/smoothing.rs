@@ -22,7 +22,7 @@ pub(crate) struct VelocitySmoother {
     max_angular_acceleration_radps2: f64,
     command: VelocityCommand,
     /// The recent averages of commands and of wheel motion.
-    told: VelocityCommand,
+    commanded: VelocityCommand,
     done: VelocityCommand,
 }
 
@@ -35,7 +35,7 @@ impl VelocitySmoother {
             max_linear_acceleration_mps2: model.max_linear_acceleration_mps2,
             max_angular_acceleration_radps2: model.max_angular_acceleration_radps2,
             command: VelocityCommand::STOP,
-            told: VelocityCommand::STOP,
+            commanded: VelocityCommand::STOP,
             done: VelocityCommand::STOP,
         }
     }
@@ -56,8 +56,8 @@ impl VelocitySmoother {
         let VelocityCommand { linear_mps, angular_radps } = self.command;
         let linear_step = self.max_linear_acceleration_mps2 * dt_s;
         let angular_step = self.max_angular_acceleration_radps2 * dt_s;
-        let linear_excess = self.done.linear_mps - self.told.linear_mps;
-        let angular_excess = self.done.angular_radps - self.told.angular_radps;
+        let linear_excess = self.done.linear_mps - self.commanded.linear_mps;
+        let angular_excess = self.done.angular_radps - self.commanded.angular_radps;
         let linear_is = followed(linear_mps, linear_excess, NOT_FOLLOWED_MPS);
         let angular_is = followed(angular_radps, angular_excess, NOT_FOLLOWED_RADPS);
         let driving = wanted.linear_mps.clamp(-self.max_linear_mps, self.max_linear_mps);
@@ -76,9 +76,10 @@ impl VelocitySmoother {
             linear_mps: average.linear_mps + (linear_mps - average.linear_mps) * share,
             angular_radps: average.angular_radps + (angular_radps - average.angular_radps) * share,
         };
-        self.told = averaged(self.told, self.command.linear_mps, self.command.angular_radps);
+        self.commanded = averaged(self.commanded, self.command.linear_mps, self.command.angular_radps);
         let is_known = odometry.linear_mps.is_finite() && odometry.angular_radps.is_finite();
-        self.done = if is_known { averaged(self.done, odometry.linear_mps, odometry.angular_radps) } else { self.told };
+        self.done =
+            if is_known { averaged(self.done, odometry.linear_mps, odometry.angular_radps) } else { self.commanded };
     }
 }
 
@@ -110,11 +111,11 @@ mod tests {
     }
 
     /// A smoother of a robot that has followed this command for a while.
-    fn driving(told: VelocityCommand) -> VelocitySmoother {
+    fn driving(commanded: VelocityCommand) -> VelocitySmoother {
         let mut smoother = VelocitySmoother::new(&RobotModel::default());
         for _ in 0..200 {
             let VelocityCommand { linear_mps, angular_radps } = smoother.command();
-            smoother.step(told, &odometry(linear_mps, angular_radps), DT_S);
+            smoother.step(commanded, &odometry(linear_mps, angular_radps), DT_S);
         }
         smoother
     }
@@ -139,7 +140,10 @@ mod tests {
         let turning = VelocityCommand { linear_mps: 0.0, angular_radps: -0.9 };
         while rolls_mps > 0.0 {
             let command = smoother.step(turning, &odometry(rolls_mps, smoother.command().angular_radps), DT_S);
-            assert!(command.linear_mps.abs() < 1e-12, "told to drive at {command:?} while it rolls at {rolls_mps}");
+            assert!(
+                command.linear_mps.abs() < 1e-12,
+                "commanded to drive at {command:?} while it rolls at {rolls_mps}"
+            );
             assert!(smoother.speed_mps() > 0.0);
             rolls_mps -= 0.5 * DT_S;
         }

@@ -249,6 +249,8 @@ impl ParticleFilter {
         let beams = (ends.len() as f64).min(self.parameters().independent_beams);
         let mut challengers = std::mem::take(&mut self.challengers);
         self.sparse.copy_every(CANDIDATE_STRIDE, ends);
+        // Augmented MCL (Probabilistic Robotics, table 8.3) would make this share of the particles random ones. Clutter
+        // misled those, so they must prove themselves as challengers first.
         let sought = (self.recovery.random_share() * self.particles.len() as f64) as usize;
         let sought: Vec<Particle> = (0..sought.min(MOST_SOUGHT)).map(|_| self.likeliest_anywhere()).collect();
         let trial = Trial {

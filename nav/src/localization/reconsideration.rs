@@ -16,6 +16,9 @@
 //! When a suspicion is confirmed, the previous pose is *remembered*, and moved with the odometry until it has become
 //! too vague. If the remembered pose fits again while the search continues, or when beams pass through walls at the new
 //! pose, then the robot was only surrounded, and returns to the remembered pose.
+//!
+//! The counts of looks were chosen, not measured: few enough to detect within seconds that a robot was carried away,
+//! and more for one that drives, since its particles may follow on their own.
 
 use std::time::Duration;
 

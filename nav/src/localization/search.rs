@@ -13,6 +13,12 @@
 //! Among many poses, one always happens to fit a scan better than the truth does if there are people or the place has
 //! changed. So the scan for which a later candidate was chosen does not count as evidence, and the believed pose is
 //! kept until another place has been far ahead for several scans.
+//!
+//! # The numbers
+//! They were chosen together, and none was measured alone. What they achieve together is measured: `steward localize
+//! --global --starts 100` finds the robot 100 times within 15 m on the log of the Intel Research Lab, with 5 % drift and
+//! noise. `nav/tests/drives/rebuilt.rs` holds that a pose survives walls that were removed, `hemmed_in.rs` that it
+//! survives crowds and doors.
 
 use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};

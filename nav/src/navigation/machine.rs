@@ -1,4 +1,7 @@
 //! The activities of a navigator in each status, and the transitions between them.
+//!
+//! Its distances and times were chosen; those for obstacles on the path were lowered when trips among people were
+//! measured (`steward navigate --goals 100 --people 10`). None was measured alone.
 
 use std::time::Duration;
 
@@ -102,8 +105,9 @@ impl Navigator {
             position_tolerance_m: trip.goal.position_tolerance_m - missed_m,
             heading_tolerance_rad: trip.goal.heading_tolerance_rad,
         };
-        let (route, told_mps) = (Route::new(path), self.smoother.command().linear_mps);
-        trip.follower = Some(Follower::new(&self.parameters.following, &self.model, route, arrival, now.at, told_mps));
+        let (route, commanded_mps) = (Route::new(path), self.smoother.command().linear_mps);
+        trip.follower =
+            Some(Follower::new(&self.parameters.following, &self.model, route, arrival, now.at, commanded_mps));
         trip.least_left_m = f64::INFINITY;
         trip.progress_at = now.time;
         trip.next_plan = now.time + self.parameters.planning_period;
@@ -264,6 +268,7 @@ impl Navigator {
             trip.stuck_since = None;
             self.enter(trip, NavigationStatus::Moving, now);
         }
+        // Judged after the check above, so that a robot whose path has just become free does not plan again.
         let waits = self.status == NavigationStatus::WaitingObstacle && patience_over;
         if waits && !self.is_better_to_wait(trip, now) && self.count_blockage(trip) {
             if trip.wait_in_vain(&now.position()) {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use robot::RobotModel;
 
+use crate::error::{check, require};
 use crate::{CostmapParameters, Error, FollowingParameters};
 
 /// Parameters of a [`Navigator`](crate::Navigator). All times are in simulated time, or the robot's time.
@@ -80,9 +81,9 @@ impl NavigationParameters {
     pub fn check(&self) -> Result<(), Error> {
         self.costmap.check()?;
         self.following.check()?;
-        crate::error::check(&[
-            ("detour_m", self.detour_m, self.detour_m >= 0.0, "zero or positive"),
-            ("off_path_m", self.off_path_m, self.off_path_m > 0.0, "positive"),
+        check(&[
+            require("detour_m", self.detour_m, self.detour_m >= 0.0, "zero or positive"),
+            require("off_path_m", self.off_path_m, self.off_path_m > 0.0, "positive"),
         ])
     }
 }

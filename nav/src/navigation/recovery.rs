@@ -7,8 +7,8 @@ use robot::VelocityCommand;
 
 use super::now::Now;
 
-/// How far the robot backs up, in meters, farther by this much each time, and how fast, in m/s. In a narrow place it
-/// blocks the people for whom it waits, until it has left.
+/// How far the robot backs up, in meters, as in Nav2's trees, farther by this much each time, and how fast, in m/s. In a
+/// narrow place it blocks the people for whom it waits, until it has left.
 const BACK_UP_M: f64 = 0.3;
 const BACK_UP_MPS: f64 = 0.12;
 
@@ -18,7 +18,7 @@ const SPIN_RADPS: f64 = 0.8;
 /// Time for the lasers to see the remaining obstacles again after the costmap has been cleared.
 const SEE_AGAIN: Duration = Duration::from_millis(300);
 
-/// How long the robot waits.
+/// How long the robot waits, as in Nav2's trees.
 const WAIT: Duration = Duration::from_secs(5);
 
 /// The time limit of a behavior that moves the robot.

@@ -67,6 +67,8 @@ pub(crate) fn nearest_cell(
     let (column, row) = frame.column_and_row(from);
     let most = (radius_m / frame.resolution_m).ceil() as usize;
     let mut best: Option<(usize, usize)> = None;
+    // Rings are squares: a cell in a corner of one may be farther away than the middle of a side of the next. So the
+    // search ends only where a ring lies entirely beyond the best cell. Of equally near cells, the first by index.
     for ring in 1..=most {
         if best.is_some_and(|(squared, _)| squared < ring * ring) {
             break;
