@@ -35,7 +35,7 @@ use maps::{Pose, pose};
 
 use crate::{LaserScan, LaserSpec, Odometry, Reading, Robot, RobotModel, VelocityCommand};
 use complaint::Complaints;
-use lines::{Line, Lines};
+use lines::{Lines, LogLine};
 
 pub use complaint::{Complaint, Flaw, RecordingError};
 pub use odometry_errors::OdometryErrors;
@@ -98,7 +98,7 @@ impl Recording {
         let times = clock::settled(&lines.lines, &mut complaints);
         let model = model_of(&lines);
         let lines = lines.lines.into_iter().zip(times).filter_map(|(line, time)| Some((line, time?)));
-        let (mut lines, times): (Vec<Line>, Vec<Duration>) = lines.unzip();
+        let (mut lines, times): (Vec<LogLine>, Vec<Duration>) = lines.unzip();
         jumps::bridge_odometry(&mut lines, &mut complaints);
         jumps::leave_out_stray_poses(&mut lines, &mut complaints);
         let records = lines.into_iter().zip(times).map(|(line, time)| record(line, time, &model.lasers[0])).collect();
@@ -136,14 +136,14 @@ impl Recording {
 }
 
 /// A line as a record. The log gives the laser's pose; its mount on the robot gives the robot's pose.
-fn record(line: Line, time: Duration, front: &LaserSpec) -> Record {
+fn record(line: LogLine, time: Duration, front: &LaserSpec) -> Record {
     let range_max_m = front.range_max_m as f32;
     let scan = line.scan.map(|scan| {
         let heard = |range_m: f32| if range_m >= range_max_m { f32::INFINITY } else { range_m };
         let ranges_m = scan.ranges_m.into_iter().map(heard).collect();
         Arc::new(LaserScan { time, laser: scan.laser, ranges_m })
     });
-    let Line { number, odometry, velocity, corrected, .. } = line;
+    let LogLine { number, odometry, velocity, corrected, .. } = line;
     let corrected = corrected.map(|laser| laser * front.mount.inverse());
     Record { line: number, time, odometry, velocity, scan, corrected }
 }

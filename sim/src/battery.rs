@@ -19,7 +19,7 @@ pub(crate) struct Battery {
     full: bool,
     due: Periodic,
     /// The charge in the last reading.
-    told_pct: Option<f64>,
+    reported_pct: Option<f64>,
     fault_rng: ChaCha8Rng,
 }
 
@@ -32,7 +32,7 @@ impl Battery {
             charging: false,
             full: false,
             due: Periodic::new(config.period),
-            told_pct: None,
+            reported_pct: None,
             fault_rng,
         }
     }
@@ -69,13 +69,13 @@ impl Battery {
     }
 
     /// The reading of the electronics.
-    fn tell(&mut self, clock: &Clock, faults: &BatteryReport) -> BatteryState {
+    fn report(&mut self, clock: &Clock, faults: &BatteryReport) -> BatteryState {
         let truth = self.state(clock);
-        let charge_pct = match self.told_pct {
-            Some(told_pct) if faults.stuck => told_pct,
+        let charge_pct = match self.reported_pct {
+            Some(reported_pct) if faults.stuck => reported_pct,
             _ => self.measure(faults),
         };
-        self.told_pct = Some(charge_pct);
+        self.reported_pct = Some(charge_pct);
         BatteryState { charge_pct, charging: faults.charging.unwrap_or(truth.charging), ..truth }
     }
 
@@ -98,7 +98,7 @@ pub(crate) fn report_battery(
 ) {
     let faults = &faults.battery.reported;
     if battery.due.is_due(clock.now) && !faults.missing {
-        readings.push(Reading::Battery(battery.tell(&clock, faults)));
+        readings.push(Reading::Battery(battery.report(&clock, faults)));
     }
 }
 
@@ -222,12 +222,12 @@ mod tests {
         let (mut battery, clock) = (battery(50.0), Clock { now: Duration::ZERO, dt: Duration::from_millis(20) });
         let stuck = BatteryReport { stuck: true, offset_pct: 9.0, ..BatteryReport::default() };
         let noisy = BatteryReport { sigma_pct: 2.0, ..BatteryReport::default() };
-        let told = battery.tell(&clock, &noisy).charge_pct;
-        assert_ne!(told, 50.0);
+        let reported_pct = battery.report(&clock, &noisy).charge_pct;
+        assert_ne!(reported_pct, 50.0);
         battery.set_charge(10.0);
-        assert_eq!(battery.tell(&clock, &stuck).charge_pct, told);
-        assert_eq!(battery.tell(&clock, &BatteryReport::default()).charge_pct, 10.0);
-        assert_eq!(battery.tell(&clock, &stuck).charge_pct, 10.0);
+        assert_eq!(battery.report(&clock, &stuck).charge_pct, reported_pct);
+        assert_eq!(battery.report(&clock, &BatteryReport::default()).charge_pct, 10.0);
+        assert_eq!(battery.report(&clock, &stuck).charge_pct, 10.0);
     }
 
     proptest! {

@@ -90,8 +90,8 @@ impl Drive {
         let wanted = self.within_model(command, faults.speed_limit_mps);
         self.velocity = self.within_wheels(self.toward(wanted, dt_s));
         self.powered = command != VelocityCommand::STOP || self.velocity != VelocityCommand::STOP;
-        let told = self.drift.disturb(self.velocity.linear_mps * dt_s, self.velocity.angular_radps * dt_s);
-        self.intended = turned(faults, told, self.config.wheel_separation_m);
+        let disturbed = self.drift.disturb(self.velocity.linear_mps * dt_s, self.velocity.angular_radps * dt_s);
+        self.intended = turned(faults, disturbed, self.config.wheel_separation_m);
         self.slipped = slipped(faults, self.intended);
         let (forward_m, turn_rad) = self.on_the_floor();
         self.target = moved(from, forward_m, turn_rad);
@@ -186,6 +186,8 @@ pub(crate) fn settle_robot(
     let (body, mut pose, mut drive, mut motion) = robot.into_inner();
     let reached = physics.pose(*body);
     let off = drive.target.inv_mul(&reached);
+    // Physics only decides whether something was in the way. Its numbers have 32 bits; with the wheels' 64, odometry
+    // without noise is exact, however far the robot drives.
     let way_m;
     if off.translation.vector.norm() <= HINDERED_BY && off.rotation.angle().abs() <= HINDERED_BY {
         (motion.forward_m, motion.turn_rad) = drive.on_the_floor();

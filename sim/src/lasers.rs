@@ -126,6 +126,7 @@ fn see_obstacle(
     let (glam_origin, glam_pose) = (frame.point_to_glam(&origin), frame.pose_to_glam(pose));
     for (direction, distance_m) in beams.directions().zip(distances_m) {
         let direction = base.rotation * direction;
+        // Rays against outlines are the costly part of a scan, and most beams miss even the disc around an obstacle.
         let passes_by = offset.perp(&direction).abs() > radius_m || offset.dot(&direction) < -radius_m;
         if passes_by {
             continue;
@@ -161,6 +162,7 @@ pub(crate) fn scan(
         for (obstacle, pose) in &obstacles {
             see_obstacle(&frame, &laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
         }
+        // Walls and bodies are the true distances of the world; what only the scanner sees comes last.
         troubles.see_ghosts(&laser.spec, &mut laser.distances_m);
         readings.extend(laser.report(&troubles, &clock).map(Reading::Scan));
     }

@@ -36,7 +36,7 @@ use crate::truth::Truth;
 use crate::walls::Walls;
 
 #[derive(ScheduleLabel, Clone, Debug, PartialEq, Eq, Hash)]
-struct Step;
+struct SimulationStep;
 
 /// A simulated robot in its world.
 ///
@@ -249,7 +249,7 @@ fn spawn_lasers(world: &mut World, config: &SimConfig, streams: &Streams) -> Vec
 
 /// The systems in the order of a step.
 fn schedule(world: &mut World) -> Schedule {
-    let mut schedule = Schedule::new(Step);
+    let mut schedule = Schedule::new(SimulationStep);
     schedule.set_executor(SingleThreadedExecutor::new());
     let ambiguity_detection = LogLevel::Error;
     schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection, ..ScheduleBuildSettings::default() });

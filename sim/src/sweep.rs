@@ -120,6 +120,8 @@ impl Sweep {
         found.resize(beams.len(), f64::INFINITY);
         let edges = Edges::new(&beams[..directions.len()], origin, quadrant.is_along_x());
 
+        // Line k is at least k − 1 cells away, and a direction is at most 1 long: beams of length `max` reach rows 0 to
+        // max + 1.
         let within_grid = if origin.forward { walls.rows() - origin.row } else { origin.row + 1 };
         let within_range = (max as usize).saturating_add(2);
         let rows = within_grid.min(within_range);
@@ -127,6 +129,7 @@ impl Sweep {
 
         measure(&edges, beams, outcomes, found);
         let found = &found[..directions.len()];
+        // The march needs the beams in ascending order of their slope.
         if quadrant.is_reversed() {
             distances.iter_mut().zip(found.iter().rev()).for_each(|(distance, found)| *distance = *found);
         } else {

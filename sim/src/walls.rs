@@ -89,6 +89,7 @@ impl Walls {
         let Some(sweep) = self.sweep.as_ref().filter(|_| self.rays.is_clear(&origin)) else {
             return self.rays.ranges(beams, base, range_max_m, ranges_m);
         };
+        // In cells along unit vectors from here on: the grid's lines are then at integers.
         let max = range_max_m / self.rays.resolution_m();
         let ScanMemory { directions, sweep: memory } = memory;
         directions.clear();

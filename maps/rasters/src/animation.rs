@@ -46,12 +46,12 @@ impl<W: Write> Animation<W> {
     /// If the frame has no rows, more than 65,535, or not as many as the first.
     pub fn push(&mut self, next: Vec<[u8; 3]>) -> io::Result<()> {
         if self.shown.is_empty() {
-            let whole = Part { left: 0, top: 0, width: self.width, pixels: next.iter().map(opaque).collect() };
+            let whole = ImagePart { left: 0, top: 0, width: self.width, pixels: next.iter().map(opaque).collect() };
             let file = whole.encode(self.delay);
             self.writer.write_all(&file[..file.len() - TRAILER.len()])?;
         } else {
             assert_eq!(next.len(), self.shown.len(), "all frames have the same size");
-            self.write_part(Part::between(&self.shown, &next, self.width), self.delay)?;
+            self.write_part(ImagePart::between(&self.shown, &next, self.width), self.delay)?;
         }
         self.shown = next;
         Ok(())
@@ -65,13 +65,13 @@ impl<W: Write> Animation<W> {
     pub fn finish(mut self, pause: Duration) -> io::Result<W> {
         if !self.shown.is_empty() {
             // A frame is written before it is known to be the last, so the pause is a separate frame of one pixel.
-            self.write_part(Part::unchanged(), pause)?;
+            self.write_part(ImagePart::unchanged(), pause)?;
             self.writer.write_all(TRAILER)?;
         }
         Ok(self.writer)
     }
 
-    fn write_part(&mut self, part: Part, delay: Duration) -> io::Result<()> {
+    fn write_part(&mut self, part: ImagePart, delay: Duration) -> io::Result<()> {
         let file = part.encode(delay);
         self.writer.write_all(&file[start_of_frame(&file)..file.len() - TRAILER.len()])
     }
@@ -91,7 +91,7 @@ fn start_of_frame(file: &[u8]) -> usize {
 
 /// A rectangle of the screen and its new pixels. Transparent ones are unchanged.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Part {
+struct ImagePart {
     left: usize,
     top: usize,
     width: usize,
@@ -104,7 +104,7 @@ fn opaque([red, green, blue]: &[u8; 3]) -> [u8; 4] {
     [*red, *green, *blue, 255]
 }
 
-impl Part {
+impl ImagePart {
     /// One pixel that changes nothing.
     fn unchanged() -> Self {
         Self { left: 0, top: 0, width: 1, pixels: vec![TRANSPARENT] }
@@ -178,8 +178,8 @@ mod tests {
         (next[5], next[11]) = ([7; 3], [8; 3]);
         let unchanged = TRANSPARENT;
         let pixels = vec![[7, 7, 7, 255], unchanged, unchanged, unchanged, unchanged, [8, 8, 8, 255]];
-        assert_eq!(Part::between(&before, &next, 4), Part { left: 1, top: 1, width: 3, pixels });
-        assert_eq!(Part::between(&before, &before, 4), Part::unchanged());
+        assert_eq!(ImagePart::between(&before, &next, 4), ImagePart { left: 1, top: 1, width: 3, pixels });
+        assert_eq!(ImagePart::between(&before, &before, 4), ImagePart::unchanged());
     }
 
     #[test]

@@ -38,7 +38,7 @@ enum Section {
 /// Everything that is wrong with it.
 pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, Span>), FileProblems> {
     let source = Source::new(name, text);
-    let mut reader = Reader::default();
+    let mut reader = Map2dReader::default();
     let mut section = None;
     for line in lines(&source) {
         let heading = match line.as_slice() {
@@ -53,8 +53,9 @@ pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, 
         match (heading, section) {
             (Some(heading), _) => section = Some(heading),
             (None, Some(Section::Version)) => reader.version(&line),
-            (None, Some(Section::Locations)) => reader.place(&line, Reader::location),
-            (None, Some(Section::Areas)) => reader.place(&line, Reader::area),
+            (None, Some(Section::Locations)) => reader.place(&line, Map2dReader::location),
+            (None, Some(Section::Areas)) => reader.place(&line, Map2dReader::area),
+            // Not reported with the others: this is another kind of file, so every line of it would be a problem.
             (None, None) => {
                 let problem = whole(&line).problem("a locations file must begin with `Version:`");
                 let help =
@@ -98,7 +99,7 @@ fn whole(words: &[Word]) -> Span {
 }
 
 #[derive(Default)]
-struct Reader {
+struct Map2dReader {
     places: Places,
     spans: BTreeMap<String, Span>,
     /// The map that the first place belongs to.
@@ -106,7 +107,7 @@ struct Reader {
     problems: Vec<Problem>,
 }
 
-impl Reader {
+impl Map2dReader {
     fn version(&mut self, line: &[Word]) {
         if !matches!(line, [version] if version.value == VERSION) {
             let problem = whole(line).problem("unknown version of the format");
@@ -193,7 +194,7 @@ mod tests {
     const HOUSE: &str = "Version:\n1\nLocations:\ndock office -7.5 9.0 180.0\nAreas:\n\
                          kitchen office 4 -13.2 15.6 -10.0 15.4 -10.2 12.6 -13.4 13.0\n";
 
-    fn said(text: &str) -> String {
+    fn rendered(text: &str) -> String {
         parse("locations.ini", text).expect_err(text).plain()
     }
 
@@ -224,11 +225,11 @@ mod tests {
             ("Version:\n", "", "a locations file must begin with `Version:`"),
             ("dock office -7.5 9.0 180.0", "dock", "a place needs a name, a map and numbers"),
         ] {
-            let said = said(&HOUSE.replace(from, to));
-            assert!(said.contains(words), "{words} is not in\n{said}");
+            let text = rendered(&HOUSE.replace(from, to));
+            assert!(text.contains(words), "{words} is not in\n{text}");
         }
-        let both = said(&HOUSE.replace("9.0", "nine").replace("12.6", "twelve"));
+        let both = rendered(&HOUSE.replace("9.0", "nine").replace("12.6", "twelve"));
         assert_eq!(both.lines().count(), 2, "all problems at once: {both}");
-        assert!(said("").contains("must begin with `Version:`"));
+        assert!(rendered("").contains("must begin with `Version:`"));
     }
 }

@@ -3,7 +3,7 @@
 use maps::{Pose, pose};
 
 use super::complaint::{Complaints, Flaw};
-use super::lines::Line;
+use super::lines::LogLine;
 
 /// A jump is at least this long, in meters, and this many times as long as most motions between two lines.
 const LEAST_M: f64 = 2.0;
@@ -13,7 +13,7 @@ const TIMES: f64 = 5.0;
 const MOST: usize = 80;
 
 /// Continues odometry from its last position when it jumps: the motion between two such lines is unknown.
-pub(super) fn bridge_odometry(lines: &mut [Line], complaints: &mut Complaints) {
+pub(super) fn bridge_odometry(lines: &mut [LogLine], complaints: &mut Complaints) {
     let jump_m = jump_m(lines.iter().map(|line| line.odometry));
     let mut bridge = pose(0.0, 0.0, 0.0);
     let mut before: Option<Pose> = None;
@@ -32,7 +32,7 @@ pub(super) fn bridge_odometry(lines: &mut [Line], complaints: &mut Complaints) {
 }
 
 /// Leaves out corrected poses that are far from both the previous and the next one while those are near each other.
-pub(super) fn leave_out_stray_poses(lines: &mut [Line], complaints: &mut Complaints) {
+pub(super) fn leave_out_stray_poses(lines: &mut [LogLine], complaints: &mut Complaints) {
     let jump_m = jump_m(lines.iter().filter_map(|line| line.corrected));
     let known: Vec<usize> = (0..lines.len()).filter(|index| lines[*index].corrected.is_some()).collect();
     let mut kept: Option<Pose> = None;

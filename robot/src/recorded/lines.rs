@@ -16,7 +16,7 @@ const SAME_FRAME_M: f64 = 1.0;
 
 /// A line with odometry.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
+pub(super) struct LogLine {
     pub(super) number: usize,
     pub(super) clock_s: f64,
     pub(super) odometry: Pose,
@@ -37,7 +37,7 @@ pub(super) struct Scan {
 /// The lines of a log that matter.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lines {
-    pub(super) lines: Vec<Line>,
+    pub(super) lines: Vec<LogLine>,
     /// The first line with a scan in the format of later loggers, which is not supported.
     later_format: Option<usize>,
     /// Scans of the front laser that could not be used.
@@ -138,7 +138,7 @@ impl Lines {
     /// correct logs correct only one of the two.
     pub(super) fn in_one_frame(mut self, complaints: &mut Complaints) -> Self {
         let mut apart_m = Vec::new();
-        let mut latest: Option<&Line> = None;
+        let mut latest: Option<&LogLine> = None;
         for line in &self.lines {
             if let (Some(odom), Some(_)) = (latest.take(), &line.scan) {
                 let apart = line.odometry.translation.vector - odom.odometry.translation.vector;
@@ -197,15 +197,15 @@ fn usual(numbers: impl Iterator<Item = usize>) -> usize {
 }
 
 /// `ODOM x y theta tv rv accel time host logger_time`.
-fn odom(number: usize, fields: &[&str]) -> Result<Line, Flaw> {
+fn odom(number: usize, fields: &[&str]) -> Result<LogLine, Flaw> {
     has_fields("ODOM", fields, 10)?;
     let odometry = pose_at(fields, 1, ["x", "y", "theta"])?;
     let velocity = VelocityCommand { linear_mps: finite(fields, 4, "tv")?, angular_radps: finite(fields, 5, "rv")? };
-    Ok(Line { number, clock_s: clock(fields, 7)?, odometry, velocity, corrected: None, scan: None })
+    Ok(LogLine { number, clock_s: clock(fields, 7)?, odometry, velocity, corrected: None, scan: None })
 }
 
 /// `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`, or the same with `RLASER`.
-fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) -> Result<Line, Flaw> {
+fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) -> Result<LogLine, Flaw> {
     let count = fields.get(1).copied().unwrap_or_default();
     let beams = count.parse::<usize>().ok().filter(|beams| (1..=MOST_BEAMS).contains(beams));
     let beams = beams.ok_or_else(|| Flaw::Number { field: "the number of beams", text: shown(count) })?;
@@ -213,7 +213,7 @@ fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) ->
     let ranges_m = fields[2..2 + beams].iter().map(|field| range(field)).collect::<Result<_, _>>()?;
     let corrected = pose_at(fields, 2 + beams, ["x", "y", "theta"])?;
     let odometry = pose_at(fields, 5 + beams, ["odom_x", "odom_y", "odom_theta"])?;
-    Ok(Line {
+    Ok(LogLine {
         number,
         clock_s: clock(fields, 8 + beams)?,
         odometry,

@@ -139,23 +139,23 @@ fn a_truncated_log_is_used_up_to_its_end() {
 
 #[test]
 fn wrong_lines_are_left_out_and_named() {
-    let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7"));
-    assert_eq!(said, ["line 5: this FLASER should have 18 fields, but has 17; left out"]);
+    let (complaints, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7"));
+    assert_eq!(complaints, ["line 5: this FLASER should have 18 fields, but has 17; left out"]);
     assert_eq!(left, 19);
-    let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7 1.0"));
+    let (complaints, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7 1.0"));
     assert_eq!(
-        said,
+        complaints,
         ["line 5: this scan has 7 beams, but most have 6; left out, since its beams may have other angles"]
     );
     assert_eq!(left, 19);
-    let (said, _) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER many"));
-    assert_eq!(said, ["line 5: the number of beams should be a number, but is `many`; left out"]);
-    let (said, _) = complaints_after(6, |line| line.replace("ODOM 1.5", "ODOM NaN"));
-    assert_eq!(said, ["line 6: x should be a number, but is `NaN`; left out"]);
-    let (said, _) = complaints_after(6, |_| "\u{1b}[2J".to_owned());
-    assert_eq!(said, ["line 6: no line of a log begins with `\u{fffd}[2J`; left out"], "no control characters");
-    let (said, _) = complaints_after(6, |_| "what is this".to_owned());
-    assert_eq!(said, ["line 6: no line of a log begins with `what`; left out"]);
+    let (complaints, _) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER many"));
+    assert_eq!(complaints, ["line 5: the number of beams should be a number, but is `many`; left out"]);
+    let (complaints, _) = complaints_after(6, |line| line.replace("ODOM 1.5", "ODOM NaN"));
+    assert_eq!(complaints, ["line 6: x should be a number, but is `NaN`; left out"]);
+    let (complaints, _) = complaints_after(6, |_| "\u{1b}[2J".to_owned());
+    assert_eq!(complaints, ["line 6: no line of a log begins with `\u{fffd}[2J`; left out"], "no control characters");
+    let (complaints, _) = complaints_after(6, |_| "what is this".to_owned());
+    assert_eq!(complaints, ["line 6: no line of a log begins with `what`; left out"]);
 }
 
 #[test]
@@ -178,16 +178,16 @@ fn clocks_that_go_back_do_not_turn_back_time() {
         let time = fields.len() - 3;
         fields[..time].iter().chain(&[clock, "host", clock]).copied().collect::<Vec<_>>().join(" ")
     };
-    let (said, left) = complaints_after(7, |line| reset(line, "1000000000.2"));
-    assert_eq!(said, ["line 7: the clock goes back by 1.300 s; lines are used in the order of the file"]);
+    let (complaints, left) = complaints_after(7, |line| reset(line, "1000000000.2"));
+    assert_eq!(complaints, ["line 7: the clock goes back by 1.300 s; lines are used in the order of the file"]);
     assert_eq!(left, 20);
     // Odometry without a clock, as programs that correct logs insert it.
-    let (said, left) = complaints_after(8, |line| reset(line, "0"));
-    assert!(said[0].starts_with("line 8: the clock of this odometry is 1000000002"), "{said:?}");
+    let (complaints, left) = complaints_after(8, |line| reset(line, "0"));
+    assert!(complaints[0].starts_with("line 8: the clock of this odometry is 1000000002"), "{complaints:?}");
     assert_eq!(left, 19);
     // A clock that is ahead must not pull the others along.
-    let (said, left) = complaints_after(8, |line| reset(line, "1000000900.0"));
-    assert!(said.len() == 1 && said[0].contains("ahead of the lines that follow"), "{said:?}");
+    let (complaints, left) = complaints_after(8, |line| reset(line, "1000000900.0"));
+    assert!(complaints.len() == 1 && complaints[0].contains("ahead of the lines that follow"), "{complaints:?}");
     assert_eq!(left, 20);
     // A clock that was set back by 500 s.
     let mut lines = log();
