@@ -7,11 +7,11 @@ use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use ros_messages::Message;
 
-use crate::flatten::{Flattening, Leaf};
+use crate::flatten::{FlatField, Flattening};
 use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, TOPIC, Topic};
 use crate::kind;
 use crate::name::{is_field, is_symbol};
-use crate::packages::{Definition, Kind, Packages};
+use crate::packages::{Definition, DefinitionKind, Packages};
 
 impl Interface {
     /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The ROS
@@ -54,39 +54,45 @@ impl Interface {
         let folder = path.parent().unwrap_or(Path::new(""));
         Ok(document.read(|root| {
             let packages = root.get::<Vec<String>>("packages").or(Vec::new());
-            Reader { packages: Packages::new(folder, packages, read), places }.interface(root)
+            InterfaceReader { packages: Packages::new(folder, packages, read), places }.interface(root)
         })?)
     }
 }
 
-struct Reader<'r> {
+struct InterfaceReader<'r> {
     packages: Packages<'r>,
     places: &'r [Symbol],
 }
 
 /// A part of an operation: the key of its fields, and the names of the fields before them.
-type Part = (&'static str, &'static [&'static str]);
+type PartKey = (&'static str, &'static [&'static str]);
 
-impl Reader<'_> {
+impl InterfaceReader<'_> {
     fn interface(&self, root: Table<'_>) -> Option<Interface> {
         let services = each(root, "services", false, |name, table| {
-            let [request, reply] = self.parts(table, Kind::Service, [("request", &[REQUEST]), ("reply", &[STATUS])])?;
+            let [request, reply] =
+                self.parts(table, DefinitionKind::Service, [("request", &[REQUEST]), ("reply", &[STATUS])])?;
             Some(Service { name, request, reply })
         });
         let topics = each(root, "topics", true, |name, table| {
-            let [fields] = self.parts(table, Kind::Message, [("fields", &[TOPIC])])?;
+            let [fields] = self.parts(table, DefinitionKind::Message, [("fields", &[TOPIC])])?;
             Some(Topic { name, fields })
         });
         let actions = each(root, "actions", false, |name, table| {
-            let parts: [Part; 3] = [("goal", &[REQUEST]), ("feedback", &[STATUS]), ("result", &[STATUS])];
-            let [goal, feedback, result] = self.parts(table, Kind::Action, parts)?;
+            let parts: [PartKey; 3] = [("goal", &[REQUEST]), ("feedback", &[STATUS]), ("result", &[STATUS])];
+            let [goal, feedback, result] = self.parts(table, DefinitionKind::Action, parts)?;
             Some(Action { name, goal, feedback, result })
         });
         Some(Interface { services: services?, topics: topics?, actions: actions? })
     }
 
     /// The fields of each part of an operation.
-    fn parts<const N: usize>(&self, table: Table<'_>, kind: Kind, parts: [Part; N]) -> Option<[Vec<Field>; N]> {
+    fn parts<const N: usize>(
+        &self,
+        table: Table<'_>,
+        kind: DefinitionKind,
+        parts: [PartKey; N],
+    ) -> Option<[Vec<Field>; N]> {
         let fields = match table.text("ros").spanned().map(Some).or(None) {
             _ if !table.has("ros") => parts.map(|part| self.written(table, part)),
             Some(named) => self.defined(table, kind, &named, parts),
@@ -99,7 +105,7 @@ impl Reader<'_> {
     }
 
     /// Fields that the file itself lists, with their kinds.
-    fn written(&self, table: Table<'_>, (key, taken): Part) -> Option<Vec<Field>> {
+    fn written(&self, table: Table<'_>, (key, taken): PartKey) -> Option<Vec<Field>> {
         if !table.has(key) {
             table.know(key);
             return Some(Vec::new());
@@ -120,9 +126,9 @@ impl Reader<'_> {
     fn defined<const N: usize>(
         &self,
         table: Table<'_>,
-        kind: Kind,
+        kind: DefinitionKind,
         named: &Spanned<String>,
-        parts: [Part; N],
+        parts: [PartKey; N],
     ) -> [Option<Vec<Field>>; N] {
         let selections = parts.map(|(key, _)| selection(table, key));
         let Some((definition, folders)) = self.packages.definition(named, kind, table) else {
@@ -179,7 +185,9 @@ fn selected(
     let field = |name: String, kind, span: &Span| (Field { name, kind }, span.clone());
     let Selection::Some(paths) = selection else {
         let leaves = flattening.all(definition, part)?.into_iter();
-        return Some(leaves.map(|Leaf { path, kind }| field(plain(&path), kind, &flattening.named.span)).collect());
+        return Some(
+            leaves.map(|FlatField { path, kind }| field(plain(&path), kind, &flattening.named.span)).collect(),
+        );
     };
     let read = paths.into_iter().map(|(name, selected)| {
         let leaves = flattening.at(definition, part, &selected)?.into_iter();
@@ -188,7 +196,7 @@ fn selected(
             (Some(name), Some(below)) => format!("{name}{}", plain(below)),
             _ => plain(path),
         };
-        Some(leaves.map(|Leaf { path, kind }| field(named(&path), kind, &selected.span)).collect::<Vec<_>>())
+        Some(leaves.map(|FlatField { path, kind }| field(named(&path), kind, &selected.span)).collect::<Vec<_>>())
     });
     Some(all(read)?.concat())
 }

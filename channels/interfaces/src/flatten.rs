@@ -15,14 +15,14 @@ const MAX_VISITS: usize = 10_000;
 
 /// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`.
 #[derive(Clone, Debug)]
-pub(crate) struct Leaf {
+pub(crate) struct FlatField {
     pub(crate) path: String,
     pub(crate) kind: FieldKind,
 }
 
 /// A step of a path: the name of a field, and which item of it, if it is an array.
 #[derive(Clone, Debug)]
-struct Step {
+struct FieldStep {
     name: String,
     item: Option<usize>,
 }
@@ -45,7 +45,7 @@ struct Walk<'w, 'f, 'r, 'd> {
     of: &'w Flattening<'f, 'r, 'd>,
     /// The subject of problems: the definition, or the path that selects from it.
     about: &'w Spanned<String>,
-    leaves: Vec<Leaf>,
+    leaves: Vec<FlatField>,
     visits: usize,
     problems: Vec<Problem>,
     /// The arrays of unbounded length: their paths and types.
@@ -59,12 +59,12 @@ type Going = Option<()>;
 
 impl Flattening<'_, '_, '_> {
     /// All fields of a part of the definition.
-    pub(crate) fn all(&self, definition: &Definition, part: &Message) -> Option<Vec<Leaf>> {
+    pub(crate) fn all(&self, definition: &Definition, part: &Message) -> Option<Vec<FlatField>> {
         self.walk(definition, part, self.named, &[])
     }
 
     /// The field at a path, or the fields below it.
-    pub(crate) fn at(&self, definition: &Definition, part: &Message, path: &Spanned<String>) -> Option<Vec<Leaf>> {
+    pub(crate) fn at(&self, definition: &Definition, part: &Message, path: &Spanned<String>) -> Option<Vec<FlatField>> {
         let Some(steps) = steps(&path.value) else {
             let problem = path.span.problem(format!("`{}` is not a path in a definition", path.value));
             let problem = problem.with_label("here");
@@ -79,8 +79,8 @@ impl Flattening<'_, '_, '_> {
         definition: &Definition,
         part: &Message,
         about: &Spanned<String>,
-        steps: &[Step],
-    ) -> Option<Vec<Leaf>> {
+        steps: &[FieldStep],
+    ) -> Option<Vec<FlatField>> {
         let around = vec![definition.path.clone()];
         let mut walk =
             Walk { of: self, about, leaves: Vec::new(), visits: 0, problems: Vec::new(), endless: Vec::new(), around };
@@ -103,7 +103,7 @@ impl Walk<'_, '_, '_, '_> {
         definition: &Definition,
         message: &Message,
         path: &str,
-        steps: &[Step],
+        steps: &[FieldStep],
         is_optional: bool,
     ) -> Going {
         let Some((step, rest)) = steps.split_first() else {
@@ -129,7 +129,7 @@ impl Walk<'_, '_, '_, '_> {
         field: &Field,
         path: &str,
         item: Option<usize>,
-        rest: &[Step],
+        rest: &[FieldStep],
         is_optional: bool,
     ) -> Going {
         let is_optional = is_optional || field.is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
@@ -146,6 +146,8 @@ impl Walk<'_, '_, '_, '_> {
                 Some(())
             }
             (_, Some(item)) => self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional),
+            // Reported together at the end of the walk: one definition may have many such arrays, and each needs the
+            // same remedy.
             (Count::Any, None) => {
                 self.endless.push((path.to_owned(), field.kind.to_string()));
                 Some(())
@@ -155,7 +157,14 @@ impl Walk<'_, '_, '_, '_> {
         }
     }
 
-    fn item(&mut self, definition: &Definition, base: &Base, path: &str, rest: &[Step], is_optional: bool) -> Going {
+    fn item(
+        &mut self,
+        definition: &Definition,
+        base: &Base,
+        path: &str,
+        rest: &[FieldStep],
+        is_optional: bool,
+    ) -> Going {
         self.visits += 1;
         if self.leaves.len() == MAX_FIELDS || self.visits > MAX_VISITS {
             self.problems.push(self.too_many());
@@ -173,11 +182,18 @@ impl Walk<'_, '_, '_, '_> {
             return Some(());
         }
         let kind = if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind };
-        self.leaves.push(Leaf { path: path.to_owned(), kind });
+        self.leaves.push(FlatField { path: path.to_owned(), kind });
         Some(())
     }
 
-    fn nested(&mut self, user: &Definition, name: &TypeName, path: &str, rest: &[Step], is_optional: bool) -> Going {
+    fn nested(
+        &mut self,
+        user: &Definition,
+        name: &TypeName,
+        path: &str,
+        rest: &[FieldStep],
+        is_optional: bool,
+    ) -> Going {
         let Flattening { packages, folders, named, table, .. } = *self.of;
         match packages.message(name, user, folders, named, table) {
             Ok(definition) if self.around.contains(&definition.path) => {
@@ -236,12 +252,14 @@ fn join(path: &str, name: &str) -> String {
 }
 
 /// The steps of a path.
-fn steps(path: &str) -> Option<Vec<Step>> {
+fn steps(path: &str) -> Option<Vec<FieldStep>> {
     let step = |text: &str| {
-        let Some((name, item)) = text.split_once('[') else { return Some(Step { name: text.to_owned(), item: None }) };
+        let Some((name, item)) = text.split_once('[') else {
+            return Some(FieldStep { name: text.to_owned(), item: None });
+        };
         let (item, number) = (item.strip_suffix(']')?, item.strip_suffix(']')?.parse::<usize>().ok()?);
         // Each path can be written in only one way.
-        (number.to_string() == item).then(|| Step { name: name.to_owned(), item: Some(number) })
+        (number.to_string() == item).then(|| FieldStep { name: name.to_owned(), item: Some(number) })
     };
     path.split('.').map(|text| step(text).filter(|step| !step.name.is_empty())).collect()
 }

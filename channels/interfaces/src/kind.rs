@@ -53,27 +53,33 @@ fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Pr
     Ok(if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind })
 }
 
+/// An item of a list of symbols, if it may follow the items before it.
+fn symbol(item: &Item<'_>, before: &[Symbol], is_optional: bool) -> Result<Symbol, Problem> {
+    let name = item.as_text().ok_or_else(|| item.wrong("a symbol, as a string"))?;
+    if !is_symbol(name) {
+        let problem = item.span().problem(format!("`{name}` is not a symbol")).with_label("here");
+        return Err(problem.with_help("a symbol consists of letters, digits, `_` and `-`"));
+    }
+    if before.iter().any(|symbol| symbol.name() == name) {
+        return Err(item.span().problem(format!("`{name}` is already in the list")).with_label("again"));
+    }
+    if name == FieldKind::NONE && is_optional {
+        let problem = item.span().problem("an optional field without a value holds `none`");
+        return Err(problem.with_label("here").with_help("leave out `none`, or the `?`"));
+    }
+    Ok(Symbol::new(name))
+}
+
 fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>> {
-    let (mut symbols, mut problems) = (Vec::new(), Vec::new());
     let (items, is_optional) = match items.split_last() {
         Some((last, others)) if last.as_text() == Some(OPTIONAL) => (others, true),
         _ => (items, false),
     };
+    let (mut symbols, mut problems) = (Vec::new(), Vec::new());
     for item in items {
-        match item.as_text() {
-            None => problems.push(item.wrong("a symbol, as a string")),
-            Some(name) if !is_symbol(name) => {
-                let problem = item.span().problem(format!("`{name}` is not a symbol")).with_label("here");
-                problems.push(problem.with_help("a symbol consists of letters, digits, `_` and `-`"));
-            }
-            Some(name) if symbols.iter().any(|symbol: &Symbol| symbol.name() == name) => {
-                problems.push(item.span().problem(format!("`{name}` is already in the list")).with_label("again"));
-            }
-            Some(FieldKind::NONE) if is_optional => {
-                let problem = item.span().problem("an optional field without a value holds `none`");
-                problems.push(problem.with_label("here").with_help("leave out `none`, or the `?`"));
-            }
-            Some(name) => symbols.push(Symbol::new(name)),
+        match symbol(item, &symbols, is_optional) {
+            Ok(symbol) => symbols.push(symbol),
+            Err(problem) => problems.push(problem),
         }
     }
     if items.is_empty() {

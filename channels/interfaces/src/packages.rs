@@ -48,13 +48,13 @@ const HOMES: [(&str, &[&str]); 4] = [
 
 /// A kind of definition, by its file extension.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub(crate) enum DefinitionKind {
     Message,
     Service,
     Action,
 }
 
-impl Kind {
+impl DefinitionKind {
     pub(crate) fn ending(self) -> &'static str {
         match self {
             Self::Message => "msg",
@@ -115,7 +115,7 @@ impl<'r> Packages<'r> {
     pub(crate) fn definition(
         &self,
         named: &Spanned<String>,
-        kind: Kind,
+        kind: DefinitionKind,
         table: Table<'_>,
     ) -> Option<(Arc<Definition>, Vec<PathBuf>)> {
         let path = Path::new(&named.value);
@@ -134,6 +134,7 @@ impl<'r> Packages<'r> {
                     let above = path.ancestors().skip(1).map(|above| base.join(above));
                     return Some((definition, above.chain(self.others.iter().cloned()).collect()));
                 }
+                // The file is there, but wrong. One of the same name in another folder would only hide that.
                 Err(Missing::Refused) => return None,
                 Err(Missing::Nowhere) => {}
             }
@@ -162,7 +163,7 @@ impl<'r> Packages<'r> {
             ],
         };
         for candidate in candidates {
-            match self.read(&candidate, Kind::Message, named, table) {
+            match self.read(&candidate, DefinitionKind::Message, named, table) {
                 Err(Missing::Nowhere) => {}
                 found_or_refused => return found_or_refused,
             }
@@ -173,7 +174,7 @@ impl<'r> Packages<'r> {
     fn read(
         &self,
         path: &Path,
-        kind: Kind,
+        kind: DefinitionKind,
         named: &Spanned<String>,
         table: Table<'_>,
     ) -> Result<Arc<Definition>, Missing> {
@@ -194,6 +195,8 @@ impl<'r> Packages<'r> {
                 None
             }
         };
+        // A refused file is remembered, too: many types may use it, and its problems are reported once. A missing one is
+        // not: it may be found in another folder, and the report depends on who needs it.
         self.known.borrow_mut().insert(path.to_owned(), read.clone());
         read.ok_or(Missing::Refused)
     }

@@ -98,18 +98,18 @@ fn a_client_sees_only_what_it_uses() {
 
 #[test]
 fn replies_with_different_names_are_distinguished_by_their_kinds() {
-    let told_apart = |one: &str, other: &str| {
+    let are_distinct = |one: &str, other: &str| {
         let text = format!("services.a.reply = {{ one = {one} }}\nservices.b.reply = {{ other = {other} }}\n");
         alone(&text).unwrap().replies().is_ok()
     };
-    assert!(told_apart("'int'", "'real'"));
-    assert!(told_apart("['x', 'y']", "['z']"));
-    assert!(!told_apart("['x', 'y']", "['y', 'z']"));
-    assert!(!told_apart("'int?'", "'real?'"));
-    assert!(!told_apart("'int?'", "'int'"));
-    assert!(!told_apart("'int?'", "['none']"));
-    assert!(!told_apart("['x', '?']", "['z', 'none']"));
-    assert!(told_apart("'int?'", "['some']"));
+    assert!(are_distinct("'int'", "'real'"));
+    assert!(are_distinct("['x', 'y']", "['z']"));
+    assert!(!are_distinct("['x', 'y']", "['y', 'z']"));
+    assert!(!are_distinct("'int?'", "'real?'"));
+    assert!(!are_distinct("'int?'", "'int'"));
+    assert!(!are_distinct("'int?'", "['none']"));
+    assert!(!are_distinct("['x', '?']", "['z', 'none']"));
+    assert!(are_distinct("'int?'", "['some']"));
     let one = alone("services.a.reply = { one = 'real', x = 'int' }\nservices.b.reply = { other = 'real' }\n").unwrap();
     assert!(one.replies().is_ok());
 }

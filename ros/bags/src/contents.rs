@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use ros_messages::{Constant, Value};
 
 use crate::definitions::Definitions;
-use crate::path::{End, Leaf, leaves};
+use crate::path::{End, ValueField, leaves};
 use crate::storage::Bag;
 
 /// What a bag contains.
@@ -56,6 +56,7 @@ impl Contents {
                 let layout = definitions.layout(topic);
                 let found = layout.as_deref().map(leaves).unwrap_or_default();
                 let fields = found.iter().map(|leaf| (leaf.path.clone(), what(leaf.end))).collect();
+                // In a bag, one name may have several types, but an entry of a mapping names all of them.
                 let entry = if names.insert(topic.name.clone()) {
                     entry(&topic.name, &topic.kind, &found)
                 } else {
@@ -96,8 +97,8 @@ fn what(end: End) -> &'static str {
 }
 
 /// The entry of a topic in a mapping; empty if no field can be mapped.
-fn entry(topic: &str, kind: &str, leaves: &[Leaf<'_>]) -> String {
-    let leaves: Vec<&Leaf<'_>> =
+fn entry(topic: &str, kind: &str, leaves: &[ValueField<'_>]) -> String {
+    let leaves: Vec<&ValueField<'_>> =
         leaves.iter().filter(|leaf| !leaf.path.starts_with("header.") && leaf.end != End::Time).collect();
     if leaves.is_empty() {
         return String::new();
@@ -135,7 +136,7 @@ fn process(topic: &str) -> String {
 }
 
 /// The symbols of an integer whose message has constants for it: `STATUS_ABORTED` for `status`.
-fn symbols(leaf: &Leaf<'_>) -> Option<String> {
+fn symbols(leaf: &ValueField<'_>) -> Option<String> {
     let field = leaf.path.rsplit('.').next().filter(|_| leaf.end == End::Int)?;
     let prefix = format!("{}_", field.to_ascii_uppercase());
     let mut seen = BTreeSet::new();

@@ -8,7 +8,7 @@ use std::time::Duration;
 use channels::{ChannelId, Event, EventKind, FieldKind, Message, Value};
 use ros_messages::Mismatch;
 
-use crate::mapping::{Clock, Compiled, Entry, Mapping, Number, Rule};
+use crate::mapping::{Compiled, CompiledEntry, FieldRule, Mapping, MessageTime, Number};
 use crate::path::{End, Path};
 use crate::storage::{Bag, Head, Messages};
 
@@ -149,52 +149,62 @@ impl Events {
         self.messages.lost().iter().cloned().chain(left_out).chain(late).collect()
     }
 
-    /// Reads the next message of the bag, and puts what it becomes in order. Messages are recorded nearly in the order
-    /// of their times, so the place is searched from the end.
+    /// Reads the next message of the bag, and puts what it becomes in order.
     fn fill(&mut self) {
         let Some(head) = self.messages.next_into(&mut self.body) else {
             self.is_over = true;
             return;
         };
-        for (channel, entry) in &self.compiled.entries[head.topic] {
-            let first = |mismatch| (Reason::Mismatch(mismatch), crate::after_first(head.log_ns, self.first_ns));
-            let decoded = &mut self.decoded[head.topic];
-            let mut left_out = None;
-            let decoding = entry.decoder.decode_into(&self.body, decoded).map_err(first);
-            match decoding.and_then(|()| event(entry, head, decoded)) {
+        for index in 0..self.compiled.entries[head.topic].len() {
+            let channel = self.compiled.entries[head.topic][index].0;
+            match self.convert(head, index) {
                 Ok(None) => {}
-                Ok(Some((time_ns, message))) => {
-                    // A wrong stamp must not open a pause of millions of ticks, nor make all others late.
-                    let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
-                    let is_first = self.start_ns.is_none() && self.waiting.is_empty();
-                    let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
-                    let longest_ns = self.tick_ns.saturating_mul(LONGEST_PAUSE);
-                    if time_ns == 0 && matches!(entry.clock, Clock::Field(_)) || !is_first && pause_ns > longest_ns {
-                        left_out = Some((*channel, Reason::Stamp, crate::moment(time_ns)));
-                    } else if !self.compiled.topology.carries(*channel, &message) {
-                        left_out = Some((*channel, Reason::Channel, message.to_string()));
-                    } else {
-                        self.newest_ns = self.newest_ns.max(time_ns);
-                        let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
-                        let place = place.map_or(0, |place| place + 1);
-                        if place == self.waiting.len() {
-                            self.waiting.push_back((time_ns, *channel, message));
-                        } else {
-                            self.waiting.insert(place, (time_ns, *channel, message));
-                        }
-                    }
-                }
-                Err((reason, first)) => left_out = Some((*channel, reason, first)),
-            }
-            if let Some((channel, reason, first)) = left_out {
-                if !self.known_gaps.contains(&Some(channel)) {
-                    let topic = &self.topics[head.topic];
-                    let why = || format!("messages on {topic} are left out: {reason}; the first: {first}");
-                    self.gaps.entry(Some(channel)).or_insert_with(why);
-                }
-                self.left_out.entry((head.topic, reason)).or_insert_with(|| (0, first)).0 += 1;
+                Ok(Some((time_ns, message))) => self.put_in_order(time_ns, channel, message),
+                Err((reason, first)) => self.leave_out(head.topic, channel, reason, first),
             }
         }
+    }
+
+    /// The time and the message of the event that an entry of the topic makes of the message just read, if any.
+    fn convert(&mut self, head: Head, index: usize) -> Result<Option<(i64, Message)>, (Reason, String)> {
+        let (channel, entry) = &self.compiled.entries[head.topic][index];
+        let decoded = &mut self.decoded[head.topic];
+        entry.decoder.decode_into(&self.body, decoded).map_err(|mismatch| {
+            let when = crate::after_first(head.log_ns, self.first_ns);
+            (Reason::Mismatch(mismatch), when)
+        })?;
+        let Some((time_ns, message)) = event(entry, head, decoded)? else { return Ok(None) };
+        if time_ns == 0 && matches!(entry.clock, MessageTime::Field(_)) || self.is_far_off(time_ns) {
+            return Err((Reason::Stamp, crate::moment(time_ns)));
+        }
+        if !self.compiled.topology.carries(*channel, &message) {
+            return Err((Reason::Channel, message.to_string()));
+        }
+        Ok(Some((time_ns, message)))
+    }
+
+    /// Whether a time is wrong: it must not open a pause of millions of ticks, nor make all other messages late.
+    fn is_far_off(&self, time_ns: i64) -> bool {
+        let reference = self.waiting.front().map_or(self.last_ns, |(time_ns, ..)| *time_ns);
+        let is_first = self.start_ns.is_none() && self.waiting.is_empty();
+        let pause_ns = time_ns.saturating_sub(reference).saturating_abs();
+        !is_first && pause_ns > self.tick_ns.saturating_mul(LONGEST_PAUSE)
+    }
+
+    fn put_in_order(&mut self, time_ns: i64, channel: ChannelId, message: Message) {
+        self.newest_ns = self.newest_ns.max(time_ns);
+        // Messages are recorded nearly in the order of their times, so the place is searched from the end.
+        let place = self.waiting.iter().rposition(|(earlier_ns, ..)| *earlier_ns <= time_ns);
+        self.waiting.insert(place.map_or(0, |place| place + 1), (time_ns, channel, message));
+    }
+
+    fn leave_out(&mut self, topic: usize, channel: ChannelId, reason: Reason, first: String) {
+        if !self.known_gaps.contains(&Some(channel)) {
+            let name = &self.topics[topic];
+            let why = || format!("messages on {name} are left out: {reason}; the first: {first}");
+            self.gaps.entry(Some(channel)).or_insert_with(why);
+        }
+        self.left_out.entry((topic, reason)).or_insert_with(|| (0, first)).0 += 1;
     }
 
     /// The next gap that the caller does not know. A message that does not become an event is noticed when it is read,
@@ -255,7 +265,11 @@ impl Iterator for Events {
 }
 
 /// The time and the message of an event; none if the mapping's conditions exclude it.
-fn event(entry: &Entry, head: Head, decoded: &ros_messages::Value) -> Result<Option<(i64, Message)>, (Reason, String)> {
+fn event(
+    entry: &CompiledEntry,
+    head: Head,
+    decoded: &ros_messages::Value,
+) -> Result<Option<(i64, Message)>, (Reason, String)> {
     for test in &entry.tests {
         let value = value_at(decoded, &test.path, &test.text, Number::Plain)?;
         if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
@@ -263,10 +277,10 @@ fn event(entry: &Entry, head: Head, decoded: &ros_messages::Value) -> Result<Opt
         }
     }
     let time_ns = match &entry.clock {
-        Clock::Log => head.log_ns,
-        Clock::Publish => head.publish_ns,
+        MessageTime::Log => head.log_ns,
+        MessageTime::Publish => head.publish_ns,
         // The array item with the stamp may be missing.
-        Clock::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
+        MessageTime::Field(path) => path.find(decoded).and_then(stamp_ns).unwrap_or(0),
     };
     // Collecting the values directly needs no memory besides that of the message.
     let mut refused = None;
@@ -280,11 +294,11 @@ fn event(entry: &Entry, head: Head, decoded: &ros_messages::Value) -> Result<Opt
 }
 
 /// The value of a field.
-fn field(rule: &Rule, decoded: &ros_messages::Value) -> Result<Value, (Reason, String)> {
+fn field(rule: &FieldRule, decoded: &ros_messages::Value) -> Result<Value, (Reason, String)> {
     match rule {
-        Rule::Constant(value) => Ok(value.clone()),
-        Rule::Path { path, text, number } => value_at(decoded, path, text, *number),
-        Rule::Symbols { path, text, symbols } => {
+        FieldRule::Constant(value) => Ok(value.clone()),
+        FieldRule::Path { path, text, number } => value_at(decoded, path, text, *number),
+        FieldRule::Symbols { path, text, symbols } => {
             let value = value_at(decoded, path, text, Number::Plain)?;
             let written = as_written(&value);
             match symbols.iter().find(|(known, _)| *known == written) {

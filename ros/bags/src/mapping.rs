@@ -10,7 +10,7 @@ use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 
 pub use compile::Compiled;
-pub(crate) use compile::{Clock, Entry, Number, Rule};
+pub(crate) use compile::{CompiledEntry, FieldRule, MessageTime, Number};
 
 /// A mapping file that has been read but not yet compared with a bag.
 #[derive(Clone, Debug)]
@@ -33,13 +33,13 @@ struct Mapped {
     to: Spanned<String>,
     time: Option<Spanned<String>>,
     tests: Vec<(Spanned<String>, Vec<Value>)>,
-    fields: Vec<(String, Source)>,
+    fields: Vec<(String, FieldSource)>,
     span: Span,
 }
 
 /// Where the value of a field comes from.
 #[derive(Clone, Debug)]
-enum Source {
+enum FieldSource {
     Constant(Value),
     Path { path: Spanned<String>, symbols: Option<Vec<(String, Symbol)>>, scale: Option<Spanned<f64>> },
 }
@@ -117,7 +117,7 @@ fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
     read.collect::<Vec<_>>().into_iter().collect()
 }
 
-fn fields(table: Table<'_>) -> Option<Vec<(String, Source)>> {
+fn fields(table: Table<'_>) -> Option<Vec<(String, FieldSource)>> {
     let fields = table.table("fields").required()?;
     let read = in_order(fields).into_iter().map(|(name, place)| {
         if !is_name(name) {
@@ -129,7 +129,7 @@ fn fields(table: Table<'_>) -> Option<Vec<(String, Source)>> {
         let item = fields.get::<Item<'_>>(name).required()?;
         if let Some(path) = item.as_text() {
             let path = Spanned { value: path.to_owned(), span: item.span().clone() };
-            return Some((name.to_owned(), Source::Path { path, symbols: None, scale: None }));
+            return Some((name.to_owned(), FieldSource::Path { path, symbols: None, scale: None }));
         }
         let Some(source) = item.as_table() else {
             table.report(item.wrong("the path of a field, or a table with `path`, `symbol` or `value`"));
@@ -146,9 +146,9 @@ fn is_name(name: &str) -> bool {
 }
 
 /// A field's table.
-fn from_table(table: Table<'_>) -> Option<Source> {
+fn from_table(table: Table<'_>) -> Option<FieldSource> {
     if table.has("symbol") {
-        return Some(Source::Constant(Value::symbol(&table.text("symbol").required()?)));
+        return Some(FieldSource::Constant(Value::symbol(&table.text("symbol").required()?)));
     }
     if table.has("value") {
         let item = table.get::<Item<'_>>("value").required()?;
@@ -156,10 +156,11 @@ fn from_table(table: Table<'_>) -> Option<Source> {
         if value.is_none() {
             table.report(item.wrong("a number, a string, true or false"));
         }
-        return value.map(Source::Constant);
+        return value.map(FieldSource::Constant);
     }
     let path = table.text("path").spanned().required_or("add `path`, or `symbol` or `value` for a constant");
     let scale = table.number("scale").spanned().optional();
+    // Not `optional()`: a table of symbols that is wrong is not the same as none.
     let symbols = if table.has("symbols") {
         symbols(table).map(Some)
     } else {
@@ -171,7 +172,7 @@ fn from_table(table: Table<'_>) -> Option<Source> {
         table.report(scale.span.problem("a symbol has no scale").with_label("leave this out"));
         return None;
     }
-    Some(Source::Path { path: path?, symbols, scale })
+    Some(FieldSource::Path { path: path?, symbols, scale })
 }
 
 /// The symbols of values: numbers, strings or Booleans as they are written.

@@ -136,7 +136,7 @@ fn want_below(steps: &[(usize, Option<i64>)], layout: &Layout, want: &mut Want) 
 
 /// A field that can be a value in a channel's message.
 #[derive(Clone, Debug)]
-pub(crate) struct Leaf<'l> {
+pub(crate) struct ValueField<'l> {
     pub(crate) path: String,
     pub(crate) end: End,
     /// The constants of the message that contains the field.
@@ -145,19 +145,19 @@ pub(crate) struct Leaf<'l> {
 
 /// The fields of a type that can be a value, among its first 10,000; for an array of messages, those of the last
 /// message. Messages nested in each other may have far more fields than definitions.
-pub(crate) fn leaves(layout: &Layout) -> Vec<Leaf<'_>> {
+pub(crate) fn leaves(layout: &Layout) -> Vec<ValueField<'_>> {
     let mut found = Vec::new();
     add_leaves(layout, "", &mut 10_000, &mut found);
     found
 }
 
-fn add_leaves<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut Vec<Leaf<'l>>) {
+fn add_leaves<'l>(layout: &'l Layout, below: &str, left: &mut usize, found: &mut Vec<ValueField<'l>>) {
     for field in &layout.fields {
         let Some(fewer) = left.checked_sub(1) else { return };
         *left = fewer;
         let path = if below.is_empty() { field.name.clone() } else { format!("{below}.{}", field.name) };
         match (&field.kind.base, end_of(&field.kind, false)) {
-            (_, Ok(end)) => found.push(Leaf { path, end, constants: &layout.constants }),
+            (_, Ok(end)) => found.push(ValueField { path, end, constants: &layout.constants }),
             (Base::Message(inner), Err(_)) if field.kind.count == Count::One => add_leaves(inner, &path, left, found),
             (Base::Message(inner), Err(_)) => add_leaves(inner, &format!("{path}[-1]"), left, found),
             (Base::Primitive(_), Err(_)) => {}

@@ -75,25 +75,25 @@ pub struct Messages {
     wanted: Vec<bool>,
     /// When the first message of the bag was recorded.
     first_ns: i64,
-    current: Option<Reader>,
+    current: Option<StorageReader>,
     lost: Vec<String>,
 }
 
-enum Reader {
-    Mcap(Box<mcap::Reader>),
+enum StorageReader {
+    Mcap(Box<mcap::McapReader>),
     #[cfg(feature = "sqlite")]
-    Sqlite(Box<sqlite::Reader>),
+    Sqlite(Box<sqlite::SqliteReader>),
 }
 
-impl Reader {
+impl StorageReader {
     fn open(path: &Path, format: Format, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         match format {
             Format::Mcap => {
-                mcap::Reader::open(path, topics, wanted, first_ns).map(|reader| Self::Mcap(Box::new(reader)))
+                mcap::McapReader::open(path, topics, wanted, first_ns).map(|reader| Self::Mcap(Box::new(reader)))
             }
             #[cfg(feature = "sqlite")]
             Format::Sqlite => {
-                sqlite::Reader::open(path, topics, wanted, first_ns).map(|reader| Self::Sqlite(Box::new(reader)))
+                sqlite::SqliteReader::open(path, topics, wanted, first_ns).map(|reader| Self::Sqlite(Box::new(reader)))
             }
             #[cfg(not(feature = "sqlite"))]
             Format::Sqlite => Err(Error::NoSqlite(path.to_owned())),
@@ -108,15 +108,15 @@ impl Messages {
             let next = match &mut self.current {
                 None => {
                     let (path, format) = self.files.next()?;
-                    match Reader::open(&path, format, &self.topics, &self.wanted, self.first_ns) {
+                    match StorageReader::open(&path, format, &self.topics, &self.wanted, self.first_ns) {
                         Ok(reader) => self.current = Some(reader),
                         Err(error) => self.lost.push(error.to_string()),
                     }
                     continue;
                 }
-                Some(Reader::Mcap(reader)) => reader.next_into(body, &mut self.lost),
+                Some(StorageReader::Mcap(reader)) => reader.next_into(body, &mut self.lost),
                 #[cfg(feature = "sqlite")]
-                Some(Reader::Sqlite(reader)) => reader.next_into(body, &mut self.lost),
+                Some(StorageReader::Sqlite(reader)) => reader.next_into(body, &mut self.lost),
             };
             if next.is_some() {
                 unpack(body, &mut self.lost);

@@ -121,7 +121,7 @@ fn nothing(_: &Path) -> std::io::Result<Vec<u8>> {
 }
 
 /// The events as lines, and the notes.
-fn told(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
+fn read_with(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
     let mapping = mapping(text);
     let compiled = mapping.compile(bag.survey(), None, &nothing);
     let compiled = compiled.unwrap_or_else(|problems| panic!("{}", problems.plain()));
@@ -179,7 +179,7 @@ fn messages_become_events_with_ticks_between_them() {
             ("/cmd_vel", TWIST, 7500, twist(2.0)[..20].to_vec()),
         ],
     );
-    let (events, notes) = told(&bag, MAPPING);
+    let (events, notes) = read_with(&bag, MAPPING);
     let expected = [
         // It is noticed as soon as it is read.
         "messages on /odd are left out: the mapping has no symbol for the value; the first: `mode` is 2",
@@ -216,7 +216,7 @@ fn stamps_in_messages_can_be_their_time() {
     let bag = bag_of(folder.path(), &[at(3000), at(0), at(3900), at(3700), at(5500), at(4000), at(u32::MAX), at(5600)]);
     let text = "time = \"header.stamp\"\nreorder_s = 0.5\ntick_s = 0.1\n[[messages]]\ntopic = \"/odd\"\nfrom = \"a\"\nto = \"b\"\n\
                 fields = { mode = \"mode\" }\n";
-    let (events, notes) = told(&bag, text);
+    let (events, notes) = read_with(&bag, text);
     let messages = events.iter().filter(|line| line.contains('→'));
     let times: Vec<&str> = messages.map(|line| line.split(':').next().unwrap_or_default()).collect();
     assert_eq!(times, ["0 ms", "700 ms", "900 ms", "1000 ms", "2500 ms", "2600 ms"]);
@@ -291,7 +291,7 @@ fn the_proposed_mapping_works_as_it_is() {
     let contents = Contents::of(&bag, &Definitions { topics: &[], folders: &[], read: &nothing });
     let proposal = contents.proposal().expect("there are fields");
     insta::assert_snapshot!(proposal);
-    let (events, notes) = told(&bag, &proposal);
+    let (events, notes) = read_with(&bag, &proposal);
     assert_eq!((events.len(), notes.len()), (4, 0), "{events:?}");
 }
 
@@ -360,9 +360,9 @@ fn a_chunk_with_a_wrong_checksum_is_lost_and_the_rest_is_read() {
         let at = bytes.windows(8).position(|bytes| bytes == [7; 8]).expect("the message");
         bytes[at] ^= 1;
         let (times, lost) = read(&bytes);
-        let said = "contains a damaged chunk before its first message (its checksum is not that of its messages): the rest of it \
+        let why = "contains a damaged chunk before its first message (its checksum is not that of its messages): the rest of it \
                     is lost";
-        assert!(times == [1] && lost.ends_with(said), "{times:?}: {lost}");
+        assert!(times == [1] && lost.ends_with(why), "{times:?}: {lost}");
     }
 }
 
@@ -433,7 +433,7 @@ fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
     let text = entry(
         "fields = { whole = \"whole\", natural = \"natural\", code = { path = \"codes[0]\", symbols = { 7 = \"seven\" } } }",
     );
-    let (events, notes) = told(&bag, &text);
+    let (events, notes) = read_with(&bag, &text);
     let why = "left out: the integer does not fit into 64 bits, or not exactly into a real number; the first: `natural` \
          is 9223372036854775808";
     let expected = [
@@ -446,7 +446,7 @@ fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
     assert_eq!(notes, [format!("1 message on /p is {why}")]);
     let only = |wanted: &str| {
         let (events, _) =
-            told(&bag, &entry(&format!("where = {{ natural = {wanted} }}\nfields = {{ whole = \"whole\" }}\n")));
+            read_with(&bag, &entry(&format!("where = {{ natural = {wanted} }}\nfields = {{ whole = \"whole\" }}\n")));
         events.iter().filter(|line| line.contains('→')).count()
     };
     assert_eq!(["9007199254740992", "9007199254740993", "9007199254740992.0"].map(only), [0, 1, 0]);

@@ -67,11 +67,11 @@ impl Decoder {
 struct Plan {
     /// How many fields the message has.
     fields: usize,
-    steps: Vec<Step>,
+    steps: Vec<DecodingStep>,
 }
 
 #[derive(Debug)]
-enum Step {
+enum DecodingStep {
     /// Skips numbers of `size` bytes.
     Skip { size: usize, count: usize },
     /// A field, with its index if it is wanted.
@@ -105,7 +105,7 @@ fn plan<'l>(layout: &'l Layout, want: &Want, made: &mut BTreeMap<(&'l TypeName, 
         match (numbers(&base), field.kind.count, wanted) {
             (Some((size, count)), Count::One, None) => new.skip(size, count),
             (Some((size, count)), Count::Exactly(times), None) => new.skip(size, count.saturating_mul(times)),
-            (_, count, wanted) => new.steps.push(Step::Field { wanted, kind: Type { base, count } }),
+            (_, count, wanted) => new.steps.push(DecodingStep::Field { wanted, kind: Type { base, count } }),
         }
     }
     let new = Arc::new(new);
@@ -118,7 +118,7 @@ fn numbers(base: &Base<Arc<Plan>>) -> Option<(usize, usize)> {
     match base {
         Base::Primitive(primitive) => size(*primitive).map(|size| (size, 1)),
         Base::Message(plan) => match plan.steps.as_slice() {
-            [Step::Skip { size, count }] => Some((*size, *count)),
+            [DecodingStep::Skip { size, count }] => Some((*size, *count)),
             _ => None,
         },
     }
@@ -139,18 +139,20 @@ impl Plan {
     /// Adds numbers to skip, together with those before them if they have the same size.
     fn skip(&mut self, size: usize, count: usize) {
         match self.steps.last_mut() {
-            Some(Step::Skip { size: before, count: so_far }) if *before == size => {
+            Some(DecodingStep::Skip { size: before, count: so_far }) if *before == size => {
                 *so_far = so_far.saturating_add(count);
             }
-            _ => self.steps.push(Step::Skip { size, count }),
+            _ => self.steps.push(DecodingStep::Skip { size, count }),
         }
     }
 
     fn read(&self, cdr: &mut CdrReader<'_>, value: Option<&mut Value>) -> Result<(), Mismatch> {
         let fields = value.map_or(&mut [][..], |value| value.fields(self.fields));
         self.steps.iter().try_for_each(|step| match step {
-            Step::Skip { size, count } => cdr.skip(*size, *count),
-            Step::Field { wanted, kind } => read_field(cdr, kind, wanted.and_then(|index| fields.get_mut(index))),
+            DecodingStep::Skip { size, count } => cdr.skip(*size, *count),
+            DecodingStep::Field { wanted, kind } => {
+                read_field(cdr, kind, wanted.and_then(|index| fields.get_mut(index)))
+            }
         })
     }
 }
@@ -193,6 +195,7 @@ fn read_primitive(cdr: &mut CdrReader<'_>, kind: Primitive, value: Option<&mut V
         Primitive::Uint64 => Value::Int(u64::from_le_bytes(cdr.number()?).into()),
         Primitive::Float32 => Value::Real(f32::from_le_bytes(cdr.number()?).into()),
         Primitive::Float64 => Value::Real(f64::from_le_bytes(cdr.number()?)),
+        // The most common values that need memory: that of the previous message is reused.
         Primitive::String(bound) => {
             let text = cdr.string(bound)?;
             if let Some(value) = value {

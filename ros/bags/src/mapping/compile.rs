@@ -8,7 +8,7 @@ use channels::{Capacity, ChannelId, Domain, FieldKind, Role, Shape, Symbol, Topo
 use diagnostics::{FileProblems, Problem, ReadFile, Spanned, nearest_or_all};
 use ros_messages::{Decoder, Layout, Want};
 
-use super::{Mapped, Mapping, Source};
+use super::{FieldSource, Mapped, Mapping};
 use crate::definitions::Definitions;
 use crate::path::{End, Path};
 use crate::storage::Survey;
@@ -19,21 +19,21 @@ pub struct Compiled {
     /// The processes and channels.
     pub topology: Arc<Topology>,
     /// The entries for each topic of the bag, by its index.
-    pub(crate) entries: Vec<Vec<(ChannelId, Entry)>>,
+    pub(crate) entries: Vec<Vec<(ChannelId, CompiledEntry)>>,
 }
 
 /// How a message becomes an event.
 #[derive(Debug)]
-pub(crate) struct Entry {
+pub(crate) struct CompiledEntry {
     pub(crate) decoder: Decoder,
-    pub(crate) clock: Clock,
+    pub(crate) clock: MessageTime,
     pub(crate) tests: Vec<Test>,
-    pub(crate) fields: Vec<Rule>,
+    pub(crate) fields: Vec<FieldRule>,
 }
 
 /// The source of a message's time.
 #[derive(Clone, Debug)]
-pub(crate) enum Clock {
+pub(crate) enum MessageTime {
     Log,
     Publish,
     Field(Path),
@@ -49,7 +49,7 @@ pub(crate) struct Test {
 
 /// How a field gets its value.
 #[derive(Debug)]
-pub(crate) enum Rule {
+pub(crate) enum FieldRule {
     Constant(Value),
     Path { path: Path, text: String, number: Number },
     Symbols { path: Path, text: String, symbols: Vec<(String, Symbol)> },
@@ -87,7 +87,7 @@ fn exact(integer: i64) -> Option<Value> {
     real.order(&Value::Int(integer)).is_some_and(Ordering::is_eq).then_some(real)
 }
 
-impl Entry {
+impl CompiledEntry {
     /// Turns integers into real numbers where the channel has real numbers.
     ///
     /// # Errors
@@ -97,9 +97,11 @@ impl Entry {
         for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
             let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
             match rule {
-                Rule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => *number = Number::Real,
-                Rule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => match exact(*integer) {
-                    Some(real) => *rule = Rule::Constant(real),
+                FieldRule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => {
+                    *number = Number::Real
+                }
+                FieldRule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => match exact(*integer) {
+                    Some(real) => *rule = FieldRule::Constant(real),
                     None => return Err(*integer),
                 },
                 _ => {}
@@ -135,20 +137,18 @@ impl Mapping {
                 None => continue,
             }
         }
+        // These problems come first: channels declared without the shapes of all entries would cause others.
         FileProblems::none_of(std::mem::take(&mut problems))?;
         let topology = match topology {
             Some(topology) => Arc::clone(topology),
             None => Arc::new(declared(found.iter().map(|(mapped, ..)| *mapped), shapes)?),
         };
-        let mut entries: Vec<Vec<(ChannelId, Entry)>> = survey.topics.iter().map(|_| Vec::new()).collect();
+        let mut entries: Vec<Vec<(ChannelId, CompiledEntry)>> = survey.topics.iter().map(|_| Vec::new()).collect();
         for (mapped, made, shape) in found {
             let Some(channel) = channel_of(mapped, &shape, &topology, &mut problems) else { continue };
             for (topic, mut entry) in made {
-                if let Err(integer) = entry.suit(&shape, &topology.get(channel).domain) {
-                    let problem =
-                        mapped.span.problem(format!("{integer} would be rounded: the channel has real numbers"));
-                    problems.push(problem.with_label("these messages").with_help("choose a constant below 2^53"));
-                }
+                let suited = entry.suit(&shape, &topology.get(channel).domain);
+                problems.extend(suited.err().map(|integer| rounded(mapped, integer)));
                 entries[topic].push((channel, entry));
             }
         }
@@ -163,7 +163,7 @@ impl Mapping {
         survey: &Survey,
         definitions: &Definitions<'_>,
         problems: &mut Vec<Problem>,
-    ) -> Option<(Vec<(usize, Entry)>, Shape)> {
+    ) -> Option<(Vec<(usize, CompiledEntry)>, Shape)> {
         let topics = survey.topics.iter().enumerate().filter(|(_, topic)| topic.name == mapped.topic.value);
         // The last type decides the shape; messages of another one that do not fit are left out when they are read.
         let (mut entries, mut shape) = (Vec::new(), None);
@@ -198,47 +198,114 @@ impl Mapping {
         Some((entries, shape?))
     }
 
-    fn entry(&self, mapped: &Mapped, layout: Arc<Layout>, problems: &mut Vec<Problem>) -> Option<(Entry, Shape)> {
-        // Every path that is resolved is also wanted, so the decoder skips the rest of the message.
-        let mut want = Want::Nothing;
-        let mut resolve =
-            |text: &Spanned<String>, problems: &mut Vec<Problem>| match Path::resolve(&text.value, &layout) {
-                Ok(path) => {
-                    path.want(&layout, &mut want);
-                    Some(path)
-                }
-                Err(why) => {
-                    problems.push(text.span.problem(why).with_label(format!("in messages of {}", layout.name)));
-                    None
-                }
-            };
-        let time = mapped.time.as_ref().unwrap_or(&self.time);
-        let clock = match time.value.as_str() {
-            "log" => Some(Clock::Log),
-            "publish" => Some(Clock::Publish),
-            _ => match resolve(time, problems) {
-                Some(path) if path.end == End::Time => Some(Clock::Field(path)),
-                Some(_) => {
-                    let problem = time.span.problem(format!("`{}` is not a stamp", time.value)).with_label("this time");
-                    problems.push(problem.with_help("`log`, `publish`, or a field of type builtin_interfaces/Time"));
-                    None
-                }
-                None => None,
-            },
-        };
+    fn entry(
+        &self,
+        mapped: &Mapped,
+        layout: Arc<Layout>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<(CompiledEntry, Shape)> {
+        let mut fields = FieldCompiler { layout: &layout, want: Want::Nothing, problems };
+        let clock = fields.time(mapped.time.as_ref().unwrap_or(&self.time));
         let tests = mapped.tests.iter().filter_map(|(path, values)| {
-            Some(Test { path: resolve(path, problems)?, text: path.value.clone(), values: values.clone() })
+            Some(Test { path: fields.resolve(path)?, text: path.value.clone(), values: values.clone() })
         });
         let tests: Vec<Test> = tests.collect();
-        let (mut fields, mut kinds) = (Vec::new(), Vec::new());
-        for (name, source) in &mapped.fields {
-            let Some((rule, kind)) = rule(source, &mut resolve, problems) else { continue };
-            fields.push(rule);
-            kinds.push((name.clone(), kind));
-        }
-        let entry = Entry { decoder: Decoder::new(&layout, &want), clock: clock?, tests, fields };
+        let compiled = mapped.fields.iter().filter_map(|(name, source)| {
+            let (rule, kind) = fields.rule(source)?;
+            Some((rule, (name.clone(), kind)))
+        });
+        let (rules, kinds): (Vec<FieldRule>, Vec<(String, FieldKind)>) = compiled.unzip();
+        let decoder = Decoder::new(&layout, &fields.want);
+        let entry = CompiledEntry { decoder, clock: clock?, tests, fields: rules };
         Some((entry, Shape::new(kinds).with_role(Role::Topic)))
     }
+}
+
+/// Compares the fields that an entry names with the type of its messages.
+struct FieldCompiler<'c> {
+    layout: &'c Layout,
+    /// Every path that was resolved, so that the decoder skips the rest of a message.
+    want: Want,
+    problems: &'c mut Vec<Problem>,
+}
+
+impl FieldCompiler<'_> {
+    fn resolve(&mut self, text: &Spanned<String>) -> Option<Path> {
+        match Path::resolve(&text.value, self.layout) {
+            Ok(path) => {
+                path.want(self.layout, &mut self.want);
+                Some(path)
+            }
+            Err(why) => {
+                let problem = text.span.problem(why);
+                self.problems.push(problem.with_label(format!("in messages of {}", self.layout.name)));
+                None
+            }
+        }
+    }
+
+    fn time(&mut self, time: &Spanned<String>) -> Option<MessageTime> {
+        match time.value.as_str() {
+            "log" => Some(MessageTime::Log),
+            "publish" => Some(MessageTime::Publish),
+            _ => {
+                let path = self.resolve(time)?;
+                if path.end == End::Time {
+                    return Some(MessageTime::Field(path));
+                }
+                let problem = time.span.problem(format!("`{}` is not a stamp", time.value)).with_label("this time");
+                self.problems.push(problem.with_help("`log`, `publish`, or a field of type builtin_interfaces/Time"));
+                None
+            }
+        }
+    }
+
+    /// How a field gets its value, and the values that it may get.
+    fn rule(&mut self, source: &FieldSource) -> Option<(FieldRule, FieldKind)> {
+        match source {
+            FieldSource::Constant(value) => Some((FieldRule::Constant(value.clone()), kind_of(value))),
+            FieldSource::Path { path: text, symbols: Some(symbols), .. } => {
+                let path = self.resolve(text)?;
+                let mut names: Vec<Symbol> = symbols.iter().map(|(_, symbol)| symbol.clone()).collect();
+                names.dedup();
+                let kind = FieldKind::Symbol(names);
+                let kind = if path.may_be_missing() { optional(kind) } else { kind };
+                Some((FieldRule::Symbols { path, text: text.value.clone(), symbols: symbols.clone() }, kind))
+            }
+            FieldSource::Path { path: text, symbols: None, scale } => {
+                let path = self.resolve(text)?;
+                let is_number = matches!(path.end, End::Int | End::Real);
+                if let Some(scale) = scale.as_ref().filter(|_| !is_number) {
+                    let problem = scale.span.problem(format!("`{}` is not a number, so it has no scale", text.value));
+                    self.problems.push(problem.with_label("leave this out"));
+                    return None;
+                }
+                let kind = match path.end {
+                    End::Int if scale.is_none() => FieldKind::Int,
+                    End::Int | End::Real | End::Time => FieldKind::Real,
+                    End::Bool => FieldKind::Bool,
+                    End::Text | End::Bytes => FieldKind::Text,
+                };
+                let number = scale.as_ref().map_or(Number::Plain, |scale| Number::Scaled(scale.value));
+                // NaN and a missing item become `<none>`.
+                Some((FieldRule::Path { path, text: text.value.clone(), number }, optional(kind)))
+            }
+        }
+    }
+}
+
+fn kind_of(value: &Value) -> FieldKind {
+    match value {
+        Value::Symbol(symbol) => FieldKind::Symbol(vec![symbol.clone()]),
+        Value::Bool(_) => FieldKind::Bool,
+        Value::Int(_) => FieldKind::Int,
+        Value::Real(_) => FieldKind::Real,
+        Value::Text(_) => FieldKind::Text,
+    }
+}
+
+fn optional(kind: FieldKind) -> FieldKind {
+    FieldKind::Optional(Box::new(kind))
 }
 
 /// The shapes of the messages between two processes.
@@ -263,50 +330,9 @@ fn declared<'m>(messages: impl Iterator<Item = &'m Mapped>, mut shapes: Shapes) 
     Ok(topology)
 }
 
-fn rule(
-    source: &Source,
-    resolve: &mut impl FnMut(&Spanned<String>, &mut Vec<Problem>) -> Option<Path>,
-    problems: &mut Vec<Problem>,
-) -> Option<(Rule, FieldKind)> {
-    let optional = |kind| FieldKind::Optional(Box::new(kind));
-    match source {
-        Source::Constant(value) => {
-            let kind = match value {
-                Value::Symbol(symbol) => FieldKind::Symbol(vec![symbol.clone()]),
-                Value::Bool(_) => FieldKind::Bool,
-                Value::Int(_) => FieldKind::Int,
-                Value::Real(_) => FieldKind::Real,
-                Value::Text(_) => FieldKind::Text,
-            };
-            Some((Rule::Constant(value.clone()), kind))
-        }
-        Source::Path { path: text, symbols, scale } => {
-            let path = resolve(text, problems)?;
-            if let Some(symbols) = symbols {
-                let mut names: Vec<Symbol> = symbols.iter().map(|(_, symbol)| symbol.clone()).collect();
-                names.dedup();
-                let (text, symbols) = (text.value.clone(), symbols.clone());
-                let kind = FieldKind::Symbol(names);
-                let kind = if path.may_be_missing() { optional(kind) } else { kind };
-                return Some((Rule::Symbols { path, text, symbols }, kind));
-            }
-            let is_number = matches!(path.end, End::Int | End::Real);
-            if let Some(scale) = scale.as_ref().filter(|_| !is_number) {
-                let problem = scale.span.problem(format!("`{}` is not a number, so it has no scale", text.value));
-                problems.push(problem.with_label("leave this out"));
-                return None;
-            }
-            let kind = match path.end {
-                End::Int if scale.is_none() => FieldKind::Int,
-                End::Int | End::Real | End::Time => FieldKind::Real,
-                End::Bool => FieldKind::Bool,
-                End::Text | End::Bytes => FieldKind::Text,
-            };
-            let number = scale.as_ref().map_or(Number::Plain, |scale| Number::Scaled(scale.value));
-            // NaN and a missing item become `<none>`.
-            Some((Rule::Path { path, text: text.value.clone(), number }, optional(kind)))
-        }
-    }
+fn rounded(mapped: &Mapped, integer: i64) -> Problem {
+    let problem = mapped.span.problem(format!("{integer} would be rounded: the channel has real numbers"));
+    problem.with_label("these messages").with_help("choose a constant below 2^53")
 }
 
 /// The channel of an entry, if it can carry its messages.

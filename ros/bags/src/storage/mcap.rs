@@ -43,7 +43,7 @@ pub(super) fn survey(path: &Path, survey: &mut Survey) -> Result<(), Error> {
     let mut none = Vec::new();
     let mut lost = Vec::new();
     let (mut counts, mut seen) = (BTreeMap::<u16, u64>::new(), None::<(u64, u64)>);
-    while let Some(head) = walk.next_message(|_, _| Reading::Head, &mut none, &mut lost) {
+    while let Some(head) = walk.next_message(|_, _| ReadDepth::Head, &mut none, &mut lost) {
         *counts.entry(head.channel_id).or_default() += 1;
         let (first, last) = seen.unwrap_or((head.log_time, head.log_time));
         seen = Some((first.min(head.log_time), last.max(head.log_time)));
@@ -65,7 +65,7 @@ fn nanoseconds(time: u64) -> i64 {
 }
 
 /// The wanted messages of a file.
-pub(super) struct Reader {
+pub(super) struct McapReader {
     walk: Walk,
     topics: Vec<Topic>,
     wanted: Vec<bool>,
@@ -73,7 +73,7 @@ pub(super) struct Reader {
     seen: BTreeMap<u16, Option<usize>>,
 }
 
-impl Reader {
+impl McapReader {
     pub(super) fn open(path: &Path, topics: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         let mut walk = Walk::open(path)?;
         walk.first_ns = first_ns;
@@ -102,7 +102,7 @@ impl Reader {
         let mut topic = None;
         let chooses = |channel: u16, channels: &BTreeMap<u16, Topic>| {
             topic = *seen.entry(channel).or_insert_with(|| known(channel, channels));
-            if topic.is_some() { Reading::Body } else { Reading::Nothing }
+            if topic.is_some() { ReadDepth::Body } else { ReadDepth::Nothing }
         };
         let head = walk.next_message(chooses, body, lost)?;
         Some(Head { topic: topic?, log_ns: nanoseconds(head.log_time), publish_ns: nanoseconds(head.publish_time) })
@@ -118,16 +118,16 @@ struct Summary {
 
 /// How much of a message is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Reading {
+enum ReadDepth {
     Nothing,
     Head,
     Body,
 }
 
 /// Decides how much of a message on a channel is read.
-trait Chooses: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading {}
+trait Chooses: FnMut(u16, &BTreeMap<u16, Topic>) -> ReadDepth {}
 
-impl<F: FnMut(u16, &BTreeMap<u16, Topic>) -> Reading> Chooses for F {}
+impl<F: FnMut(u16, &BTreeMap<u16, Topic>) -> ReadDepth> Chooses for F {}
 
 /// A walk through the records of a file.
 struct Walk {
@@ -247,12 +247,12 @@ impl Walk {
     ) -> Option<MessageHeader> {
         while !self.is_over {
             match self.step(&mut chooses, body) {
-                Ok(Step::Message(head)) => {
+                Ok(WalkStep::Message(head)) => {
                     self.last = Some(head.log_time);
                     return Some(head);
                 }
-                Ok(Step::Other) => {}
-                Ok(Step::End) => self.is_over = true,
+                Ok(WalkStep::Other) => {}
+                Ok(WalkStep::End) => self.is_over = true,
                 Err(error) => {
                     // A chunk says where it ends, so the file can be read from there on, unless it ends before.
                     let is_in_chunk = self.file.stream_position().is_ok_and(|at| at < self.after_chunk);
@@ -279,13 +279,13 @@ impl Walk {
     }
 
     /// Reads the next record of the chunk, or of the file itself.
-    fn step(&mut self, chooses: &mut impl Chooses, body: &mut Vec<u8>) -> io::Result<Step> {
+    fn step(&mut self, chooses: &mut impl Chooses, body: &mut Vec<u8>) -> io::Result<WalkStep> {
         if let Some(chunk) = &mut self.chunk {
             let step = match chunk {
                 Chunk::Whole(records, _) => self.known.step(records, chooses, body)?,
                 Chunk::Stream(records) => self.known.step(records, chooses, body)?,
             };
-            if !matches!(step, Step::End) {
+            if !matches!(step, WalkStep::End) {
                 return Ok(step);
             }
             // Only now does damage matter: the records before it have been returned.
@@ -294,11 +294,11 @@ impl Walk {
                 damage.map_or(Ok(()), Err)?;
             }
             self.file.seek(SeekFrom::Start(self.after_chunk))?;
-            return Ok(Step::Other);
+            return Ok(WalkStep::Other);
         }
         match self.file.fill_buf()?.first() {
             None => Err(io::ErrorKind::UnexpectedEof.into()),
-            Some(&(op::DATA_END | op::FOOTER)) => Ok(Step::End),
+            Some(&(op::DATA_END | op::FOOTER)) => Ok(WalkStep::End),
             Some(&op::CHUNK) => {
                 let at = self.file.stream_position()?;
                 let (_, length) = record_head(&mut self.file)?.ok_or(io::ErrorKind::UnexpectedEof)?;
@@ -308,28 +308,34 @@ impl Walk {
                 } else {
                     self.enter()?
                 }
-                Ok(Step::Other)
+                Ok(WalkStep::Other)
             }
             Some(_) => self.known.step(&mut self.file, chooses, body),
         }
+    }
+
+    /// The fields of a chunk before its records.
+    fn chunk_head(&mut self) -> io::Result<ChunkHead> {
+        let _times: [u8; 16] = self.bytes()?;
+        let size = u64::from_le_bytes(self.bytes()?);
+        let checksum = u32::from_le_bytes(self.bytes()?);
+        let name_length = u32::from_le_bytes(self.bytes()?);
+        let mut compression = Vec::new();
+        read_body(&mut self.file, name_length.into(), &mut compression)?;
+        Ok(ChunkHead { size, checksum, compression, length: u64::from_le_bytes(self.bytes()?) })
+    }
+
+    fn bytes<const N: usize>(&mut self) -> io::Result<[u8; N]> {
+        let mut bytes = [0; N];
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
     }
 
     /// Enters a chunk. Without compression and checksum, its records follow like any others, and unwanted messages can
     /// be skipped without reading them. Otherwise it is decompressed into memory, if it is small enough. Records must
     /// not be returned before a checksum over all of them is known to be right, so a large chunk is decompressed twice.
     fn enter(&mut self) -> io::Result<()> {
-        let mut times = [0; 8 + 8];
-        self.file.read_exact(&mut times)?;
-        let (mut size, mut checksum, mut length) = ([0; 8], [0; 4], [0; 4]);
-        self.file.read_exact(&mut size)?;
-        self.file.read_exact(&mut checksum)?;
-        self.file.read_exact(&mut length)?;
-        let mut compression = Vec::new();
-        read_body(&mut self.file, u32::from_le_bytes(length).into(), &mut compression)?;
-        let mut length = [0; 8];
-        self.file.read_exact(&mut length)?;
-        let (size, checksum, length) =
-            (u64::from_le_bytes(size), u32::from_le_bytes(checksum), u64::from_le_bytes(length));
+        let ChunkHead { size, checksum, compression, length } = self.chunk_head()?;
         if compression.is_empty() && checksum == 0 {
             return Ok(());
         }
@@ -345,6 +351,7 @@ impl Walk {
             self.chunk = Some(Chunk::Stream(BufReader::with_capacity(1 << 16, plain)));
             return Ok(());
         }
+        // If the chunk is damaged, the records before the damage are returned first.
         let mut whole = std::mem::take(&mut self.spare);
         whole.clear();
         let read = plain.take(LARGEST_WHOLE).read_to_end(&mut whole);
@@ -415,33 +422,46 @@ impl Known {
         input: &mut (impl BufRead + Pass),
         chooses: &mut impl Chooses,
         body: &mut Vec<u8>,
-    ) -> io::Result<Step> {
-        let Some((kind, length)) = record_head(input)? else { return Ok(Step::End) };
+    ) -> io::Result<WalkStep> {
+        let Some((kind, length)) = record_head(input)? else { return Ok(WalkStep::End) };
         match kind {
             op::MESSAGE if length >= MESSAGE_HEAD => {
                 let mut head = [0; MESSAGE_HEAD as usize];
                 input.read_exact(&mut head)?;
                 let head = message_head(&head);
                 let (reading, rest) = (chooses(head.channel_id, &self.channels), length - MESSAGE_HEAD);
-                if reading == Reading::Body {
+                if reading == ReadDepth::Body {
                     read_body(input, rest, body)?
                 } else {
                     input.pass(rest)?
                 }
-                Ok(if reading == Reading::Nothing { Step::Other } else { Step::Message(head) })
+                Ok(if reading == ReadDepth::Nothing { WalkStep::Other } else { WalkStep::Message(head) })
             }
             op::SCHEMA | op::CHANNEL if length <= LONGEST => {
                 let mut body = Vec::new();
                 read_body(input, length, &mut body)?;
                 self.note(parse_record(kind, &body).map_err(io::Error::other)?);
-                Ok(Step::Other)
+                Ok(WalkStep::Other)
             }
-            _ => input.pass(length).map(|()| Step::Other),
+            // Indexes, attachments, metadata; also what is too short for a message or too long for a definition.
+            _ => input.pass(length).map(|()| WalkStep::Other),
         }
     }
 }
 
-enum Step {
+/// What precedes the records of a chunk.
+struct ChunkHead {
+    /// Their number of bytes without compression.
+    size: u64,
+    /// Their CRC-32 without compression; 0 if there is none.
+    checksum: u32,
+    /// The name of the compression; empty if there is none.
+    compression: Vec<u8>,
+    /// The number of bytes that follow.
+    length: u64,
+}
+
+enum WalkStep {
     Message(MessageHeader),
     Other,
     End,

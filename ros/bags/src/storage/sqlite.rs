@@ -92,7 +92,7 @@ fn topics(file: &Connection) -> rusqlite::Result<Vec<(i64, Topic)>> {
 }
 
 /// The wanted messages of a file.
-pub(super) struct Reader {
+pub(super) struct SqliteReader {
     path: PathBuf,
     opened: Opened,
     /// The wanted topics by their ids in the file.
@@ -104,7 +104,7 @@ pub(super) struct Reader {
     last: (i64, Option<i64>),
 }
 
-impl Reader {
+impl SqliteReader {
     pub(super) fn open(path: &Path, all: &[Topic], wanted: &[bool], first_ns: i64) -> Result<Self, Error> {
         let opened = open(path)?;
         let known = topics(&opened.file)

@@ -31,7 +31,9 @@ impl Annotations {
                 }
             };
             if std::mem::replace(flag, true) {
-                return Err(annotation.problem(format!("`{}` is said twice", annotation.text())).with_label("again"));
+                return Err(annotation
+                    .problem(format!("`{}` is written twice", annotation.text()))
+                    .with_label("again"));
             }
             self.place = Some(annotation);
             rest = trimmed(&behind);

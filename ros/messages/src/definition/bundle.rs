@@ -5,7 +5,7 @@ use std::fmt;
 use diagnostics::{FileProblems, Problem, Source, Span};
 
 use super::idl;
-use super::parse::{Part, lines};
+use super::parse::{PartReader, lines};
 use super::{Message, TypeName};
 
 /// A message and all types in it, in one text: the schemas `ros2msg` and `ros2idl` of MCAP, as rosbag2 records them.
@@ -40,7 +40,8 @@ impl Bundle {
     /// Everything that is wrong with it. A type that is used but missing is no error.
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
         let source = Source::new(name, text);
-        let (mut problems, mut first, mut types) = (Vec::new(), Part::default(), Vec::<(TypeName, Part)>::new());
+        let (mut problems, mut first, mut types) =
+            (Vec::new(), PartReader::default(), Vec::<(TypeName, PartReader)>::new());
         let mut is_title = false;
         for (range, line) in lines(text) {
             let span = source.span(range);
@@ -49,7 +50,7 @@ impl Bundle {
                     Ok(name) if types.iter().any(|(earlier, _)| *earlier == name) => {
                         problems.push(span.problem(format!("{name} is defined twice")).with_label("again"));
                     }
-                    Ok(name) => types.push((name, Part::default())),
+                    Ok(name) => types.push((name, PartReader::default())),
                     Err(problem) => problems.push(problem),
                 }
             } else if !is_title {

@@ -16,7 +16,7 @@ use crate::value::Value;
 /// All structs of a text, which may consist of several definitions with titles: `IDL: package/msg/Name`.
 pub(super) fn types(source: &Source) -> Result<BTreeMap<TypeName, Message>, FileProblems> {
     let mut reader =
-        Reader { source, tokens: tokens(source)?, next: 0, types: BTreeMap::new(), names: BTreeMap::new() };
+        IdlReader { source, tokens: tokens(source)?, next: 0, types: BTreeMap::new(), names: BTreeMap::new() };
     while reader.next < reader.tokens.len() {
         reader.declaration(&mut Vec::new())?;
     }
@@ -34,6 +34,7 @@ fn tokens(source: &Source) -> Result<Vec<Range<usize>>, Problem> {
         let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
         let length = if first.is_whitespace() {
             first.len_utf8()
+            // Bags separate the IDL of several types by lines of `=` and titles such as `IDL: std_msgs/msg/Header`.
         } else if rest.starts_with("//") || first == '#' || rest.starts_with("===") || rest.starts_with("IDL:") {
             line
         } else if rest.starts_with("/*") {
@@ -69,7 +70,7 @@ fn quoted(text: &str, quote: char) -> Option<usize> {
     Some(text[1..].find(ends)? + 2)
 }
 
-struct Reader<'s> {
+struct IdlReader<'s> {
     source: &'s Source,
     tokens: Vec<Range<usize>>,
     next: usize,
@@ -78,7 +79,7 @@ struct Reader<'s> {
     names: BTreeMap<String, Type>,
 }
 
-impl<'s> Reader<'s> {
+impl<'s> IdlReader<'s> {
     fn peek(&self) -> &'s str {
         self.tokens.get(self.next).map_or("", |range| &self.source.text()[range.clone()])
     }
@@ -124,6 +125,7 @@ impl<'s> Reader<'s> {
                 scope.pop();
             }
             "struct" => {
+                // The package is the outermost module; the next one, `msg` or `srv`, is not part of a type's name.
                 let name = TypeName::new(scope.first().copied(), self.name()?);
                 let fields = self.fields()?;
                 self.types.entry(name).or_default().fields = fields;

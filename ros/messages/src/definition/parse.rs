@@ -47,7 +47,7 @@ impl Action {
 fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Message; N], FileProblems> {
     let source = Source::new(name, text);
     let mut problems = Vec::new();
-    let mut read = parts.map(|_| Part::default());
+    let mut read = parts.map(|_| PartReader::default());
     let mut at = 0;
     for (range, line) in lines(text) {
         let span = source.span(range);
@@ -100,7 +100,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
 
 /// A part of a definition while it is read.
 #[derive(Debug, Default)]
-pub(super) struct Part {
+pub(super) struct PartReader {
     message: Message,
     /// The location of each name.
     names: BTreeMap<String, Span>,
@@ -108,7 +108,7 @@ pub(super) struct Part {
     annotations: Annotations,
 }
 
-impl Part {
+impl PartReader {
     /// Reads a line. A mistake in it does not end the part: all mistakes are reported.
     pub(super) fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
         let read = self.annotations.take(line).and_then(|line| {
@@ -118,6 +118,7 @@ impl Part {
         let element = match read {
             Ok(Some(element)) => element,
             Ok(None) => return,
+            // The annotations above a wrong line must not apply to the next one.
             Err(problem) => {
                 self.annotations = Annotations::default();
                 return problems.push(problem);
