@@ -23,7 +23,7 @@ use crate::median;
 pub use course::Course;
 pub use picture::picture;
 pub use table::table;
-pub use trip::{About, Outcome, Touched, Trip};
+pub use trip::{About, Touched, Trip, TripOutcome};
 
 /// The settings of a benchmark.
 #[derive(Clone, Debug)]
@@ -78,15 +78,15 @@ pub struct Sums {
 impl Sums {
     fn of<'t>(map: &str, trips: impl Iterator<Item = &'t Trip>, full_speed_mps: f64) -> Self {
         let trips: Vec<&Trip> = trips.collect();
-        let count = |outcome: Outcome| trips.iter().filter(|trip| trip.outcome == outcome).count();
-        let arrived = || trips.iter().filter(|trip| trip.outcome == Outcome::Arrived);
+        let count = |outcome: TripOutcome| trips.iter().filter(|trip| trip.outcome == outcome).count();
+        let arrived = || trips.iter().filter(|trip| trip.outcome == TripOutcome::Arrived);
         Self {
             map: map.to_owned(),
             trips: trips.len(),
-            arrived_pct: 100.0 * count(Outcome::Arrived) as f64 / trips.len().max(1) as f64,
-            gave_up: count(Outcome::GaveUp),
-            time_over: count(Outcome::TimeOver),
-            elsewhere: count(Outcome::Elsewhere),
+            arrived_pct: 100.0 * count(TripOutcome::Arrived) as f64 / trips.len().max(1) as f64,
+            gave_up: count(TripOutcome::GaveUp),
+            time_over: count(TripOutcome::TimeOver),
+            elsewhere: count(TripOutcome::Elsewhere),
             wall_contacts: trips.iter().map(|trip| trip.wall_contacts).sum(),
             standing_contacts: trips.iter().map(|trip| trip.standing_contacts).sum(),
             walking_contacts: trips.iter().map(|trip| trip.walking_contacts).sum(),
@@ -132,6 +132,11 @@ impl Benchmark {
         };
         let done = batch::run(&jobs, one, |done| progress(done, jobs.len()));
         let (trips, scenes): (Vec<Trip>, Vec<Option<Scene>>) = done.into_iter().unzip();
+        Self::of(courses, settings, trips, scenes)
+    }
+
+    /// The results of trips, which are ordered by course and seed.
+    fn of(courses: &[Course], settings: &Settings, trips: Vec<Trip>, scenes: Vec<Option<Scene>>) -> Self {
         let full_speed_mps = courses.first().map_or(1.0, |course| course.model().max_linear_mps);
         let per_map = trips.chunks((trips.len() / courses.len().max(1)).max(1)).zip(courses);
         let mut maps: Vec<Sums> =

@@ -82,12 +82,12 @@ pub struct Course {
 /// Plays a recording back into localization on a map.
 #[must_use]
 pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions) -> Course {
-    replay_part(recording, atlas, conditions, Part { first: 0, way_m: f64::INFINITY })
+    replay_part(recording, atlas, conditions, RecordingPart { first: 0, way_m: f64::INFINITY })
 }
 
 /// A part of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
+pub struct RecordingPart {
     /// The scan at which it begins, among those with a corrected pose, counted from 0.
     pub first: usize,
     /// It ends when the robot has driven this far, in meters.
@@ -96,7 +96,12 @@ pub struct Part {
 
 /// Plays a part of a recording back into localization on a map.
 #[must_use]
-pub fn replay_part(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, part: Part) -> Course {
+pub fn replay_part(
+    recording: &Arc<Recording>,
+    atlas: &Arc<Atlas>,
+    conditions: &Conditions,
+    part: RecordingPart,
+) -> Course {
     let streams = Streams::new(conditions.seed);
     let Some((start, _, first_pose)) = recording.corrected_scans().nth(part.first) else { return Course::default() };
     let initial = if conditions.global { InitialPose::Anywhere } else { InitialPose::at(first_pose) };
@@ -111,25 +116,14 @@ pub fn replay_part(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &
     while let Some(record) = robot.advance() {
         let (line, time, corrected) = (record.line, record.time, record.corrected);
         robot.read(&mut readings);
-        let mut odometry = None;
-        for reading in readings.drain(..) {
-            match reading {
-                Reading::Odometry(reading) => {
-                    localization.odometry(&reading);
-                    odometry = Some(reading.pose);
-                }
-                Reading::Scan(scan) => {
-                    localization.scan(&scan);
-                }
-                Reading::Battery(_) => {}
-            }
-        }
+        let odometry = take(&mut localization, &mut readings);
         if let (Some(corrected), Some(odometry)) = (corrected, odometry) {
             let before = course.waypoints.last().map_or(corrected, |before| before.corrected);
             way_m += (corrected.translation.vector - before.translation.vector).norm();
             if way_m > part.way_m {
                 break;
             }
+            // For comparison: where the robot would be by odometry alone, from the first corrected pose on.
             let odom_to_map = odom_to_map.get_or_insert_with(|| corrected * odometry.inverse());
             let estimate = localization.estimate();
             let (covariance, odometry) = (estimate.covariance, *odom_to_map * odometry);
@@ -138,4 +132,22 @@ pub fn replay_part(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &
     }
     course.updates = localization.updates();
     course
+}
+
+/// Passes readings on. Returns the pose of the odometry among them.
+fn take(localization: &mut Localization, readings: &mut Vec<Reading>) -> Option<Pose> {
+    let mut odometry = None;
+    for reading in readings.drain(..) {
+        match reading {
+            Reading::Odometry(reading) => {
+                localization.odometry(&reading);
+                odometry = Some(reading.pose);
+            }
+            Reading::Scan(scan) => {
+                localization.scan(&scan);
+            }
+            Reading::Battery(_) => {}
+        }
+    }
+    odometry
 }

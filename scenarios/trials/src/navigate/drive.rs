@@ -13,7 +13,7 @@ use super::boxes::boxes;
 use super::course::{Course, Task};
 use super::people::people;
 use super::picture::body;
-use super::{About, Outcome, Touched, Trip};
+use super::{About, Touched, Trip, TripOutcome};
 
 /// Standard deviation of a range, in meters.
 const LASER_SIGMA_M: f64 = 0.01;
@@ -111,6 +111,7 @@ impl Ride {
             .odometry
             .map_or(VelocityCommand::STOP, |odometry| self.navigator.update(self.sim.time(), &estimate, &odometry));
         self.sim.drive(command);
+        // The estimate against the truth after the step, which the command of this step does not affect yet.
         let position = Point::from(self.sim.truth().pose().translation.vector);
         let off_m = (self.localization.estimate().pose.translation.vector - position.coords).norm();
         self.localization_max_m = self.localization_max_m.max(off_m);
@@ -119,16 +120,21 @@ impl Ride {
         }
     }
 
+    /// How the trip ended, with the robot this far from its goal.
+    fn outcome(&self, off_m: f64) -> TripOutcome {
+        match self.navigator.status() {
+            NavigationStatus::GoalReached if off_m <= THERE_M => TripOutcome::Arrived,
+            NavigationStatus::GoalReached => TripOutcome::Elsewhere,
+            status if status.is_under_way() => TripOutcome::TimeOver,
+            _ => TripOutcome::GaveUp,
+        }
+    }
+
     fn trip(&self, course: &Course, seed: u64, task: &Task, about: About) -> Trip {
         let xy = |pose: &Pose| [pose.translation.x, pose.translation.y];
         let truth = self.sim.truth();
         let off_m = (truth.pose().translation.vector - task.goal.translation.vector).norm();
-        let outcome = match self.navigator.status() {
-            NavigationStatus::GoalReached if off_m <= THERE_M => Outcome::Arrived,
-            NavigationStatus::GoalReached => Outcome::Elsewhere,
-            status if status.is_under_way() => Outcome::TimeOver,
-            _ => Outcome::GaveUp,
-        };
+        let outcome = self.outcome(off_m);
         let (walls, bodies): (Vec<_>, Vec<_>) = truth.contacts().iter().partition(|contact| contact.obstacle.is_none());
         let standing = bodies.iter().filter(|contact| contact.at_rest >= STANDS_STILL).count();
         Trip {
@@ -139,7 +145,8 @@ impl Ride {
             start: xy(&task.start),
             goal: xy(&task.goal),
             end: xy(&truth.pose()),
-            good: outcome == Outcome::Arrived && walls.is_empty() && standing == 0,
+            // Walking people are not counted: some of them walk into a robot that stands still.
+            good: outcome == TripOutcome::Arrived && walls.is_empty() && standing == 0,
             outcome,
             reason: self.navigator.reason().map(|reason| reason.to_string()),
             time_s: self.sim.time().as_secs_f64(),

@@ -73,9 +73,9 @@ fn write_failures(text: &mut String, benchmark: &Benchmark, again: impl Fn(&Trip
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::navigate::{About, Outcome};
+    use crate::navigate::{About, TripOutcome};
 
-    fn trip(seed: u64, outcome: Outcome, reason: Option<&str>) -> Trip {
+    fn trip(seed: u64, outcome: TripOutcome, reason: Option<&str>) -> Trip {
         Trip {
             map: "depot".to_owned(),
             map_file: "maps/depot.yaml".to_owned(),
@@ -84,7 +84,7 @@ mod tests {
             start: [0.0, 0.0],
             goal: [4.0, 0.0],
             end: [4.0, 0.0],
-            good: outcome == Outcome::Arrived,
+            good: outcome == TripOutcome::Arrived,
             outcome,
             reason: reason.map(str::to_owned),
             time_s: 20.0,
@@ -114,10 +114,10 @@ mod tests {
     #[test]
     fn the_table_shows_the_result_of_every_trip() {
         let trips = vec![
-            trip(1, Outcome::Arrived, None),
-            trip(2, Outcome::Elsewhere, None),
-            trip(3, Outcome::GaveUp, Some("there is no path to the goal")),
-            trip(4, Outcome::TimeOver, Some("there is no path to the goal")),
+            trip(1, TripOutcome::Arrived, None),
+            trip(2, TripOutcome::Elsewhere, None),
+            trip(3, TripOutcome::GaveUp, Some("there is no path to the goal")),
+            trip(4, TripOutcome::TimeOver, Some("there is no path to the goal")),
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
         let expected = "       trips  arrived    false  gave  timed  touched          × optimum
@@ -142,7 +142,7 @@ Failures, each with the command that repeats it:
 
     #[test]
     fn the_number_wanted_is_omitted_if_everybody_was_placed() {
-        let text = table(&benchmark(7, vec![trip(1, Outcome::Arrived, None)]), |_| String::new());
+        let text = table(&benchmark(7, vec![trip(1, TripOutcome::Arrived, None)]), |_| String::new());
         assert!(text.contains("\nWith 7 people.\n"), "{text}");
     }
 }

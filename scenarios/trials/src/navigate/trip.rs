@@ -14,7 +14,7 @@ pub struct About {
 /// The result of a trip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Outcome {
+pub enum TripOutcome {
     /// The robot is at its goal and knows it.
     Arrived,
     /// The robot believes that it is at its goal, but it is not.
@@ -25,7 +25,7 @@ pub enum Outcome {
     TimeOver,
 }
 
-impl Outcome {
+impl TripOutcome {
     fn words(self) -> &'static str {
         match self {
             Self::Arrived => "arrived",
@@ -56,7 +56,7 @@ pub struct Trip {
     /// Whether it arrived without touching a wall or something that stood still.
     pub good: bool,
     /// The result.
-    pub outcome: Outcome,
+    pub outcome: TripOutcome,
     /// Why navigation gave up, or why it had no path at the time limit; otherwise null.
     pub reason: Option<String>,
     /// How long it took, in seconds.
@@ -94,7 +94,7 @@ impl Trip {
     pub fn words(&self) -> String {
         let mut words = self.outcome.words().to_owned();
         if let Some(reason) = &self.reason {
-            let joint = if self.outcome == Outcome::TimeOver { "; last" } else { "" };
+            let joint = if self.outcome == TripOutcome::TimeOver { "; last" } else { "" };
             words += &format!("{joint}: {reason}");
         }
         let contacts = [

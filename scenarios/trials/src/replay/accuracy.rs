@@ -111,6 +111,7 @@ pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localiza
             sums.add(&truth, &localization);
         }
     }
+    // Where odometry alone would have led: its motion, beginning at the true first pose.
     let odometry = first * odometry_first.unwrap_or_default().inv_mul(&odometry_last);
     let off = drive.pose().inv_mul(&odometry);
     Accuracy {

@@ -4,11 +4,10 @@
 //! correction: a transform from `map` to the odometry's frame, or a published pose.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bags::{Bag, Definitions};
+use bags::{Bag, Definitions, Topic};
 use maps::{Cell, OccupancyGrid, Pose, pose};
 use robot::recorded::{Record, Recording};
 use robot::{LaserScan, LaserSpec, RobotModel, VelocityCommand};
@@ -50,7 +49,7 @@ const POSES: [&str; 3] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "geomet
 
 /// The role of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum TopicRole {
     Scan,
     Odometry,
     Pose,
@@ -63,23 +62,14 @@ enum Part {
 /// # Errors
 /// [`NoRobot`] if it has no scans with odometry, or does not say which of several topics is meant.
 pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
-    let parts = parts(bag, topics)?;
-    let folders: [PathBuf; 0] = [];
-    let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
-    let definitions = Definitions { topics: &bag.survey().topics, folders: &folders, read: &nothing };
-    let mut layouts: BTreeMap<usize, (Part, Decoder, Arc<Layout>)> = BTreeMap::new();
-    for (part, topic) in parts {
-        let layout = definitions.layout(&bag.survey().topics[topic]);
-        let layout = layout.map_err(|undefined| NoRobot(undefined.to_string()))?;
-        layouts.insert(topic, (part, Decoder::new(&layout, &Want::All), layout));
-    }
-    let wanted: Vec<usize> = layouts.keys().copied().collect();
-    let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), Reader::default());
+    let decoders = decoders(bag, topics)?;
+    let wanted: Vec<usize> = decoders.keys().copied().collect();
+    let (mut messages, mut body, mut reader) = (bag.messages(&wanted), Vec::new(), BagReader::default());
     while let Some(head) = messages.next_into(&mut body) {
-        let (part, decoder, layout) = &layouts[&head.topic];
+        let (role, decoder, layout) = &decoders[&head.topic];
         let decoded = decoder.decode(&body);
         let message = decoded.as_ref().ok().and_then(|value| Structure::of(layout, value));
-        if message.and_then(|message| reader.take(*part, head.log_ns, message)).is_none() {
+        if message.and_then(|message| reader.take(*role, head.log_ns, message)).is_none() {
             reader.left_out += 1;
         }
     }
@@ -95,62 +85,77 @@ pub fn read(bag: &Bag, topics: &Topics) -> Result<RecordedBag, NoRobot> {
     Ok(RecordedBag { recording: Recording::of(model, reader.records), map: reader.map, notes })
 }
 
-/// The topics of a bag to read, by their indices.
-fn parts(bag: &Bag, topics: &Topics) -> Result<Vec<(Part, usize)>, NoRobot> {
+type Decoders = BTreeMap<usize, (TopicRole, Decoder, Arc<Layout>)>;
+
+/// The topics to read, by their index, each with its role and decoder.
+fn decoders(bag: &Bag, topics: &Topics) -> Result<Decoders, NoRobot> {
     let all = &bag.survey().topics;
-    let mut parts = Vec::new();
-    let mut find = |part: Part, named: Option<&String>, kinds: &[&str], choose: bool| {
-        let of_kind = |index: &usize| kinds.contains(&all[*index].kind.as_str());
-        let found: Vec<usize> = match named {
-            Some(name) => (0..all.len()).filter(|index| all[*index].name == *name).collect(),
-            None => (0..all.len()).filter(of_kind).collect(),
-        };
-        let names: Vec<&str> = found.iter().map(|index| all[*index].name.as_str()).collect();
-        match (named, found.as_slice()) {
-            (Some(name), []) => Err(NoRobot(format!("it has no topic `{name}`"))),
-            (Some(name), found) if !found.iter().all(of_kind) => {
-                Err(NoRobot(format!("the messages of `{name}` are not {}", kinds.join(" or "))))
-            }
-            (None, [_, _, ..]) if choose => {
-                Err(NoRobot(format!("it has several topics of {}: {}; name one", kinds[0], names.join(", "))))
-            }
-            (_, found) => {
-                parts.extend(found.iter().map(|topic| (part, *topic)));
-                Ok(())
-            }
-        }
+    // Only the bag's own definitions, and the built-in ones: all these types are common.
+    let nothing = |_: &std::path::Path| Err(std::io::ErrorKind::NotFound.into());
+    let definitions = Definitions { topics: all, folders: &[], read: &nothing };
+    let mut decoders = BTreeMap::new();
+    for (role, topic) in roles(all, topics)? {
+        let layout = definitions.layout(&all[topic]);
+        let layout = layout.map_err(|undefined| NoRobot(undefined.to_string()))?;
+        decoders.insert(topic, (role, Decoder::new(&layout, &Want::All), layout));
+    }
+    Ok(decoders)
+}
+
+/// The roles of the topics to read.
+fn roles(all: &[Topic], topics: &Topics) -> Result<Vec<(TopicRole, usize)>, NoRobot> {
+    let mut roles = Vec::new();
+    let mut add = |role, found: Vec<usize>| roles.extend(found.into_iter().map(|topic| (role, topic)));
+    let scans = match &topics.scan {
+        Some(name) => named(all, name, &[SCAN])?,
+        None => at_most_one(all, of_kind(all, &[SCAN]))?,
     };
-    find(Part::Scan, topics.scan.as_ref(), &[SCAN], true)?;
-    find(Part::Transforms, None, &[TRANSFORMS], false)?;
-    find(Part::Map, None, &[MAP], false)?;
-    if topics.pose.is_some() {
-        find(Part::Pose, topics.pose.as_ref(), &POSES, true)?;
+    add(TopicRole::Scan, scans);
+    // Of these there may be several: `/tf` and `/tf_static`, and maps of which the last one counts.
+    add(TopicRole::Transforms, of_kind(all, &[TRANSFORMS]));
+    add(TopicRole::Map, of_kind(all, &[MAP]));
+    if let Some(name) = &topics.pose {
+        add(TopicRole::Pose, named(all, name, &POSES)?);
     }
-    let is_pose = |index: usize| topics.pose.as_ref() == Some(&all[index].name);
-    let odometries: Vec<usize> =
-        (0..all.len()).filter(|index| all[*index].kind == ODOMETRY && !is_pose(*index)).collect();
-    match (&topics.odometry, odometries.as_slice()) {
-        (None, [one]) => parts.push((Part::Odometry, *one)),
-        (named, _) => {
-            let mut find = |named: Option<&String>| match named {
-                Some(name) => {
-                    let index = odometries.iter().find(|index| all[**index].name == *name);
-                    index
-                        .map(|index| parts.push((Part::Odometry, *index)))
-                        .ok_or_else(|| NoRobot(format!("it has no odometry `{name}`")))
-                }
-                None if odometries.is_empty() => Ok(()),
-                None => Err(NoRobot(format!("it has several topics of {ODOMETRY}; name one"))),
-            };
-            find(named.as_ref())?;
-        }
+    // Poses of type `Odometry` are corrections, not the odometry that they correct.
+    let mut odometries = of_kind(all, &[ODOMETRY]);
+    odometries.retain(|topic| topics.pose.as_ref() != Some(&all[*topic].name));
+    let odometries = match &topics.odometry {
+        Some(name) => match odometries.into_iter().find(|topic| all[*topic].name == *name) {
+            Some(topic) => vec![topic],
+            None => return Err(NoRobot(format!("it has no odometry `{name}`"))),
+        },
+        None => at_most_one(all, odometries)?,
+    };
+    add(TopicRole::Odometry, odometries);
+    Ok(roles)
+}
+
+fn of_kind(all: &[Topic], kinds: &[&str]) -> Vec<usize> {
+    (0..all.len()).filter(|topic| kinds.contains(&all[*topic].kind.as_str())).collect()
+}
+
+/// The topics of a name. In a bag, one name may have several types.
+fn named(all: &[Topic], name: &str, kinds: &[&str]) -> Result<Vec<usize>, NoRobot> {
+    let found: Vec<usize> = (0..all.len()).filter(|topic| all[*topic].name == name).collect();
+    if found.is_empty() {
+        return Err(NoRobot(format!("it has no topic `{name}`")));
     }
-    Ok(parts)
+    if !found.iter().all(|topic| kinds.contains(&all[*topic].kind.as_str())) {
+        return Err(NoRobot(format!("the messages of `{name}` are not {}", kinds.join(" or "))));
+    }
+    Ok(found)
+}
+
+fn at_most_one(all: &[Topic], found: Vec<usize>) -> Result<Vec<usize>, NoRobot> {
+    let [first, _, ..] = found.as_slice() else { return Ok(found) };
+    let names: Vec<&str> = found.iter().map(|topic| all[*topic].name.as_str()).collect();
+    Err(NoRobot(format!("it has several topics of {}: {}; name one", all[*first].kind, names.join(", "))))
 }
 
 /// The data read so far.
 #[derive(Default)]
-struct Reader {
+struct BagReader {
     /// Each frame's parent frame, and its pose in the parent.
     frames: BTreeMap<String, (String, Pose)>,
     /// The frames of odometry and of the robot.
@@ -166,11 +171,11 @@ struct Reader {
     left_out: usize,
 }
 
-impl Reader {
+impl BagReader {
     /// Takes a message; none if it cannot be used.
-    fn take(&mut self, part: Part, log_ns: i64, message: Structure<'_>) -> Option<()> {
-        match part {
-            Part::Transforms => {
+    fn take(&mut self, role: TopicRole, log_ns: i64, message: Structure<'_>) -> Option<()> {
+        match role {
+            TopicRole::Transforms => {
                 for transform in message.parts("transforms") {
                     let parent = frame(transform.part("header")?.text("frame_id")?);
                     let child = frame(transform.text("child_frame_id")?);
@@ -178,27 +183,31 @@ impl Reader {
                     self.frames.insert(child, (parent, plane(to.part("translation")?, to.part("rotation")?)?));
                 }
             }
-            Part::Map => self.map = Some(grid(message)?),
-            Part::Odometry => {
-                self.names =
-                    Some((frame(message.part("header")?.text("frame_id")?), frame(message.text("child_frame_id")?)));
-                let twist = message.part("twist.twist")?;
-                let (linear, angular) = (twist.part("linear")?.number("x")?, twist.part("angular")?.number("z")?);
-                let velocity = VelocityCommand { linear_mps: linear, angular_radps: angular };
-                self.odometry = Some((pose_in(message.part("pose.pose")?)?, velocity));
+            TopicRole::Map => self.map = Some(grid(message)?),
+            TopicRole::Odometry => {
+                self.take_odometry(message)?;
                 self.record(log_ns, None)?;
             }
-            Part::Pose => {
+            TopicRole::Pose => {
                 let at = message.part("pose.pose").or_else(|| message.part("pose"))?;
                 let (odometry, _) = self.odometry()?;
                 self.correction = Some(pose_in(at)? * odometry.inverse());
             }
-            Part::Scan => {
+            TopicRole::Scan => {
                 self.odometry()?;
                 let scan = self.scan(message)?;
                 self.record(log_ns, Some(scan))?;
             }
         }
+        Some(())
+    }
+
+    fn take_odometry(&mut self, message: Structure<'_>) -> Option<()> {
+        self.names = Some((frame(message.part("header")?.text("frame_id")?), frame(message.text("child_frame_id")?)));
+        let twist = message.part("twist.twist")?;
+        let (linear, angular) = (twist.part("linear")?.number("x")?, twist.part("angular")?.number("z")?);
+        let velocity = VelocityCommand { linear_mps: linear, angular_radps: angular };
+        self.odometry = Some((pose_in(message.part("pose.pose")?)?, velocity));
         Some(())
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use nav::Atlas;
 use robot::recorded::Recording;
 
-use super::{Conditions, Part, Score, replay_part};
+use super::{Conditions, RecordingPart, Score, replay_part};
 
 /// A robot must be found within this distance, in meters.
 pub const WITHIN_M: f64 = 15.0;
@@ -50,7 +50,7 @@ pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &C
     let start = |number: usize| {
         let first = ways_m.partition_point(|way_m| *way_m < room_m * number as f64 / count as f64);
         let conditions = Conditions { global: true, seed: conditions.seed.wrapping_add(number as u64), ..*conditions };
-        let course = replay_part(recording, atlas, &conditions, Part { first, way_m: WITHIN_M + FOLLOWED_M });
+        let course = replay_part(recording, atlas, &conditions, RecordingPart { first, way_m: WITHIN_M + FOLLOWED_M });
         let (record, _) = scans[first];
         Start { line: record.line, time: record.time, found_after_m: Score::of(&course).converged_after_m }
     };
