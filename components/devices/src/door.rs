@@ -11,11 +11,11 @@ pub(crate) struct Door {
     /// Whether it has to open or to close.
     order: Option<bool>,
     /// `None` until it is first seen.
-    state: Option<State>,
+    state: Option<DoorState>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum State {
+enum DoorState {
     Open,
     Closed,
     Moving,
@@ -45,9 +45,9 @@ impl Door {
             surroundings.move_door(&self.name, open);
         }
         let state = surroundings.door_opening(&self.name).map(|open| match open {
-            open if open <= 0.0 => State::Closed,
-            open if open >= 1.0 => State::Open,
-            _ => State::Moving,
+            open if open <= 0.0 => DoorState::Closed,
+            open if open >= 1.0 => DoorState::Open,
+            _ => DoorState::Moving,
         });
         let before = std::mem::replace(&mut self.state, state);
         if before.is_some() && before != state {
@@ -57,10 +57,10 @@ impl Door {
 
     pub(crate) fn location(&self) -> &'static str {
         match self.state {
-            Some(State::Open) => "open",
-            Some(State::Closed) => "closed",
+            Some(DoorState::Open) => "open",
+            Some(DoorState::Closed) => "closed",
             // No request can arrive before the first step.
-            Some(State::Moving) | None => "moving",
+            Some(DoorState::Moving) | None => "moving",
         }
     }
 }

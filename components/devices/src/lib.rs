@@ -19,6 +19,8 @@ mod process;
 mod settings;
 mod signals;
 mod speaker;
+#[cfg(test)]
+mod tests;
 mod tray;
 
 pub use process::DeviceProcess;

@@ -10,7 +10,7 @@ use crate::lines::Lines;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Signals {
-    kind: Kind,
+    kind: SignalKind,
     /// Future signals and their times, in order.
     coming: VecDeque<(Duration, String)>,
     /// Signals that have arrived and have not been asked for.
@@ -18,21 +18,21 @@ pub(crate) struct Signals {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Kind {
+enum SignalKind {
     Button,
     Microphone,
 }
 
 impl Signals {
     pub(crate) fn of_button(pressed: &[Duration]) -> Self {
-        Self::new(Kind::Button, pressed.iter().map(|at| (*at, String::new())).collect())
+        Self::new(SignalKind::Button, pressed.iter().map(|at| (*at, String::new())).collect())
     }
 
     pub(crate) fn of_microphone(hears: &[(Duration, String)]) -> Self {
-        Self::new(Kind::Microphone, hears.to_vec())
+        Self::new(SignalKind::Microphone, hears.to_vec())
     }
 
-    fn new(kind: Kind, mut coming: Vec<(Duration, String)>) -> Self {
+    fn new(kind: SignalKind, mut coming: Vec<(Duration, String)>) -> Self {
         coming.sort_by_key(|(at, _)| *at);
         Self { kind, coming: coming.into(), noticed: VecDeque::new() }
     }
@@ -60,8 +60,8 @@ impl Signals {
                 continue;
             }
             match self.kind {
-                Kind::Button => lines.publish("pressed", []),
-                Kind::Microphone => lines.publish("heard", [("text", Datum::text(&text))]),
+                SignalKind::Button => lines.publish("pressed", []),
+                SignalKind::Microphone => lines.publish("heard", [("text", Datum::text(&text))]),
             }
             self.noticed.push_back(text);
         }
@@ -69,11 +69,11 @@ impl Signals {
 
     pub(crate) fn hear(&mut self, client: &str, lines: &mut Lines<'_>) {
         match self.kind {
-            Kind::Button => {
+            SignalKind::Button => {
                 lines.answer(client, [("pressed", Datum::from(!self.noticed.is_empty()))]);
                 self.noticed.clear();
             }
-            Kind::Microphone => {
+            SignalKind::Microphone => {
                 let text = self.noticed.pop_front().unwrap_or_default();
                 lines.answer(client, [("text", Datum::text(&text))]);
             }
@@ -87,8 +87,8 @@ impl Signals {
 
     pub(crate) fn location(&self) -> String {
         match (self.kind, self.noticed.front()) {
-            (Kind::Button, Some(_)) => "pressed".to_owned(),
-            (Kind::Microphone, Some(text)) => format!("heard: {text}"),
+            (SignalKind::Button, Some(_)) => "pressed".to_owned(),
+            (SignalKind::Microphone, Some(text)) => format!("heard: {text}"),
             (_, None) => "idle".to_owned(),
         }
     }
