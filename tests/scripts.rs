@@ -8,7 +8,7 @@ use std::process::Command;
 /// Scripts that other files run: the gate runs those.
 const RUN_BY: [(&str, &str); 12] = [
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
-    ("components/programs/examples/speaker.py", "tests/programs/runs.rs"),
+    ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),
     ("scenarios/campaigns/slurm.sbatch", "tests/slurm.sh"),
     ("tests/live/attacks.mjs", "tests/live/browser.mjs"),

@@ -21,8 +21,8 @@ pub(crate) const LONGEST: usize = 1 << 20;
 const KEPT_OF_STDERR: usize = 4 << 10;
 
 /// How many of the last lines on stderr are reported, and how many characters of each.
-const TOLD_LINES: usize = 3;
-const TOLD_CHARACTERS: usize = 200;
+const SHOWN_LINES: usize = 3;
+const SHOWN_CHARACTERS: usize = 200;
 
 /// What a program that prints something else has to know.
 pub(crate) const ONLY_ANSWERS: &str = "standard output is only for answers, so print anything else to standard error";
@@ -35,8 +35,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub(crate) struct Child {
     /// The program's keeper or, on systems without keepers, the program itself.
     process: process::Child,
-    told: Sender<String>,
-    heard: Receiver<Vec<u8>>,
+    requests: Sender<String>,
+    answers: Receiver<Vec<u8>>,
     /// Output received after the last answer.
     rest: Vec<u8>,
     stderr: Arc<Mutex<Vec<u8>>>,
@@ -98,12 +98,12 @@ impl Child {
         let mut process = command.spawn()?;
         let streams = (process.stdin.take(), process.stdout.take(), process.stderr.take());
         let (Some(mut stdin), Some(stdout), Some(stderr)) = streams else { unreachable!("all three are pipes") };
-        let ((told, lines), (chunks, heard), (running, gone)) = (channel::<String>(), sync_channel(1), channel());
+        let ((requests, lines), (chunks, answers), (running, gone)) = (channel::<String>(), sync_channel(1), channel());
         let end = Arc::default();
         let child = Self {
             process,
-            told,
-            heard,
+            requests,
+            answers,
             rest: Vec::new(),
             stderr: Arc::clone(&end),
             gone,
@@ -119,16 +119,16 @@ impl Child {
         Ok(child)
     }
 
-    /// Tells the program a line and waits for its answer. After an error it must not be asked again.
+    /// Sends the program a line and waits for its answer. After an error it must not be asked again.
     ///
     /// It waits in real time, so only a program that answers in time makes a run reproducible.
     pub(crate) fn ask(&mut self, mut line: String) -> Result<String, Silence> {
-        if let Ok(chunk) = self.heard.try_recv() {
+        if let Ok(chunk) = self.answers.try_recv() {
             return Err(Silence::Unasked(beginning(&chunk)));
         }
         line.push('\n');
         // The program may have closed its input and still answer.
-        let _ = self.told.send(line);
+        let _ = self.requests.send(line);
         let deadline = now() + self.limits.answer_within;
         let mut searched = 0;
         loop {
@@ -139,7 +139,7 @@ impl Child {
             if searched > LONGEST {
                 return Err(Silence::TooLong);
             }
-            match self.heard.recv_timeout(deadline.saturating_duration_since(now())) {
+            match self.answers.recv_timeout(deadline.saturating_duration_since(now())) {
                 Ok(chunk) => self.rest.extend(chunk),
                 Err(RecvTimeoutError::Timeout) if self.rest.is_empty() => {
                     return Err(Silence::Timeout(self.limits.answer_within));
@@ -179,9 +179,9 @@ impl Child {
         let stderr = self.stderr.lock().unwrap_or_else(PoisonError::into_inner);
         let text = String::from_utf8_lossy(&stderr);
         let mut lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        let lines = lines.split_off(lines.len().saturating_sub(TOLD_LINES));
-        let told: Vec<String> = lines.iter().map(|line| line.chars().take(TOLD_CHARACTERS).collect()).collect();
-        (!told.is_empty()).then(|| told.join(" / "))
+        let lines = lines.split_off(lines.len().saturating_sub(SHOWN_LINES));
+        let shown: Vec<String> = lines.iter().map(|line| line.chars().take(SHOWN_CHARACTERS).collect()).collect();
+        (!shown.is_empty()).then(|| shown.join(" / "))
     }
 
     /// Ends the program. An error if it, or a process that watches it, had ended before.

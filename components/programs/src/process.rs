@@ -105,7 +105,7 @@ impl ProgramProcess {
             self.phase = Phase::Started;
             let exchanged = self.exchanged;
             *self.shared() = Some(Running { child, exchanged });
-            self.tell(&Message { time: now, event: "start", from: None, data: &data })
+            self.send(&Message { time: now, event: "start", from: None, data: &data })
         });
         started.map_err(|message| Failure(self.crash(message)))
     }
@@ -162,13 +162,13 @@ impl ProgramProcess {
     /// Tells the program something and carries out its answer, unless it has crashed.
     fn hear(&mut self, message: &Message<'_>) {
         if self.phase == Phase::Started
-            && let Err(failure) = self.tell(message)
+            && let Err(failure) = self.send(message)
         {
             self.crash(failure);
         }
     }
 
-    fn tell(&mut self, message: &Message<'_>) -> Result<(), String> {
+    fn send(&mut self, message: &Message<'_>) -> Result<(), String> {
         let by = message.from.map_or_else(String::new, |from| format!(" by {from}"));
         self.exchange(message).map_err(|failure| format!("the program, told `{}`{by}, {failure}", message.event))
     }

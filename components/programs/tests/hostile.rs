@@ -6,8 +6,8 @@ use std::time::Duration;
 use channels::{Action, Process};
 use programs::{Limits, Program, Word};
 
-use super::conversation::{Stage, has_python, say, sent};
-use crate::steward::binary;
+use crate::machine::has_python;
+use crate::stage::{Stage, keeper, say, sent};
 
 /// Enough for a program to fail, even when many tests run at once; tests of silence wait less.
 const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_bytes: 1 << 30 };
@@ -317,7 +317,7 @@ fn a_file_that_comes_with_the_program_exists_while_it_runs() {
     if !has_python() {
         return;
     }
-    programs::keep_with(binary());
+    programs::keep_with(keeper());
     let contents = b"import json, sys\nfor line in sys.stdin: print(json.dumps({'state': sys.argv[0]}), flush=True)";
     let file = Word::File { name: "guide/speaker.py".into(), contents: contents.as_slice().into() };
     let program = Program::new(vec![Word::Text("python3".into()), file], None, LIMITS).unwrap();
