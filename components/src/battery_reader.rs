@@ -7,11 +7,11 @@ use crate::service::{Handler, Service};
 
 /// The process BatteryReader. It answers `[<get_level>]` with `[<ok>, level]` and `[<get_charging>]` with `[<ok>,
 /// charging]`, from the latest state that its driver has supplied. Requests before the first state wait.
-pub type BatteryReader = Service<Battery>;
+pub type BatteryReader = Service<BatteryHandler>;
 
 /// The latest state of the battery, if there is one.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Battery(Option<Latest>);
+pub struct BatteryHandler(Option<Latest>);
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Latest {
@@ -26,13 +26,13 @@ impl BatteryReader {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Self::with_handler(topology, process, Battery::default())
+        Self::with_handler(topology, process, BatteryHandler::default())
     }
 
     /// Returns it to its initial state, after a crash and restart.
     pub fn restart(&mut self) {
         self.forget();
-        self.handler = Battery::default();
+        self.handler = BatteryHandler::default();
     }
 
     /// Receives the latest state of the battery from its driver.
@@ -48,7 +48,7 @@ impl BatteryReader {
     }
 }
 
-impl Handler for Battery {
+impl Handler for BatteryHandler {
     fn answer(&self, request: &Message) -> Option<Message> {
         let latest = self.0.as_ref()?;
         let value = if request.head() == Some("get_charging") { &latest.charging } else { &latest.level };

@@ -22,18 +22,18 @@ use crate::service::{Handler, Service};
 /// The published component refuses a lock that it cannot grant, and the client asks again until it succeeds. This one
 /// answers once it can grant the lock: to one client at a time, and to a client that has read 0 only after the value
 /// has changed.
-pub type Blackboard = Service<Entry>;
+pub type Blackboard = Service<LockedValue>;
 
 /// How many skills may navigate, and which one may change that.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Entry {
+pub struct LockedValue {
     holder: Option<Arc<str>>,
     value: i64,
     /// The skills that have read 0 since the last write.
     found_zero: BTreeSet<Arc<str>>,
 }
 
-impl Entry {
+impl LockedValue {
     /// The answer to a request, if it is available yet, and the entry afterwards.
     fn serve(&self, request: &Message) -> Option<(Message, Self)> {
         let refused = || Some((Message::new([Value::symbol("error"), "unauthorized client".into()]), self.clone()));
@@ -43,6 +43,7 @@ impl Entry {
         let mut after = self.clone();
         let answer: Value = match (head, request.field(4)) {
             ("lock", _) => {
+                // Granted later. A skill that found 0 would only find it again, so it waits for another value.
                 if !is_open || self.found_zero.contains(skill) {
                     return None;
                 }
@@ -75,12 +76,12 @@ impl Blackboard {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        let entry = Entry { holder: None, value: 1, found_zero: BTreeSet::new() };
+        let entry = LockedValue { holder: None, value: 1, found_zero: BTreeSet::new() };
         Self::with_handler(topology, process, entry)
     }
 }
 
-impl Handler for Entry {
+impl Handler for LockedValue {
     fn answer(&self, request: &Message) -> Option<Message> {
         Some(self.serve(request)?.0)
     }

@@ -56,8 +56,8 @@ mod outages;
 mod service;
 mod software;
 
-pub use battery_reader::{Battery, BatteryReader};
-pub use blackboard::{Blackboard, Entry};
+pub use battery_reader::{BatteryHandler, BatteryReader};
+pub use blackboard::{Blackboard, LockedValue};
 pub use localization::{AtPlaces, Localization};
 pub use navigation::{Navigation, Order, StopRule, TripStatus, Trips};
 pub use operations::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Operation, operations};

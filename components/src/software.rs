@@ -99,7 +99,7 @@ impl Software {
         }
         self.follow_orders(system);
         robot.drive(self.navigate(now));
-        self.tell_trip_status(system);
+        self.report_trip_status(system);
     }
 
     fn take_in(&mut self, reading: &Reading, system: &mut ChannelSystem) {
@@ -169,7 +169,7 @@ impl Software {
     }
 
     /// Reports the status of the trip to Navigation when it has changed.
-    fn tell_trip_status(&self, system: &mut ChannelSystem) {
+    fn report_trip_status(&self, system: &mut ChannelSystem) {
         if self.has_foreign_goal {
             return;
         }
@@ -178,8 +178,8 @@ impl Software {
             NavigationStatus::Aborted | NavigationStatus::Error | NavigationStatus::Idle => TripStatus::Failure,
             _ => TripStatus::Running,
         };
-        let told = system.process::<Navigation>(self.navigation).and_then(Navigation::trip_status);
-        if told.is_some_and(|told| told != status)
+        let reported = system.process::<Navigation>(self.navigation).and_then(Navigation::trip_status);
+        if reported.is_some_and(|reported| reported != status)
             && let Some(process) = system.process_mut::<Navigation>(self.navigation)
         {
             process.set_trip_status(status);

@@ -52,7 +52,7 @@ impl Robot for Ideal {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Client {
     question: Option<(ChannelId, Message)>,
-    told: Option<Message>,
+    answer: Option<Message>,
     lines: Vec<(ChannelId, ChannelId)>,
 }
 
@@ -70,7 +70,7 @@ impl Process for Client {
 
     fn take(&mut self, _transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         match received {
-            Some(envelope) => self.told = Some(envelope.message),
+            Some(envelope) => self.answer = Some(envelope.message),
             None => self.question = None,
         }
     }
@@ -129,7 +129,7 @@ impl Scene {
             (channel("Client", name), channel(name, "Client"))
         });
         let processes: [(_, Box<dyn Process>); 4] = [
-            (client, Box::new(Client { question: None, told: None, lines: lines.to_vec() })),
+            (client, Box::new(Client { question: None, answer: None, lines: lines.to_vec() })),
             (battery_reader, Box::new(BatteryReader::new(&topology, battery_reader).unwrap())),
             (localization, Box::new(Localization::new(&topology, localization).unwrap())),
             (navigation, Box::new(Navigation::new(&topology, navigation).unwrap())),
@@ -159,9 +159,9 @@ impl Scene {
     fn ask(&mut self, component: &str, request: Message) -> Option<Message> {
         let channel = self.system.topology().find_channel("Client", component).unwrap();
         let client = self.system.process_mut::<Client>(self.client).unwrap();
-        (client.question, client.told) = (Some((channel, request)), None);
+        (client.question, client.answer) = (Some((channel, request)), None);
         self.pass(STEP.as_secs_f64());
-        self.system.process::<Client>(self.client).unwrap().told.clone()
+        self.system.process::<Client>(self.client).unwrap().answer.clone()
     }
 
     fn go(&mut self, what: &str) -> Option<Message> {
@@ -170,8 +170,8 @@ impl Scene {
 
     /// Whether Localization reports that the robot is there.
     fn is_at(&mut self, place: &str) -> Option<bool> {
-        let told = self.ask(LOCALIZATION, Message::symbols(["is_at", place]))?;
-        Some(told.field(2) == Some(&Value::Bool(true)))
+        let answer = self.ask(LOCALIZATION, Message::symbols(["is_at", place]))?;
+        Some(answer.field(2) == Some(&Value::Bool(true)))
     }
 
     fn level(&mut self) -> Option<Value> {
@@ -237,7 +237,7 @@ fn frozen_localization_keeps_the_old_pose_until_it_continues() {
     let believed = *scene.software.estimate();
     scene.go("start_navigation");
     scene.pass(4.0);
-    assert!(scene.x_m() > 1.8, "navigation relies on the pose that it is told");
+    assert!(scene.x_m() > 1.8, "navigation relies on the pose that it gets");
     assert_eq!((*scene.software.estimate(), scene.is_at("Start")), (believed, Some(true)));
     scene.go("stop_navigation");
     scene.software.outages_mut().localization = false;
@@ -305,7 +305,7 @@ fn a_restarted_battery_reader_forgets_its_pending_requests() {
     scene.software.restart(Component::BatteryReader, &mut scene.system);
     scene.software.outages_mut().battery_reader = false;
     scene.pass(1.0);
-    assert_eq!(scene.system.process::<Client>(scene.client).unwrap().told, None);
+    assert_eq!(scene.system.process::<Client>(scene.client).unwrap().answer, None);
     assert!(scene.level().is_some());
 }
 

@@ -91,18 +91,18 @@ fn a_reply_repeats_the_number_and_is_sent_once() {
 fn a_stop_ends_only_the_trip_to_its_place() {
     let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap();
-    let mut tell = |client: &str, what: &str, place: &str| {
+    let mut ask = |client: &str, what: &str, place: &str| {
         ask(&mut navigation, &topology, client, go(what, place), 0);
         answer(&mut navigation, &topology, client).unwrap().message
     };
-    assert_eq!(tell("GoToDestination", "start_navigation", "Destination"), Message::symbols(["ok", "running"]));
+    assert_eq!(ask("GoToDestination", "start_navigation", "Destination"), Message::symbols(["ok", "running"]));
     let station = "RechargingStation";
-    assert_eq!(tell("GotoRechargingStation", "start_navigation", station), Message::symbols(["ok", "running"]));
+    assert_eq!(ask("GotoRechargingStation", "start_navigation", station), Message::symbols(["ok", "running"]));
     // The stop of the old trip comes after the start of the new one.
-    assert_eq!(tell("GoToDestination", "stop_navigation", "Destination"), Message::symbols(["ok", "stopped"]));
-    assert_eq!(tell("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "running"]));
-    assert_eq!(tell("GotoRechargingStation", "stop_navigation", station), Message::symbols(["ok", "stopped"]));
-    assert_eq!(tell("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "idle"]));
+    assert_eq!(ask("GoToDestination", "stop_navigation", "Destination"), Message::symbols(["ok", "stopped"]));
+    assert_eq!(ask("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "running"]));
+    assert_eq!(ask("GotoRechargingStation", "stop_navigation", station), Message::symbols(["ok", "stopped"]));
+    assert_eq!(ask("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "idle"]));
 }
 
 #[test]
