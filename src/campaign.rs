@@ -9,7 +9,7 @@ use campaigns::Error;
 use campaigns::compare::CampaignComparison;
 use campaigns::run_and_report;
 use campaigns::statistics::{Confidence, Count};
-use campaigns::{Estimate, Named, Plan, Ran, Shard, Summary, Unmet};
+use campaigns::{Estimate, GoalReport, Named, Plan, Ran, Shard, Summary, Unmet};
 use clap::{Args, Subcommand};
 use cockpit::{Board, Tally};
 use recording::Detail;
@@ -115,19 +115,19 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         Some(CampaignCommand::Merge { shards, out }) => {
             let summary = campaigns::merge(shards, out)?;
             print_wrapped(in_words(&summary, out))?;
-            return Ok(status(&summary));
+            Ok(status(&summary))
         }
         Some(CampaignCommand::Compare { before, after, json }) => {
             let comparison = CampaignComparison::of(before, after)?;
-            if *json {
-                print_json(&comparison)?
-            } else {
-                print_wrapped(comparison.to_string())?
-            }
-            return Ok(ExitCode::SUCCESS);
+            if *json { print_json(&comparison) } else { print_wrapped(comparison.to_string()) }?;
+            Ok(ExitCode::SUCCESS)
         }
-        None => {}
+        None => run(args),
     }
+}
+
+/// Runs a campaign or a shard of it, or repeats a run.
+fn run(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let file = Path::new(args.file.as_deref().unwrap_or_default());
     let plan = Plan::load(file)?;
     let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
@@ -142,25 +142,16 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     if args.fresh {
         campaigns::start_over(&plan, part, &folder)?;
     }
-    let mut bar = CampaignProgress::new(args.quiet);
-    let board = args.board.open(&format!("campaign {}", file.display()))?;
-    let interrupted = interrupt::listen();
-    let ran = campaigns::run(&plan, part, &folder, batch::threads(), interrupted, |progress| {
-        bar.show(progress);
-        board.iter().for_each(|board| show(progress, board));
-    });
-    drop(bar);
-    board.into_iter().for_each(Board::finish);
-    let ran = ran?;
+    let ran = run_part(args, &plan, part, &folder)?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
         note(&format!("interrupted after {done} of {}; the same command resumes it", counted(all, "run")));
         return Ok(ExitCode::from(interrupt::STATUS));
     }
-    let (said, status) = match shard {
+    let (words, status) = match shard {
         Some(_) => {
-            let said = format!("wrote {}; `steward campaign merge` merges the shards\n", folder.display());
-            (Text::from(said), ExitCode::SUCCESS)
+            let words = format!("wrote {}; `steward campaign merge` merges the shards\n", folder.display());
+            (Text::from(words), ExitCode::SUCCESS)
         }
         None => {
             let summary = ran.finish()?;
@@ -168,9 +159,24 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         }
     };
     if !args.quiet {
-        print_wrapped(said)?;
+        print_wrapped(words)?;
     }
     Ok(status)
+}
+
+/// Runs a part of a campaign, and shows its progress on the terminal and on its page.
+fn run_part(args: &CampaignArgs, plan: &Plan, part: Shard, folder: &Path) -> Result<Ran, Error> {
+    let mut bar = CampaignProgress::new(args.quiet);
+    let board = args.board.open(&format!("campaign {}", args.file.as_deref().unwrap_or_default()))?;
+    let interrupted = interrupt::listen();
+    let ran = campaigns::run(plan, part, folder, batch::threads(), interrupted, |progress| {
+        bar.show(progress);
+        board.iter().for_each(|board| show(progress, board));
+    });
+    // Also after an error: it is reported below the bar, and the page says that nothing more comes.
+    drop(bar);
+    board.into_iter().for_each(Board::finish);
+    ran
 }
 
 /// Shows the progress of the campaign on its page.
@@ -251,7 +257,7 @@ fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     writeln!(text)
 }
 
-/// One line per subject, with what there is to say about it.
+/// One line per subject, with what there is to report about it.
 fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
@@ -262,40 +268,55 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
         0 => {}
         more => line("", format!("and {more} more, each in fewer runs")),
     }
-    for Estimate { of, count, rate, interval } in &summary.properties {
-        let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
-        if summary.of_roaml {
-            let (held, interval) = (runs - happened, interval.complement());
-            let rate = held as f64 / runs.max(1) as f64;
-            line(of, format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})"));
-            continue;
-        }
-        line(of, format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})"));
+    for estimate in &summary.properties {
+        line(&estimate.of, rate(estimate, summary.of_roaml));
     }
     if let Some(goal) = &summary.goal {
-        let said = match (goal.interval, goal.side) {
-            (Some(interval), _) => format!("the probability lies in {interval:.4}"),
-            (None, Some(side)) => format!("the probability is {} the bound", side.name()),
-            (None, None) => "undecided".to_owned(),
-        };
-        let reached = if goal.reached { "reached" } else { "not reached" };
-        line("goal", format!("{reached} for {} after {}: {said}", goal.of, counted(goal.count.runs(), "run")));
+        line("goal", answer(goal));
     }
     for (place, part) in summary.frontier.iter().flat_map(|frontier| frontier.split("; ")).enumerate() {
         line(if place == 0 { "frontier" } else { "" }, part.to_owned());
     }
-    let mut shown: Vec<&Named> = Vec::new();
-    for run in summary.failures.iter().take(1).chain(&summary.instructive).chain(&summary.unexpected) {
-        if shown.len() < SHOWN && shown.iter().all(|other| other.k != run.k) {
-            shown.push(run);
-        }
-    }
+    let shown = instructive(summary);
     for Named { k, why, .. } in &shown {
         line(&format!("run {k}"), why.clone().unwrap_or_default());
     }
     shown.first().into_iter().for_each(|run| line("repeat", run.command.clone()));
     line("wrote", folder.join("report.html").display().to_string());
     lines
+}
+
+/// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
+fn rate(Estimate { count, rate, interval, .. }: &Estimate, of_roaml: bool) -> String {
+    let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
+    if of_roaml {
+        let (held, interval) = (runs - happened, interval.complement());
+        let rate = held as f64 / runs.max(1) as f64;
+        return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
+    }
+    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})")
+}
+
+/// The answer to the campaign's question.
+fn answer(goal: &GoalReport) -> String {
+    let answer = match (goal.interval, goal.side) {
+        (Some(interval), _) => format!("the probability lies in {interval:.4}"),
+        (None, Some(side)) => format!("the probability is {} the bound", side.name()),
+        (None, None) => "undecided".to_owned(),
+    };
+    let reached = if goal.reached { "reached" } else { "not reached" };
+    format!("{reached} for {} after {}: {answer}", goal.of, counted(goal.count.runs(), "run"))
+}
+
+/// The runs to look at first: one that failed, then those that show most. A run may be among several of these.
+fn instructive(summary: &Summary) -> Vec<&Named> {
+    let mut shown: Vec<&Named> = Vec::new();
+    for run in summary.failures.iter().take(1).chain(&summary.instructive).chain(&summary.unexpected) {
+        if shown.len() < SHOWN && shown.iter().all(|other| other.k != run.k) {
+            shown.push(run);
+        }
+    }
+    shown
 }
 
 /// At most this many runs are named.

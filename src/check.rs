@@ -109,7 +109,7 @@ pub(crate) fn each<F: AsRef<Path>>(
             report.push(as_json(&file.to_string(), &checked));
             continue;
         }
-        let said = match &checked {
+        let words = match &checked {
             Ok(checked) => {
                 checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
                 checked.words()
@@ -119,7 +119,7 @@ pub(crate) fn each<F: AsRef<Path>>(
                 counted(error.diagnostics().into_iter().map(count).sum::<usize>().max(1), "problem")
             }
         };
-        print_wrapped(format!("{file}: {said}\n"))?;
+        print_wrapped(format!("{file}: {words}\n"))?;
         for program in checked.iter().flat_map(|checked| &checked.programs) {
             print_wrapped(format!("  {program}\n"))?;
         }

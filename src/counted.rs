@@ -18,7 +18,7 @@ mod tests {
 
     #[test]
     fn one_is_singular_and_nouns_have_their_plurals() {
-        let said = [counted(1, "run"), counted(0, "run"), counted(2, "property"), counted(3, "leaf")];
-        assert_eq!(said, ["1 run", "0 runs", "2 properties", "3 leaves"]);
+        let counts = [counted(1, "run"), counted(0, "run"), counted(2, "property"), counted(3, "leaf")];
+        assert_eq!(counts, ["1 run", "0 runs", "2 properties", "3 leaves"]);
     }
 }

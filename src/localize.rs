@@ -20,7 +20,7 @@ use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
 use crate::named_files;
-use crate::output::{print_json, print_wrapped};
+use crate::output::{note, print_json, print_wrapped};
 
 pub(crate) use log::{Log, TopicArgs, open_log};
 
@@ -78,8 +78,8 @@ fn share(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not between 0 and 1 (0% and 100%)".to_owned()) }
 }
 
-/// Replays the log and prints the errors of the estimates.
-pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
+/// The map and the recording that the arguments name.
+fn open(args: &LocalizeArgs) -> Result<(Arc<OccupancyGrid>, Arc<Recording>), Error> {
     let Log { recording, map } = open_log(&args.log, &args.topics)?;
     let map = match (&args.map, map) {
         (Some(path), _) => named_files::map(path)?,
@@ -89,7 +89,12 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
             return Err(Error::refused(message, "add `--map MAP.yaml`"));
         }
     };
-    let (map, recording) = (Arc::new(map), Arc::new(recording));
+    Ok((Arc::new(map), Arc::new(recording)))
+}
+
+/// Replays the log and prints the errors of the estimates.
+pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
+    let (map, recording) = open(args)?;
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
     let atlas = Arc::new(atlas.map_err(|error| {
@@ -106,11 +111,7 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     };
     if let Some(count) = args.starts {
         let starts = try_starts(&recording, &atlas, &conditions, usize::from(count));
-        if args.json {
-            print_json(&starts_as_json(&starts))?
-        } else {
-            print_wrapped(starts_in_words(&starts))?
-        }
+        if args.json { print_json(&starts_as_json(&starts)) } else { print_wrapped(starts_in_words(&starts)) }?;
         return Ok(ExitCode::SUCCESS);
     }
     let course = replay(&recording, &atlas, &conditions);
@@ -131,27 +132,22 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
         let message = format!("{}: no beam of the log hits anything", args.log.display());
         return Err(Error::refused(message, "a robot is localized by its laser scans"));
     };
+    let shares = format!(
+        "at the log's corrected poses, {:.0} % of which are on free floor, {}{:.0} % of beams end at an obstacle",
+        100.0 * fit.poses,
+        if fit.is_plausible() { "only " } else { "" },
+        100.0 * fit.beams,
+    );
+    let (map, log) = (args.map_name(), args.log.display());
     if fit.is_plausible() {
         if !fit.is_good() {
-            crate::output::note(&format!(
-                "the map {} fits the log {} badly: at the log's corrected poses, {:.0} % of which are on free floor, only \
-                 {:.0} % of beams end at an obstacle; the errors below include those of the map and the poses",
-                args.map_name(),
-                args.log.display(),
-                100.0 * fit.poses,
-                100.0 * fit.beams,
+            note(&format!(
+                "the map {map} fits the log {log} badly: {shares}; the errors below include those of the map and the poses"
             ));
         }
         return Ok(fit);
     }
-    let message = format!(
-        "the map {} does not fit the log {}: at the log's corrected poses, {:.0} % of which are on free floor, {:.0} % of \
-         beams end at an obstacle",
-        args.map_name(),
-        args.log.display(),
-        100.0 * fit.poses,
-        100.0 * fit.beams,
-    );
+    let message = format!("the map {map} does not fit the log {log}: {shares}");
     let help = "use a map of the same place, in the frame of the log's poses; `steward map --log LOG` makes one";
     Err(Error::refused(message, help))
 }

@@ -72,6 +72,7 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
         complaints.take(scenario).map(Arc::new)
     };
     let scenarios: Vec<_> = names.iter().filter_map(&mut load).collect();
+    // Loaded before the problems of the others are reported, so that all of them are.
     let fault_free = load(&args.fault_free);
     complaints.check()?;
     let fault_free = fault_free.expect("a file that could not be loaded was reported");

@@ -22,13 +22,13 @@ use crate::output::{print, print_wrapped, warn};
 #[derive(Debug, Subcommand)]
 pub(crate) enum MonitorCommand {
     /// Reports everything that is wrong with property files, and how each property is monitored
-    Check(Source),
+    Check(PropertySource),
     /// Explains in plain English what each property requires
-    Explain(Source),
+    Explain(PropertySource),
     /// Writes the monitors as program graphs
     Export {
         #[command(flatten)]
-        source: Source,
+        source: PropertySource,
         /// How to write them
         #[arg(long, value_enum, default_value_t = ExportFormat::Text)]
         format: ExportFormat,
@@ -43,7 +43,7 @@ pub(crate) enum MonitorCommand {
 
 /// Property files, and the system to which they refer.
 #[derive(Debug, Args)]
-pub(crate) struct Source {
+pub(crate) struct PropertySource {
     /// Property files, or names of shipped ones
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
@@ -101,7 +101,7 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-impl Source {
+impl PropertySource {
     /// The properties of all files.
     fn load(&self) -> Result<Vec<Property>, Error> {
         let system = System::of(&self.scenario)?;

@@ -18,9 +18,9 @@ use crate::output::complain_of;
 /// A line on a terminal that is drawn again and again, until it is dropped. It draws nothing if it is silent, or
 /// without a terminal.
 #[derive(Debug)]
-struct Line(Option<ProgressBar>);
+struct ProgressLine(Option<ProgressBar>);
 
-impl Line {
+impl ProgressLine {
     /// The template is that of indicatif; its `{rate}` has this many decimals.
     fn new(silent: bool, template: &str, decimals: usize) -> Self {
         if silent || !std::io::stderr().is_terminal() {
@@ -38,7 +38,7 @@ impl Line {
     }
 }
 
-impl Drop for Line {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         self.0.iter().for_each(ProgressBar::finish_and_clear);
     }
@@ -46,11 +46,11 @@ impl Drop for Line {
 
 /// The progress of a run: time, battery, what the tree is doing, and monitors.
 #[derive(Debug)]
-pub(crate) struct RunProgress(Line);
+pub(crate) struct RunProgress(ProgressLine);
 
 impl RunProgress {
     pub(crate) fn new(silent: bool) -> Self {
-        Self(Line::new(silent, "{spinner} {pos:>4} s  {wide_msg}", 0))
+        Self(ProgressLine::new(silent, "{spinner} {pos:>4} s  {wide_msg}", 0))
     }
 
     /// Shows the state of the run, once per simulated second.
@@ -71,7 +71,7 @@ impl RunProgress {
 #[derive(Debug)]
 pub(crate) struct CountProgress {
     things: &'static str,
-    line: Line,
+    line: ProgressLine,
     now_and_then: Option<NowAndThen>,
 }
 
@@ -79,7 +79,7 @@ impl CountProgress {
     /// The progress of such things.
     pub(crate) fn new(silent: bool, things: &'static str) -> Self {
         let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} left");
-        Self { things, line: Line::new(silent, &template, 0), now_and_then: None }
+        Self { things, line: ProgressLine::new(silent, &template, 0), now_and_then: None }
     }
 
     /// The same, with a line now and then where there is no terminal, unless it is silent.

@@ -6,7 +6,7 @@ mod table;
 mod violation;
 mod written;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -22,11 +22,11 @@ use scenarios::scenario::{Found, Scenario};
 
 use self::finding::{Finding, Findings};
 use self::mutants::Mutants;
-use self::table::Table;
+use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{note, print_json, print_wrapped};
+use crate::output::{Text, note, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::run::select::select;
 
@@ -120,50 +120,17 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     if args.mutants {
         return mutants(args, proofs, stop);
     }
-    let mut all = Vec::new();
-    let mut refused = None;
+    let (mut all, mut refused) = (Vec::new(), None);
     for (found_here, proof) in found.iter().zip(proofs) {
-        let mut findings = Vec::new();
-        if !args.json {
-            print_wrapped(table::head(&proof))?;
-        }
-        let table = Table::of(proof.questions());
-        if !args.json {
-            print_wrapped(table.titles())?;
-        }
-        for question in proof.questions() {
-            let finding = match args.explore(&proof, question, found_here, stop) {
-                Ok(finding) => finding,
-                // What was found before is shown and written first.
-                Err(error) => {
-                    refused = Some(error);
-                    break;
-                }
-            };
-            if !args.json {
-                print_wrapped(table.line(&finding))?;
-            }
-            findings.push(finding);
-        }
-        if !args.json {
-            for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
-                print_wrapped(
-                    violation.in_words(&finding.question.property, args.messages) + &written::physics(finding),
-                )?;
-            }
-            print_wrapped(table::mistakes(&findings))?;
-            print_wrapped(table::unreached(&findings, args.unreached))?;
-        }
+        let (findings, error) = args.explore_all(&proof, found_here, stop)?;
+        args.show(&findings)?;
         if let Some(out) = &args.out {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
-            for written in findings.iter().filter_map(|finding| written::write(&proof, finding, &folder).transpose()) {
-                let written = written?;
-                if !args.json {
-                    print_wrapped(written)?;
-                }
-            }
+            args.write_runs(&proof, &findings, &folder)?;
         }
         all.push(Findings { proof, findings });
+        // What was found before an error is shown and written first.
+        refused = error;
         if refused.is_some() {
             break;
         }
@@ -184,13 +151,9 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
     let mut all = Vec::new();
     for proof in proofs {
         let limits = args.limits(&proof, stop);
-        if !args.json {
-            print_wrapped(table::head(&proof))?;
-        }
+        args.print(table::head(&proof))?;
         let mutants = Mutants::of(proof, &limits, args.quiet, stop)?;
-        if !args.json {
-            print_wrapped(mutants.in_words())?;
-        }
+        args.print(mutants.in_words())?;
         all.push(mutants);
     }
     args.write(all.iter().map(|it| (it.suite(), it.as_json())))?;
@@ -198,6 +161,51 @@ fn mutants(args: &ProveArgs, proofs: Vec<Proof>, stop: &'static AtomicBool) -> R
 }
 
 impl ProveArgs {
+    /// Prints text, unless the results are JSON.
+    fn print(&self, text: impl Into<Text>) -> Result<(), Error> {
+        if self.json { Ok(()) } else { print_wrapped(text) }
+    }
+
+    /// Explores all questions about a scenario, and prints a table of the findings as they come. Returns them, and the
+    /// error that ended the exploration, if one did.
+    fn explore_all(
+        &self,
+        proof: &Proof,
+        found: &Found,
+        stop: &'static AtomicBool,
+    ) -> Result<(Vec<Finding>, Option<Error>), Error> {
+        let table = FindingsTable::of(proof.questions());
+        self.print(table::head(proof))?;
+        self.print(table.titles())?;
+        let mut findings = Vec::new();
+        for question in proof.questions() {
+            match self.explore(proof, question, found, stop) {
+                Ok(finding) => {
+                    self.print(table.line(&finding))?;
+                    findings.push(finding);
+                }
+                Err(error) => return Ok((findings, Some(error))),
+            }
+        }
+        Ok((findings, None))
+    }
+
+    /// Shows what was found besides the table: runs that violate a property, errors, and what is never reached.
+    fn show(&self, findings: &[Finding]) -> Result<(), Error> {
+        for (finding, violation) in findings.iter().filter_map(|it| Some((it, it.violation.as_ref()?))) {
+            self.print(violation.in_words(&finding.question.property, self.messages) + &written::physics(finding))?;
+        }
+        self.print(table::mistakes(findings))?;
+        self.print(table::unreached(findings, self.unreached))
+    }
+
+    fn write_runs(&self, proof: &Proof, findings: &[Finding], folder: &Path) -> Result<(), Error> {
+        for written in findings.iter().filter_map(|finding| written::write(proof, finding, folder).transpose()) {
+            self.print(written?)?;
+        }
+        Ok(())
+    }
+
     /// Writes JUnit XML and JSON if they were requested.
     fn write(&self, results: impl Iterator<Item = (Suite, serde_json::Value)>) -> Result<(), Error> {
         let (suites, reports): (Vec<Suite>, Vec<serde_json::Value>) = results.unzip();
@@ -220,12 +228,12 @@ impl ProveArgs {
     }
 
     fn limits(&self, proof: &Proof, stop: &'static AtomicBool) -> Limits {
-        let said = &proof.scenario().file.prove;
-        let memory = self.memory.map_or(said.memory_bytes, |memory_mb| memory_mb << 20);
-        let threads = self.threads.or(said.threads).and_then(|threads| usize::try_from(threads).ok());
+        let defaults = &proof.scenario().file.prove;
+        let memory = self.memory.map_or(defaults.memory_bytes, |memory_mb| memory_mb << 20);
+        let threads = self.threads.or(defaults.threads).and_then(|threads| usize::try_from(threads).ok());
         Limits {
             memory: usize::try_from(memory).unwrap_or(usize::MAX),
-            visits: self.states.unwrap_or(said.states),
+            visits: self.states.unwrap_or(defaults.states),
             threads: threads.unwrap_or_else(batch::threads),
             order: self.order.into(),
             stop: Some(stop),
@@ -255,6 +263,7 @@ impl ProveArgs {
             let name = format!("{}-{}.pml", proof.scenario().name, question.property).replace('/', "-");
             diagnostics::write_whole(&folder.join(name), model.text)?;
         }
+        // The time includes the replay of the run, which is part of the answer, but not the simulation.
         let violation = Violation::of(proof, question, &answer)?;
         let seconds = began.elapsed().as_secs_f64();
         let physical = match &answer.exploration.outcome {

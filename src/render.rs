@@ -345,10 +345,10 @@ mod tests {
             FileProblems::none_of(problems.collect()).expect_err("problems")
         };
         let (few, many) = (problems(30), problems(10_000));
-        let said = rendered(&handler(), [&few as &dyn Diagnostic, &many, &few]);
-        assert_eq!(said.matches("wrong ").count(), MOST_PROBLEMS);
-        assert!(said.contains("wrong 29.") && said.contains("wrong 69.") && !said.contains("wrong 70."), "{said}");
-        assert!(said.ends_with("and 9,960 more\n"), "{said}");
+        let text = rendered(&handler(), [&few as &dyn Diagnostic, &many, &few]);
+        assert_eq!(text.matches("wrong ").count(), MOST_PROBLEMS);
+        assert!(text.contains("wrong 29.") && text.contains("wrong 69.") && !text.contains("wrong 70."), "{text}");
+        assert!(text.ends_with("and 9,960 more\n"), "{text}");
         assert!(!rendered(&handler(), [&few as &dyn Diagnostic]).contains("more"));
         assert_eq!([1, 12, 999, 1000, 1_234_567].map(grouped), ["1", "12", "999", "1,000", "1,234,567"]);
     }
@@ -374,23 +374,23 @@ mod tests {
 
     #[test]
     fn a_short_line_is_shown_in_full() {
-        let said = problem_at_end("a\nfirst second\tthird", "third");
-        assert!(said.contains("file.xml:2:14") && said.contains("first second"), "{said}");
+        let text = problem_at_end("a\nfirst second\tthird", "third");
+        assert!(text.contains("file.xml:2:14") && text.contains("first second"), "{text}");
     }
 
     #[test]
     fn the_relevant_part_of_a_long_line_is_shown() {
         for blanks in [3000, 65_000, 65_480, 65_536, 70_000, 200_000] {
-            let said = problem_at_end(&format!("<a>\n{}é <Nope/>", " ".repeat(blanks)), "<Nope/>");
-            assert!(said.contains(&format!("file.xml:2:{}", blanks + 3)), "{said}");
-            assert!(said.contains("é <Nope/>") && said.contains("here") && said.len() < 2000, "{said}");
+            let text = problem_at_end(&format!("<a>\n{}é <Nope/>", " ".repeat(blanks)), "<Nope/>");
+            assert!(text.contains(&format!("file.xml:2:{}", blanks + 3)), "{text}");
+            assert!(text.contains("é <Nope/>") && text.contains("here") && text.len() < 2000, "{text}");
         }
     }
 
     #[test]
     fn a_long_span_is_shown_at_its_beginning() {
-        let said = problem_at_end(&format!("x = {}", "y".repeat(100_000)), &"y".repeat(100_000));
-        assert!(said.contains("x = yyy") && said.contains("here") && said.len() < 2000, "{said}");
+        let text = problem_at_end(&format!("x = {}", "y".repeat(100_000)), &"y".repeat(100_000));
+        assert!(text.contains("x = yyy") && text.contains("here") && text.len() < 2000, "{text}");
     }
 
     #[test]
@@ -406,16 +406,16 @@ mod tests {
         let source = Source::new("a\u{1b}]0;title\u{7}.xml", text);
         let at = text.find("three").unwrap();
         let problem = source.span(at..at + 5).problem("no \u{1b}[2J").with_label("here\u{1b}").with_help("\u{8}help");
-        let said = rendered(&handler(), [&problem as &dyn Diagnostic]);
-        assert!(!said.chars().any(|c| c.is_control() && c != '\n'), "{said:?}");
-        assert!(said.contains("?[31mtwo?·31m \u{fffd}three") && said.contains("a?]0;title?.xml:2:"), "{said}");
-        assert!(said.contains("no ?[2J") && said.contains("here?") && said.contains("?help"), "{said}");
+        let text = rendered(&handler(), [&problem as &dyn Diagnostic]);
+        assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "{text:?}");
+        assert!(text.contains("?[31mtwo?·31m \u{fffd}three") && text.contains("a?]0;title?.xml:2:"), "{text}");
+        assert!(text.contains("no ?[2J") && text.contains("here?") && text.contains("?help"), "{text}");
         assert_eq!(visible("a\tb\r\nc"), "a\tb\r\nc");
     }
 
     #[test]
     fn a_long_line_next_to_the_location_is_left_out() {
-        let said = problem_at_end(&format!("{}\nshort Nope", "z".repeat(100_000)), "Nope");
-        assert!(said.contains("file.xml:2:7") && said.contains("short Nope") && said.len() < 2000, "{said}");
+        let text = problem_at_end(&format!("{}\nshort Nope", "z".repeat(100_000)), "Nope");
+        assert!(text.contains("file.xml:2:7") && text.contains("short Nope") && text.len() < 2000, "{text}");
     }
 }

@@ -21,7 +21,7 @@ use monitors::Warnings;
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{CountProgress, RunProgress};
-use crate::run::table::Table;
+use crate::run::table::RunsTable;
 use crate::{browser, interrupt, summary};
 
 /// The scenarios to run.
@@ -201,13 +201,14 @@ fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
 fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     let interrupted = interrupt::listen();
     let bar = CountProgress::new(options.is_silent(), "runs");
-    let mut table = Table::new(options.is_silent());
+    let mut table = RunsTable::new(options.is_silent());
     let mut reports: Vec<(&Job, Report)> = Vec::new();
     bar.show(0, jobs.len());
     let work = |place: u64| {
-        let mut told = Vec::new();
-        let report = jobs[place as usize].conduct(options, |warnings| told.extend_from_slice(warnings), |_| {});
-        (told, report)
+        // Runs end in any order; their warnings are printed with their lines, in the order of the scenarios.
+        let mut collected = Vec::new();
+        let report = jobs[place as usize].conduct(options, |warnings| collected.extend_from_slice(warnings), |_| {});
+        (collected, report)
     };
     let all = 0..jobs.len() as u64;
     batch::in_order(all, batch::threads(), interrupted, work, |place, (warnings, report)| {

@@ -62,45 +62,58 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
             writeln!(text, "  {:<widest$}  {note}", "")?;
         }
     }
-    let mut fact = |name: &str, words: fmt::Arguments<'_>| writeln!(text, "  {name:<widest$}  {words}");
-    for (effect, when) in report.faults_in_words() {
-        fact("fault", format_args!("{effect} {when}"))?;
-    }
-    for error in &report.tree_errors {
-        let TreeErrorReport { label, node, message, tick, time_s } = error;
-        fact("tree", format_args!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))?;
-    }
-    for error in &report.skill_errors {
-        fact(error.kind, format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;
-    }
+    let facts = errors(report).chain(robot(report)).chain(end(report, folder));
+    facts.into_iter().try_for_each(|(name, words)| writeln!(text, "  {name:<widest$}  {words}"))
+}
+
+/// A fact: its subject, and what there is to report about it.
+type Fact<'r> = (&'r str, String);
+
+/// The faults, and what went wrong in the tree and in skills.
+fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
+    let faults = report.faults_in_words().into_iter().map(|(effect, when)| ("fault", format!("{effect} {when}")));
+    let tree = report.tree_errors.iter().map(|TreeErrorReport { label, node, message, tick, time_s }| {
+        ("tree", format!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))
+    });
+    let skills = report
+        .skill_errors
+        .iter()
+        .map(|error| (error.kind, format!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)));
+    faults.chain(tree).chain(skills)
+}
+
+/// Battery, robot and places; of a run without a robot, the time.
+fn robot(report: &Report) -> Vec<Fact<'_>> {
+    let mut facts = Vec::new();
     if let Some(BatteryReport { initial, minimum, r#final: last }) = report.battery {
-        fact(
-            "battery",
-            format_args!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %"),
-        )?;
+        let words = format!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %");
+        facts.push(("battery", words));
     }
-    if let Some(robot) = &report.robot {
-        let collisions = collisions(robot.collisions);
-        fact("robot", format_args!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s))?;
-        if let Some(error) = robot.localization {
-            let [rmse, worst] = [error.rmse_m, error.max_m].map(length);
-            fact("", format_args!("localization error {rmse} (RMSE), at most {worst}"))?;
-        }
-        for trips in robot.given_up_in_words() {
-            fact("gave up", format_args!("{trips}"))?;
-        }
-        fact("reached", format_args!("{}", reached(report)))?;
-    } else {
+    let Some(robot) = &report.robot else {
         let ticks = if report.ticks == 1 { "1 tick".to_owned() } else { format!("{} ticks", report.ticks) };
-        fact("time", format_args!("{:.0} s, {ticks}", report.sim_time_s))?;
+        facts.push(("time", format!("{:.0} s, {ticks}", report.sim_time_s)));
+        return facts;
+    };
+    let collisions = collisions(robot.collisions);
+    facts.push(("robot", format!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s)));
+    if let Some(error) = robot.localization {
+        let [rmse, worst] = [error.rmse_m, error.max_m].map(length);
+        facts.push(("", format!("localization error {rmse} (RMSE), at most {worst}")));
     }
-    fact("ended", format_args!("{}", report.ended_because))?;
+    facts.extend(robot.given_up_in_words().into_iter().map(|trips| ("gave up", trips)));
+    facts.push(("reached", reached(report)));
+    facts
+}
+
+/// Why the run ended, and which files it has left.
+fn end<'r>(report: &Report, folder: &Path) -> [Fact<'r>; 2] {
     let pictures = match report.snapshots.len() {
         0 => " and report.json".to_owned(),
         1 => ", report.json and a picture".to_owned(),
         count => format!(", report.json and {count} pictures"),
     };
-    fact("wrote", format_args!("{}{pictures}", folder.join(html::FILE).display()))
+    let page = folder.join(html::FILE);
+    [("ended", report.ended_because.to_string()), ("wrote", format!("{}{pictures}", page.display()))]
 }
 
 /// The color of a verdict.
@@ -120,7 +133,7 @@ fn collisions(count: u64) -> String {
     }
 }
 
-/// The places where the robot came to rest, in the order of their times. Where it stood from the start is told only if
+/// The places where the robot came to rest, in the order of their times. Where it stood from the start is named only if
 /// it came to rest nowhere else.
 fn reached(report: &Report) -> String {
     let arrivals = report.places.iter().filter_map(|place| Some((place.arrived_at_s()?, place.name.as_str())));

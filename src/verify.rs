@@ -122,16 +122,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let described = Description::of(&first);
     described.check_version()?;
     let of_recording = header(path);
-    let header = of_recording.as_ref().filter(|_| args.scenario.is_none());
-    let mut system = match header {
-        Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
-        None => System::of(described.scenario(args.scenario.as_deref())?)?,
-    };
-    system.tick = described.tick.unwrap_or(system.tick);
-    let (mut properties, unjudged) = match header {
-        Some(header) if args.properties.is_empty() => recorded(header)?,
-        _ => (load(args, &system)?, Vec::new()),
-    };
+    let Subject { system, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
     let help = match &of_recording {
         Some(_) => "the recording was changed after it was written: record the run again",
@@ -139,6 +130,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help);
     let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
+    // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let (end, unsure) = judge(args, path, about, String::new(), &system, &mut properties, events.chain(rest))?;
@@ -151,6 +143,31 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     };
     let notes = skipped.into_iter().chain(unjudged).collect();
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
+}
+
+/// What a log is judged by.
+struct Subject {
+    system: System,
+    properties: Vec<Property>,
+    /// The properties of a recording that no formula describes.
+    unjudged: Vec<String>,
+}
+
+impl Subject {
+    /// A recording brings its own system and properties; arguments that name others come first.
+    fn of(args: &VerifyArgs, described: &Description, header: Option<&Header>) -> Result<Self, Error> {
+        let header = header.filter(|_| args.scenario.is_none());
+        let mut system = match header {
+            Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
+            None => System::of(described.scenario(args.scenario.as_deref())?)?,
+        };
+        system.tick = described.tick.unwrap_or(system.tick);
+        let (properties, unjudged) = match header {
+            Some(header) if args.properties.is_empty() => recorded(header)?,
+            _ => (load(args, &system)?, Vec::new()),
+        };
+        Ok(Self { system, properties, unjudged })
+    }
 }
 
 /// The header of a recording, which says everything about its system; none of other logs.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use campaigns::statistics::{Confidence, Count};
 
-use super::{Line, now};
+use super::{ProgressLine, now};
 
 /// How long the bar of a campaign shows the same estimates of probabilities.
 const ESTIMATES_STAY: Duration = Duration::from_millis(500);
@@ -13,7 +13,7 @@ const ESTIMATES_STAY: Duration = Duration::from_millis(500);
 /// The progress of a campaign: runs per second, the remaining time, and the estimates so far.
 #[derive(Debug)]
 pub(crate) struct CampaignProgress {
-    line: Line,
+    line: ProgressLine,
     /// When the estimates were last computed.
     estimated: Option<Instant>,
 }
@@ -21,7 +21,7 @@ pub(crate) struct CampaignProgress {
 impl CampaignProgress {
     pub(crate) fn new(silent: bool) -> Self {
         let template = "{bar:24} {pos} of {len} runs, {rate} per second, {eta} left\n{wide_msg}";
-        Self { line: Line::new(silent, template, 1), estimated: None }
+        Self { line: ProgressLine::new(silent, template, 1), estimated: None }
     }
 
     pub(crate) fn show(&mut self, progress: &campaigns::Progress<'_>) {

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use proofs::Round;
 use serde_json::json;
 
-use super::{BETWEEN_LINES, Line, NowAndThen};
+use super::{BETWEEN_LINES, NowAndThen, ProgressLine};
 use crate::output::complain_of;
 
 /// The time between two lines of progress for programs.
@@ -32,7 +32,7 @@ pub(crate) struct ProofProgress {
 
 #[derive(Debug)]
 enum Shown {
-    Line(Line),
+    Line(ProgressLine),
     Lines(NowAndThen),
     Objects(NowAndThen),
 }
@@ -46,7 +46,7 @@ impl ProofProgress {
             Some(ProgressForm::Text) if !is_terminal => Shown::Lines(NowAndThen::new(BETWEEN_LINES)),
             form => {
                 let template = "{spinner} {prefix}: {pos} states visited, {rate} per second, {wide_msg}";
-                let line = Line::new(form.is_none(), template, 0);
+                let line = ProgressLine::new(form.is_none(), template, 0);
                 line.0.iter().for_each(|bar| bar.set_prefix(property.to_owned()));
                 Shown::Line(line)
             }
@@ -58,7 +58,7 @@ impl ProofProgress {
         let is_new = std::mem::replace(&mut self.round, round.number) != round.number;
         let explorer::Progress { states, visited, quiet, depth, memory, is_reduced, is_complete } = round.progress;
         match &self.shown {
-            Shown::Line(Line(bar)) => bar.iter().for_each(|bar| {
+            Shown::Line(ProgressLine(bar)) => bar.iter().for_each(|bar| {
                 bar.set_position(visited);
                 bar.set_message(in_words(round));
             }),

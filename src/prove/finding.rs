@@ -65,6 +65,38 @@ impl Finding {
             None => format!("{property} was expected to be {}, and is {}", expected.name(), self.word()),
         })
     }
+
+    fn as_json(&self) -> serde_json::Value {
+        let Answer { exploration, rounds, .. } = &self.answer;
+        let explorer::Progress { states, quiet, depth, memory, .. } = exploration.progress;
+        let round = |Round { levels, progress, .. }: &Round| {
+            json!({
+                "levels": levels,
+                "reduced": progress.is_reduced,
+                "states": progress.states,
+                "visited_states": progress.visited,
+                "depth": progress.depth,
+            })
+        };
+        json!({
+            "property": self.question.property,
+            "result": self.word(),
+            "expected": self.question.expected.name(),
+            "as_expected": self.is_as_expected(),
+            "limit": self.answer.limit().map(|limit| limit.to_string()),
+            "rounds": rounds.iter().map(round).collect::<Vec<_>>(),
+            "states": states,
+            "quiet_states": quiet,
+            "transitions": exploration.transitions,
+            "depth": depth,
+            "memory_bytes": memory,
+            "time_s": self.seconds,
+            "physics": self.physical.as_ref().map(|Physical { tick, difference, .. }| {
+                json!({ "violated_at_tick": tick, "difference": difference })
+            }),
+            "run": self.violation.as_ref().map(Violation::as_json),
+        })
+    }
 }
 
 /// Why an answer is open: each of its rounds, and what would help.
@@ -127,40 +159,10 @@ impl Findings {
             json!({ "kind": kind.name(), "words": words, "file": file, "line": line })
         };
         let wrong = |Mistake { place, message }: &Mistake| json!({ "place": place, "message": message });
-        let of = |finding: &Finding| {
-            let explorer::Progress { states, quiet, depth, memory, .. } = finding.answer.exploration.progress;
-            let round = |Round { levels, progress, .. }: &Round| {
-                json!({
-                    "levels": levels,
-                    "reduced": progress.is_reduced,
-                    "states": progress.states,
-                    "visited_states": progress.visited,
-                    "depth": progress.depth,
-                })
-            };
-            json!({
-                "property": finding.question.property,
-                "result": finding.word(),
-                "expected": finding.question.expected.name(),
-                "as_expected": finding.is_as_expected(),
-                "limit": finding.answer.limit().map(|limit| limit.to_string()),
-                "rounds": finding.answer.rounds.iter().map(round).collect::<Vec<_>>(),
-                "states": states,
-                "quiet_states": quiet,
-                "transitions": finding.answer.exploration.transitions,
-                "depth": depth,
-                "memory_bytes": memory,
-                "time_s": finding.seconds,
-                "physics": finding.physical.as_ref().map(|Physical { tick, difference, .. }| {
-                    json!({ "violated_at_tick": tick, "difference": difference })
-                }),
-                "run": finding.violation.as_ref().map(Violation::as_json),
-            })
-        };
         json!({
             "scenario": self.proof.scenario().name,
             "assumptions": self.proof.assumptions(),
-            "properties": self.findings.iter().map(of).collect::<Vec<_>>(),
+            "properties": self.findings.iter().map(Finding::as_json).collect::<Vec<_>>(),
             "errors": Self::mistakes(&self.findings).into_iter().map(wrong).collect::<Vec<_>>(),
             "unreached": unreached.map(|found| found.iter().map(never).collect::<Vec<_>>()),
         })

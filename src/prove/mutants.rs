@@ -1,10 +1,11 @@
 //! `steward prove --mutants`: which property detects which mistake in a skill or in the tree.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt::{self, Write};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
+use anstyle::Style;
 use campaigns::Error;
 use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use proofs::{Answer, Mutant, Proof, Question, Subject};
@@ -53,6 +54,16 @@ impl Fate {
             Self::Survives => "survives",
             Self::ChangesNothing => "changes nothing",
             Self::Undecided(_) => "not decided",
+        }
+    }
+
+    /// Its column in the table, after the name and the number of all.
+    fn column(&self) -> usize {
+        match self {
+            Self::Killed(..) | Self::Misfit(_) => 1,
+            Self::ChangesNothing => 2,
+            Self::Survives => 3,
+            Self::Undecided(_) => 4,
         }
     }
 
@@ -106,23 +117,28 @@ impl Mutants {
 
     /// A table, and the mutants that survive.
     pub(super) fn in_words(&self) -> Text {
-        // Writing to a string cannot fail.
         let mut text = Text::from("\n  ");
+        // Writing to a string cannot fail.
+        let _ = self.write_table(&mut text);
+        let _ = self.write_killers(&mut text);
+        for (title, style) in [("survives", BAD), ("not decided", OPEN)] {
+            let _ = self.write_list(&mut text, title, style);
+        }
+        if self.mutants.iter().all(|(_, fate)| !matches!(fate, Fate::Survives | Fate::Undecided(_))) {
+            text.paint(GOOD, "no mutant survives", 0);
+            let _ = writeln!(text);
+        }
+        text
+    }
+
+    /// How many mutants of each skill and of the tree have which fate.
+    fn write_table(&self, text: &mut Text) -> fmt::Result {
         let mut rows: BTreeMap<(bool, &str), [usize; 5]> = BTreeMap::new();
-        let mut killers: BTreeMap<&str, usize> = BTreeMap::new();
         for (mutant, fate) in &self.mutants {
+            // The tree comes last.
             let row = rows.entry((mutant.skill().is_none(), place(mutant))).or_default();
             row[0] += 1;
-            match fate {
-                Fate::Killed(by, _) => {
-                    row[1] += 1;
-                    by.iter().for_each(|property| *killers.entry(property).or_default() += 1);
-                }
-                Fate::Misfit(_) => row[1] += 1,
-                Fate::ChangesNothing => row[2] += 1,
-                Fate::Survives => row[3] += 1,
-                Fate::Undecided(_) => row[4] += 1,
-            }
+            row[fate.column()] += 1;
         }
         let width = rows.keys().map(|(_, name)| name.chars().count()).fold(10, usize::max);
         let line = |name: &str, [all, killed, same, survive, open]: [&str; 5]| {
@@ -130,38 +146,48 @@ impl Mutants {
         };
         let titles = line("mutants of", ["all", "killed", "change nothing", "survive", "not decided"]);
         text.paint(HEAD, &titles, 0);
-        let _ = writeln!(text);
+        writeln!(text)?;
         let counts = |row: [usize; 5]| row.map(|count| count.to_string());
         let mut sum = [0; 5];
         for ((_, name), row) in rows {
-            let _ = writeln!(text, "  {}", line(name, counts(row).each_ref().map(String::as_str)));
+            writeln!(text, "  {}", line(name, counts(row).each_ref().map(String::as_str)))?;
             sum.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
         }
-        let _ = writeln!(text, "  {}\n", line("all", counts(sum).each_ref().map(String::as_str)));
-        let misfits = self.mutants.iter().filter(|(_, fate)| matches!(fate, Fate::Misfit(_))).count();
+        writeln!(text, "  {}\n", line("all", counts(sum).each_ref().map(String::as_str)))
+    }
+
+    /// How many mutants each property detects. A mutant may be detected by several.
+    fn write_killers(&self, text: &mut Text) -> fmt::Result {
+        let mut killers: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut misfits = 0;
+        for (_, fate) in &self.mutants {
+            match fate {
+                Fate::Killed(by, _) => by.iter().for_each(|property| *killers.entry(property).or_default() += 1),
+                Fate::Misfit(_) => misfits += 1,
+                Fate::Survives | Fate::ChangesNothing | Fate::Undecided(_) => {}
+            }
+        }
         let mut killers: Vec<String> = killers.iter().map(|(name, count)| format!("{name} {count}")).collect();
         killers.extend((misfits > 0).then(|| format!("before anything runs {misfits}")));
-        let _ = writeln!(text, "killed by: {}", killers.join(", "));
-        for (title, style, wanted) in [("survives", BAD, "survives"), ("not decided", OPEN, "not decided")] {
-            let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, fate)| fate.word() == wanted).collect();
-            if such.is_empty() {
-                continue;
-            }
-            let _ = writeln!(text);
-            text.paint(style, title, 0);
-            let _ = writeln!(text);
-            for (mutant, fate) in such {
-                let _ = writeln!(text, "  {}", in_words(mutant));
-                for Open { property, reason, .. } in fate.open() {
-                    let _ = writeln!(text, "    {property}: {reason}");
-                }
+        writeln!(text, "killed by: {}", killers.join(", "))
+    }
+
+    /// The mutants of a fate, with what is open about each; nothing if there are none.
+    fn write_list(&self, text: &mut Text, fate: &str, style: Style) -> fmt::Result {
+        let such: Vec<&(Mutant, Fate)> = self.mutants.iter().filter(|(_, of)| of.word() == fate).collect();
+        if such.is_empty() {
+            return Ok(());
+        }
+        writeln!(text)?;
+        text.paint(style, fate, 0);
+        writeln!(text)?;
+        for (mutant, fate) in such {
+            writeln!(text, "  {}", in_words(mutant))?;
+            for Open { property, reason, .. } in fate.open() {
+                writeln!(text, "    {property}: {reason}")?;
             }
         }
-        if sum[3] + sum[4] == 0 {
-            text.paint(GOOD, "no mutant survives", 0);
-            let _ = writeln!(text);
-        }
-        text
+        Ok(())
     }
 
     pub(super) fn as_json(&self) -> Value {
@@ -231,6 +257,7 @@ fn fate(proof: &Proof, sound: &[Option<Mutex<Answer>>], mutant: &Mutant, limits:
         return Fate::ChangesNothing;
     }
     let (mut killed_by, mut undecided) = (Vec::new(), Vec::new());
+    // Only properties that had too little memory are tried again, and only if no other has killed the mutant.
     for effort in [Effort::Little, Effort::Full] {
         let mut full = Vec::new();
         for question in questions {

@@ -64,11 +64,11 @@ pub(super) fn unreached(findings: &[Finding], list: bool) -> Text {
 }
 
 /// A table of properties.
-pub(super) struct Table {
+pub(super) struct FindingsTable {
     width: usize,
 }
 
-impl Table {
+impl FindingsTable {
     pub(super) fn of(questions: &[Question]) -> Self {
         let widths = questions.iter().map(|question| question.property.chars().count());
         Self { width: widths.fold(8, usize::max).min(WIDEST) }

@@ -14,14 +14,14 @@ use serde_json::json;
 pub(crate) struct Violation {
     /// The violation, to follow the name of the property.
     what: &'static str,
-    lines: Vec<Line>,
+    lines: Vec<RunLine>,
     ticks: usize,
     /// Whether the replay confirms the search.
     pub(crate) is_replayed: bool,
 }
 
 /// Each event, with the tick after which it happened.
-struct Line {
+struct RunLine {
     tick: Option<u64>,
     what: What,
 }
@@ -93,7 +93,7 @@ impl Violation {
     /// The run, one event per line: with `all`, all messages; otherwise only those that the property is about.
     pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
         let mut text = format!("\n{property} {}:\n", self.what);
-        for Line { tick, what } in &self.lines {
+        for RunLine { tick, what } in &self.lines {
             // Writing to a string cannot fail.
             let _ = match (what, tick) {
                 (What::Repeats, _) => writeln!(text, "  over and over:"),
@@ -123,7 +123,7 @@ impl Violation {
     }
 
     pub(crate) fn as_json(&self) -> serde_json::Value {
-        let line = |Line { tick, what }: &Line| match what {
+        let line = |RunLine { tick, what }: &RunLine| match what {
             What::Repeats => json!({ "after_tick": tick, "repeats": true }),
             What::Environment(words) => json!({ "after_tick": tick, "environment": words }),
             What::Tick { is_delivered } => json!({ "tick": tick, "delivered": is_delivered }),
@@ -147,45 +147,51 @@ fn lines(
     events: &[(usize, channels::Event)],
     topology: &Topology,
     is_watched: impl Fn(usize, ChannelId) -> bool,
-) -> Vec<Line> {
-    let ends = |channel: ChannelId| {
-        let (from, to) = topology.ends(channel);
-        (from.to_owned(), to.to_owned())
-    };
+) -> Vec<RunLine> {
     let mut lines = Vec::new();
     let mut tick = None;
     for (number, step) in path.steps().iter().enumerate() {
         let event = events.iter().find(|(after, _)| *after == number).map(|(_, event)| event);
-        let mut push = |tick: Option<u64>, what| lines.push(Line { tick, what });
+        // Nothing marks the beginning of a cycle in the path: it is as long as the cycle before its end.
         if path.cycle() > 0 && number + path.cycle() == path.steps().len() {
-            push(tick, What::Repeats);
+            lines.push(RunLine { tick, what: What::Repeats });
         }
-        match step {
-            PathStep::Environment { words, .. } if words.is_empty() => {}
-            PathStep::Environment { words, .. } => push(tick, What::Environment(words.clone())),
-            PathStep::Wait(_) => {}
-            PathStep::Tick { delivered } => {
-                tick = event.map(|event| event.tick);
-                push(tick, What::Tick { is_delivered: *delivered });
-            }
-            PathStep::Take { enabled, damage } => {
-                let how = match damage {
-                    Damage::None => None,
-                    Damage::Lost => Some("is lost"),
-                    Damage::Held => Some("is delayed"),
-                    Damage::Repeated => Some("is delivered twice"),
-                };
-                if let (EnabledKind::Send(channel) | EnabledKind::Receive(channel), Some(how)) = (&enabled.kind, how) {
-                    let (from, to) = ends(*channel);
-                    push(tick, What::Damage { from, to, how });
-                }
-            }
+        if let PathStep::Tick { .. } = step {
+            tick = event.map(|event| event.tick);
         }
-        if let Some(EventKind::Received { channel, message }) = event.map(|event| &event.kind) {
-            let (from, to) = ends(*channel);
-            let is_watched = is_watched(number, *channel);
-            lines.push(Line { tick, what: What::Message { from, to, message: message.clone(), is_watched } });
-        }
+        let received = event.and_then(|event| received(event, topology, |channel| is_watched(number, channel)));
+        lines.extend(happening(step, topology).into_iter().chain(received).map(|what| RunLine { tick, what }));
     }
     lines
+}
+
+/// What happens in a step, apart from the message that is received in it.
+fn happening(step: &PathStep, topology: &Topology) -> Option<What> {
+    match step {
+        PathStep::Environment { words, .. } => (!words.is_empty()).then(|| What::Environment(words.clone())),
+        PathStep::Wait(_) => None,
+        PathStep::Tick { delivered } => Some(What::Tick { is_delivered: *delivered }),
+        PathStep::Take { enabled, damage } => {
+            let how = match damage {
+                Damage::None => return None,
+                Damage::Lost => "is lost",
+                Damage::Held => "is delayed",
+                Damage::Repeated => "is delivered twice",
+            };
+            let (EnabledKind::Send(channel) | EnabledKind::Receive(channel)) = &enabled.kind else { return None };
+            let (from, to) = ends(topology, *channel);
+            Some(What::Damage { from, to, how })
+        }
+    }
+}
+
+fn received(event: &channels::Event, topology: &Topology, is_watched: impl Fn(ChannelId) -> bool) -> Option<What> {
+    let EventKind::Received { channel, message } = &event.kind else { return None };
+    let (from, to) = ends(topology, *channel);
+    Some(What::Message { from, to, message: message.clone(), is_watched: is_watched(*channel) })
+}
+
+fn ends(topology: &Topology, channel: ChannelId) -> (String, String) {
+    let (from, to) = topology.ends(channel);
+    (from.to_owned(), to.to_owned())
 }

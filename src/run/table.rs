@@ -13,7 +13,7 @@ use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain, complain_of, print_wrapped};
 
 /// The results of the runs so far.
-pub(super) struct Table {
+pub(super) struct RunsTable {
     quiet: bool,
     began: Instant,
     passed: usize,
@@ -26,7 +26,7 @@ pub(super) struct Table {
     simulated_s: f64,
 }
 
-impl Table {
+impl RunsTable {
     /// A table without lines. A quiet table shows only runs that were not as expected, on stderr.
     pub(super) fn new(quiet: bool) -> Self {
         #[expect(clippy::disallowed_methods, reason = "a run does not depend on the computer's clock")]
