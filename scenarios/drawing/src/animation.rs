@@ -23,12 +23,12 @@ const PAUSE: Duration = Duration::from_secs(2);
 ///
 /// ```
 /// # use std::sync::Arc;
-/// # use drawing::{Battery, Frame, MapPicture, Scene};
+/// # use drawing::{BatteryHistory, Frame, MapPicture, Scene};
 /// # let map = Arc::new(MapPicture::new(&maps::house::draw()));
 /// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
 /// # let mut frame = Frame {
 /// #     scenario: "nominal".to_owned(), seed: 1, caption: String::new(), time: std::time::Duration::ZERO, tick: 0,
-/// #     scene: Some(scene), battery: Some(Battery::default()), tree: Vec::new(), monitors: Vec::new(),
+/// #     scene: Some(scene), battery: Some(BatteryHistory::default()), tree: Vec::new(), monitors: Vec::new(),
 /// # };
 /// use std::time::Duration;
 ///

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
-use super::frame::{Battery, Threshold};
+use super::frame::{BatteryHistory, Threshold};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
 use super::panel;
@@ -19,7 +19,7 @@ const SHORTEST: Duration = Duration::from_secs(10);
 const TICK_ROOM: f64 = 60.0;
 
 /// Draws the battery's panel; `now` is where its time axis ends.
-pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Duration) {
+pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &BatteryHistory, now: Duration) {
     let inner = panel::titled(canvas, area, "Battery");
     level_now(canvas, area, battery);
     let labels: Vec<String> = battery
@@ -38,7 +38,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Dura
 }
 
 /// Writes the present level at the top right, with a word if it is low or rising.
-fn level_now(canvas: &mut Canvas, area: Area, battery: &Battery) {
+fn level_now(canvas: &mut Canvas, area: Area, battery: &BatteryHistory) {
     let below = |critical: bool| {
         battery
             .thresholds
@@ -99,7 +99,7 @@ impl Chart {
         }
     }
 
-    fn history(&self, canvas: &mut Canvas, battery: &Battery) {
+    fn history(&self, canvas: &mut Canvas, battery: &BatteryHistory) {
         let spots = battery
             .history
             .iter()

@@ -240,44 +240,40 @@ impl Canvas {
         );
     }
 
-    /// Writes the letters of a text. If it needs several faces, each run is a separate text chunk, placed by its
-    /// measured width: the renderer draws a whole chunk in the other face if the first one lacks one of its characters.
+    /// Writes the letters of a text.
     fn letters(&mut self, at: Spot, runs: &[Run], style: TextStyle, paint: &str) {
-        let font = style.font;
-        let spacing = match font.weight.spacing_em() {
-            ems if ems > 0.0 && self.letters == Letters::Embedded => {
-                format!(" letter-spacing=\"{}\"", number(ems * font.size))
-            }
-            _ => String::new(),
-        };
-        let fitted = |run: &Run| match self.letters {
-            Letters::Embedded => String::new(),
-            Letters::Browser => {
-                format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", number(font.run_width(run)))
-            }
-        };
-        let (y, size) = (number(at.1), number(font.size));
-        if let [run @ Run { face: Face::Sans, text, .. }] = runs {
-            let anchor = match style.anchor {
-                Anchor::Start => "",
-                Anchor::Middle => " text-anchor=\"middle\"",
-                Anchor::End => " text-anchor=\"end\"",
-            };
-            let (x, text, fitted) = (number(at.0), shown(text), fitted(run));
-            self.elements += &format!(
-                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing}{fitted} {paint}>{text}</text>\n"
-            );
-            return;
+        match runs {
+            [run @ Run { face: Face::Sans, .. }] => self.one_face(at, run, style, paint),
+            runs => self.several_faces(at, runs, style, paint),
         }
+    }
+
+    fn one_face(&mut self, (x, y): Spot, run: &Run, style: TextStyle, paint: &str) {
+        let anchor = match style.anchor {
+            Anchor::Start => "",
+            Anchor::Middle => " text-anchor=\"middle\"",
+            Anchor::End => " text-anchor=\"end\"",
+        };
+        let (x, y, size) = (number(x), number(y), number(style.font.size));
+        let (spacing, fitted, text) = (self.spacing(style.font), self.fitted(style.font, run), shown(&run.text));
+        self.elements +=
+            &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing}{fitted} {paint}>{text}</text>\n");
+    }
+
+    /// Each run is a separate text chunk, placed by its measured width: the renderer draws a whole chunk in the other
+    /// face if the first one lacks one of its characters.
+    fn several_faces(&mut self, at: Spot, runs: &[Run], style: TextStyle, paint: &str) {
+        let font = style.font;
         let width: f64 = runs.iter().map(|run| font.run_width(run)).sum();
         let mut x = match style.anchor {
             Anchor::Start => at.0,
             Anchor::Middle => at.0 - width / 2.0,
             Anchor::End => at.0 - width,
         };
+        let (y, size, spacing) = (number(at.1), number(font.size), self.spacing(font));
         self.elements += &format!("<text y=\"{y}\" font-size=\"{size}\"{spacing} {paint}>");
         for run in runs {
-            let (start, text, fitted) = (number(x), shown(&run.text), fitted(run));
+            let (start, text, fitted) = (number(x), shown(&run.text), self.fitted(font, run));
             let family = match self.letters {
                 Letters::Embedded => format!(" font-family=\"{}\"", run.face.families()),
                 Letters::Browser => String::new(),
@@ -286,6 +282,26 @@ impl Canvas {
             x += font.run_width(run);
         }
         self.elements += "</text>\n";
+    }
+
+    /// Room for the strokes with which the embedded letters are drawn bold; browsers have bold letters.
+    fn spacing(&self, font: Font) -> String {
+        match font.weight.spacing_em() {
+            ems if ems > 0.0 && self.letters == Letters::Embedded => {
+                format!(" letter-spacing=\"{}\"", number(ems * font.size))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// The measured length, to which a browser fits its own letters.
+    fn fitted(&self, font: Font, run: &Run) -> String {
+        match self.letters {
+            Letters::Embedded => String::new(),
+            Letters::Browser => {
+                format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", number(font.run_width(run)))
+            }
+        }
     }
 
     fn paint(&mut self, paint: Paint) {

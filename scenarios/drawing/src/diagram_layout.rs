@@ -11,7 +11,7 @@
 
 use super::diagram_arrows::{Bundle, Measures, PlacedEdge, bundles, stacked};
 use super::diagram_order::in_row;
-use super::diagram_tracks::{Arc, Side, Tracks};
+use super::diagram_tracks::{Arc, RowSide, Tracks};
 use super::frame::Diagram;
 use super::geometry::Area;
 
@@ -179,12 +179,12 @@ impl Row {
         let above_row = straight.iter().map(stack).fold(radius, f64::max);
         let arcs: Vec<Arc> = round.into_iter().map(|bundle| Arc::new(bundle.clone())).collect();
         let tracks = Tracks::new(arcs, &middles, &self.halves, self.measures, above_row);
-        let y = tracks.extent(Side::Above);
+        let y = tracks.extent(RowSide::Above);
         let locations = self.locations(order, &middles, y);
         let mut edges: Vec<PlacedEdge> =
             straight.into_iter().map(|bundle| self.straight_edge(bundle, order, &middles, y)).collect();
         edges.extend(tracks.edges(order, y));
-        let height = y + tracks.extent(Side::Below);
+        let height = y + tracks.extent(RowSide::Below);
         DiagramLayout { locations, edges, width: self.width(), height, font_px: font.size }
     }
 

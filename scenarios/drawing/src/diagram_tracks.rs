@@ -9,7 +9,7 @@ use super::geometry::Spot;
 
 /// On which side of the row an arrow runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum RowSide {
     /// Loops, and arrows that skip locations.
     Above,
     /// Arrows that go back.
@@ -20,7 +20,7 @@ pub(super) enum Side {
 #[derive(Clone, Debug)]
 pub(super) struct Arc {
     bundle: Bundle,
-    side: Side,
+    side: RowSide,
     /// Its track: the depth of nesting of the arrows that it encloses.
     track: usize,
     /// Where it leaves and enters the row, along it.
@@ -31,7 +31,7 @@ pub(super) struct Arc {
 
 impl Arc {
     pub(super) fn new(bundle: Bundle) -> Self {
-        let side = if bundle.to < bundle.from { Side::Below } else { Side::Above };
+        let side = if bundle.to < bundle.from { RowSide::Below } else { RowSide::Above };
         Self { bundle, side, track: 0, from_x: 0.0, to_x: 0.0, label_x: 0.0 }
     }
 
@@ -66,7 +66,7 @@ impl<'a> Tracks<'a> {
             arc.label_x = (arc.from_x + arc.to_x) / 2.0;
         }
         let mut tracks = Self { arcs, middles, halves, measures, above_row };
-        for side in [Side::Above, Side::Below] {
+        for side in [RowSide::Above, RowSide::Below] {
             tracks.assign_tracks(side);
             tracks.assign_ports(side);
             tracks.shift_labels(side);
@@ -75,11 +75,11 @@ impl<'a> Tracks<'a> {
     }
 
     /// How far everything on this side extends from the middle of the row, in pixels.
-    pub(super) fn extent(&self, side: Side) -> f64 {
+    pub(super) fn extent(&self, side: RowSide) -> f64 {
         let tracks = self.arcs.iter().filter(|arc| arc.side == side).map(|arc| arc.track + 1).max().unwrap_or(0);
         let base = match side {
-            Side::Above => self.above_row,
-            Side::Below => self.measures.radius,
+            RowSide::Above => self.above_row,
+            RowSide::Below => self.measures.radius,
         };
         base + 3.0 + (0..tracks).map(|track| self.track_height(side, track)).sum::<f64>()
     }
@@ -91,10 +91,10 @@ impl<'a> Tracks<'a> {
 
     fn edge(&self, arc: &Arc, order: &[usize], y: f64) -> PlacedEdge {
         let font = self.measures.font;
-        let outwards = if arc.side == Side::Above { -1.0 } else { 1.0 };
+        let outwards = if arc.side == RowSide::Above { -1.0 } else { 1.0 };
         let level = y + outwards * self.level(arc.side, arc.track);
         let text = arc.bundle.lines.len() as f64 * font.line_height();
-        let top = if arc.side == Side::Above { level - text - 1.0 } else { level + 1.0 };
+        let top = if arc.side == RowSide::Above { level - text - 1.0 } else { level + 1.0 };
         let end = |place: usize, x: f64| -> Spot { (x, y + outwards * self.rim(place, x)) };
         PlacedEdge {
             from: order[arc.bundle.from],
@@ -110,16 +110,16 @@ impl<'a> Tracks<'a> {
     }
 
     /// Distance from the middle of the row to the line of a track.
-    fn level(&self, side: Side, track: usize) -> f64 {
+    fn level(&self, side: RowSide, track: usize) -> f64 {
         let base = match side {
-            Side::Above => self.above_row,
-            Side::Below => self.measures.radius,
+            RowSide::Above => self.above_row,
+            RowSide::Below => self.measures.radius,
         };
         base + (0..track).map(|inner| self.track_height(side, inner)).sum::<f64>() + self.measures.rise
     }
 
     /// The room for a track: the distance to its line, and its labels.
-    fn track_height(&self, side: Side, track: usize) -> f64 {
+    fn track_height(&self, side: RowSide, track: usize) -> f64 {
         let lines = self.arcs.iter().filter(|arc| arc.side == side && arc.track == track);
         let most = lines.map(|arc| arc.bundle.lines.len()).max().unwrap_or(0);
         self.measures.rise + most as f64 * self.measures.font.line_height() + 2.0
@@ -127,7 +127,7 @@ impl<'a> Tracks<'a> {
 
     /// Shorter arrows come first; an arrow that conflicts with others runs outside all of them. As `arcs` is sorted by
     /// length, everything that an arrow can enclose already has its track, so one pass is enough.
-    fn assign_tracks(&mut self, side: Side) {
+    fn assign_tracks(&mut self, side: RowSide) {
         for i in 0..self.arcs.len() {
             if self.arcs[i].side == side {
                 let inner = self.arcs[..i].iter().filter(|other| other.side == side && self.meet(&self.arcs[i], other));
@@ -166,7 +166,7 @@ impl<'a> Tracks<'a> {
     /// Determines where arrows leave and enter each location: side by side, in an order in which they do not cross.
     /// From left to right, these are the arrows from the left, the innermost first; the two ends of the loop; and the
     /// arrows to the right, the outermost first. So each arrow encloses those farther in, at both of its ends.
-    fn assign_ports(&mut self, side: Side) {
+    fn assign_ports(&mut self, side: RowSide) {
         for place in 0..self.middles.len() {
             // From the left, loop, to the right; then the order within each group.
             let mut ends: Vec<(usize, isize, usize, bool)> = Vec::new();
@@ -197,7 +197,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// Moves labels along their arrows to where no arrow farther out passes through them.
-    fn shift_labels(&mut self, side: Side) {
+    fn shift_labels(&mut self, side: RowSide) {
         for i in 0..self.arcs.len() {
             let arc = &self.arcs[i];
             if arc.side != side {

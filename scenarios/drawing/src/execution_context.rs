@@ -42,26 +42,8 @@ pub fn draw_execution_context(canvas: &mut Canvas, context: &ExecutionContext, r
     };
     let columns = [of(Level::TaskPlot), of(Level::Skill), of(Level::Component)];
     let rows = columns.iter().map(Vec::len).max().unwrap_or(0) as f64;
-    let height = HEAD + rows * (BOX + GAP);
-    let widths = columns.each_ref().map(|column| {
-        let names = column.iter().map(|place| NAME.width(&context.processes[*place].0) + 22.0);
-        names.fold(2.0 * TREE, f64::max)
-    });
-    let between = (room.width - widths.iter().sum::<f64>()) / 2.0;
-    let mut areas = vec![Area::new(0.0, 0.0, 0.0, 0.0); context.processes.len()];
-    let mut left = room.x;
-    for (column, (title, column_width)) in
-        columns.iter().zip(["task plot", "skills", "components"].into_iter().zip(widths))
-    {
-        let style = TextStyle::new(TITLE, theme::MUTED).anchored(Anchor::Middle);
-        canvas.centered_text((left + column_width / 2.0, room.y + HEAD / 2.0 - 2.0), title, style);
-        let step = (height - HEAD) / column.len().max(1) as f64;
-        for (row, place) in column.iter().enumerate() {
-            let middle = (left + column_width / 2.0, room.y + HEAD + step * (row as f64 + 0.5));
-            areas[*place] = Area::around(middle, column_width, BOX);
-        }
-        left += column_width + between;
-    }
+    let room = Area { height: HEAD + rows * (BOX + GAP), ..room };
+    let mut areas = draw_titles(canvas, context, &columns, room);
     let tree = columns[0].last().copied();
     if let Some(tree) = tree {
         areas[tree] = Area::around(areas[tree].center(), 2.0 * TREE, 1.6 * TREE);
@@ -76,7 +58,29 @@ pub fn draw_execution_context(canvas: &mut Canvas, context: &ExecutionContext, r
     for (place, ((name, level), area)) in context.processes.iter().zip(&areas).enumerate() {
         draw_process(canvas, *area, name, *level, Some(place) == tree);
     }
-    height
+    room.height
+}
+
+/// Draws the titles of the columns. Returns the places of the processes, which are spread over the height of `room`.
+fn draw_titles(canvas: &mut Canvas, context: &ExecutionContext, columns: &[Vec<usize>; 3], room: Area) -> Vec<Area> {
+    let widths = columns.each_ref().map(|column| {
+        let names = column.iter().map(|place| NAME.width(&context.processes[*place].0) + 22.0);
+        names.fold(2.0 * TREE, f64::max)
+    });
+    let between = (room.width - widths.iter().sum::<f64>()) / 2.0;
+    let mut areas = vec![Area::new(0.0, 0.0, 0.0, 0.0); context.processes.len()];
+    let mut left = room.x;
+    for (column, (title, width)) in columns.iter().zip(["task plot", "skills", "components"].into_iter().zip(widths)) {
+        let style = TextStyle::new(TITLE, theme::MUTED).anchored(Anchor::Middle);
+        canvas.centered_text((left + width / 2.0, room.y + HEAD / 2.0 - 2.0), title, style);
+        let step = (room.height - HEAD) / column.len().max(1) as f64;
+        for (row, place) in column.iter().enumerate() {
+            let middle = (left + width / 2.0, room.y + HEAD + step * (row as f64 + 0.5));
+            areas[*place] = Area::around(middle, width, BOX);
+        }
+        left += width + between;
+    }
+    areas
 }
 
 fn draw_process(canvas: &mut Canvas, area: Area, name: &str, level: Level, is_tree: bool) {

@@ -26,7 +26,7 @@ pub struct Frame {
     /// The map and everything on it, if there is a map.
     pub scene: Option<Scene>,
     /// The battery's level over time, if there is a battery.
-    pub battery: Option<Battery>,
+    pub battery: Option<BatteryHistory>,
     /// The nodes of the behavior tree in document order, parents before their children.
     pub tree: Vec<TreeNode>,
     /// The monitors, most important first: where room is short, the last ones are drawn small or only counted.
@@ -149,7 +149,7 @@ pub struct Body {
 
 /// The battery's level since the start of the run.
 #[derive(Clone, Debug, Default)]
-pub struct Battery {
+pub struct BatteryHistory {
     /// Level in percent by time since the start of the run, oldest first. There may be any number: close ones are
     /// thinned out.
     pub history: Vec<(Duration, f64)>,

@@ -9,7 +9,7 @@
 //! use std::sync::Arc;
 //! use std::time::Duration;
 //!
-//! use drawing::{Battery, Frame, MapPicture, Renderer, Scene, svg};
+//! use drawing::{BatteryHistory, Frame, MapPicture, Renderer, Scene, svg};
 //!
 //! let map = Arc::new(MapPicture::new(&maps::house::draw())); // once per run
 //! let mut scene = Scene::new(map, maps::pose(0.0, 0.0, 1.57), 0.3);
@@ -21,7 +21,7 @@
 //!     time: Duration::from_millis(20),
 //!     tick: 0,
 //!     scene: Some(scene),
-//!     battery: Some(Battery { level_pct: 83.0, ..Battery::default() }),
+//!     battery: Some(BatteryHistory { level_pct: 83.0, ..BatteryHistory::default() }),
 //!     tree: Vec::new(),
 //!     monitors: Vec::new(),
 //! };
@@ -83,7 +83,7 @@ pub use diagram_picture::diagram_svg;
 pub use error::Error;
 pub use execution_context::{ExecutionContext, Level, draw_execution_context};
 pub use frame::{
-    Battery, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    BatteryHistory, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
     Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};

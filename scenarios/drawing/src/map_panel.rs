@@ -186,6 +186,7 @@ impl MapDrawing<'_> {
                     self.view.pixels(length_m.max(width_m)) / 2.0
                 }
             };
+            // A body may have moved in the next picture, so its label does not stand still.
             if !body.label.is_empty() {
                 let site = Site { symbol: Area::around(center, 2.0 * reach + 10.0, 2.0 * reach + 10.0), roomy: false };
                 self.note(site, &body.label, theme::BODY, false);
@@ -259,6 +260,7 @@ impl MapDrawing<'_> {
         self.canvas.line(spot, ahead(&scene.robot, spot, radius * 0.95), Paint::stroke(theme::PAPER, radius * 0.22));
         let Some(estimate) = scene.estimate else { return };
         let Some(believed) = self.spot(&estimate) else { return };
+        // Less than ten degrees and four pixels of difference look like a smudge.
         let aligned = scene.robot.rotation.rotation_to(&estimate.rotation).re > 0.985;
         if aligned && (believed.0 - spot.0).abs().max((believed.1 - spot.1).abs()) < 4.0 {
             return;
@@ -427,64 +429,57 @@ pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     left + length + 10.0 + FONT.width(&text)
 }
 
-/// A sign in the legend, with its meaning.
-type Entry = (&'static str, fn(&mut Canvas, Spot));
+/// The meaning of a sign on the map, and what draws the sign.
+type LegendEntry = (&'static str, fn(&mut Canvas, Spot));
 
 /// The signs on the map. Those that come and go are last, so that the others stay where they are.
-fn signs(scene: &Scene) -> Vec<Entry> {
-    let entries: [(bool, Entry); 7] = [
-        (
-            true,
-            ("robot", |canvas, (x, y)| {
-                canvas.circle((x, y), 7.0, Paint::fill(theme::INK));
-                canvas.line((x, y), (x + 7.0, y), Paint::stroke(theme::PAPER, 1.6));
-            }),
-        ),
-        (
-            !scene.laser_hits.is_empty(),
-            ("laser hits", |canvas, (x, y)| {
-                canvas.path(&Path::dots([(x - 9.0, y), (x, y), (x + 9.0, y)]), Paint::stroke(theme::LASER, 4.2));
-            }),
-        ),
-        (
-            has_moved(scene),
-            ("driven", |canvas, (x, y)| {
-                canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
-            }),
-        ),
-        (
-            !scene.bodies.is_empty(),
-            ("not on the map", |canvas, (x, y)| {
-                canvas.circle((x, y), 7.0, Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8));
-            }),
-        ),
-        (
-            !scene.faults.is_empty(),
-            ("fault", |canvas, (x, y)| {
-                canvas.circle((x, y), BADGE, Paint::fill(theme::BAD));
-                Icon::Alert.draw(canvas, (x, y), 1.5 * BADGE, theme::PAPER);
-            }),
-        ),
-        (
-            !scene.path.is_empty(),
-            ("planned path", |canvas, (x, y)| {
-                canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::GOOD, 3.6));
-            }),
-        ),
-        (
-            !particles(scene).is_empty(),
-            ("particles", |canvas, (x, y)| {
-                let dots = [(-8.0, 2.0), (-3.0, -4.0), (0.0, 3.0), (4.0, -1.0), (8.0, 3.0), (9.0, -4.0)];
-                let paint = Paint::stroke(theme::BELIEF, 2.8).stroke_opacity(0.7);
-                canvas.path(&Path::dots(dots.map(|(dx, dy)| (x + dx, y + dy))), paint);
-            }),
-        ),
+fn signs(scene: &Scene) -> Vec<LegendEntry> {
+    let entries: [(bool, LegendEntry); 7] = [
+        (true, ("robot", robot_sign)),
+        (!scene.laser_hits.is_empty(), ("laser hits", hits_sign)),
+        (has_moved(scene), ("driven", trail_sign)),
+        (!scene.bodies.is_empty(), ("not on the map", body_sign)),
+        (!scene.faults.is_empty(), ("fault", fault_sign)),
+        (!scene.path.is_empty(), ("planned path", path_sign)),
+        (!particles(scene).is_empty(), ("particles", particles_sign)),
     ];
     entries.into_iter().filter(|(is_there, _)| *is_there).map(|(_, entry)| entry).collect()
 }
 
+fn robot_sign(canvas: &mut Canvas, (x, y): Spot) {
+    canvas.circle((x, y), 7.0, Paint::fill(theme::INK));
+    canvas.line((x, y), (x + 7.0, y), Paint::stroke(theme::PAPER, 1.6));
+}
+
+fn hits_sign(canvas: &mut Canvas, (x, y): Spot) {
+    canvas.path(&Path::dots([(x - 9.0, y), (x, y), (x + 9.0, y)]), Paint::stroke(theme::LASER, 4.2));
+}
+
+fn trail_sign(canvas: &mut Canvas, (x, y): Spot) {
+    canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
+}
+
+fn body_sign(canvas: &mut Canvas, at: Spot) {
+    canvas.circle(at, 7.0, Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8));
+}
+
+fn fault_sign(canvas: &mut Canvas, at: Spot) {
+    canvas.circle(at, BADGE, Paint::fill(theme::BAD));
+    Icon::Alert.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
+}
+
+fn path_sign(canvas: &mut Canvas, (x, y): Spot) {
+    canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::GOOD, 3.6));
+}
+
+fn particles_sign(canvas: &mut Canvas, (x, y): Spot) {
+    let dots = [(-8.0, 2.0), (-3.0, -4.0), (0.0, 3.0), (4.0, -1.0), (8.0, 3.0), (9.0, -4.0)];
+    let paint = Paint::stroke(theme::BELIEF, 2.8).stroke_opacity(0.7);
+    canvas.path(&Path::dots(dots.map(|(dx, dy)| (x + dx, y + dy))), paint);
+}
+
 /// Draws the legend of the signs on the map, beside the scale: in one row, or in two smaller ones.
-fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[Entry]) {
+fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[LegendEntry]) {
     const SIGN: f64 = 34.0;
     let left = left + 16.0;
     let room = foot.right() - left;

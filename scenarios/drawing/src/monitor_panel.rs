@@ -135,13 +135,18 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         }
         return;
     };
-    let shown = diagrams(monitors, &details);
+    draw_details(canvas, room, monitors, &details);
+}
+
+/// Draws the monitors below each other, and the meanings of their locations at the bottom.
+fn draw_details(canvas: &mut Canvas, room: Area, monitors: &[Monitor], details: &[Detail]) {
+    let shown = diagrams(monitors, details);
     let room = Area { height: room.height - meanings_height(&shown, room.width), ..room };
     draw_meanings(canvas, Area { y: room.bottom(), ..room }, &shown);
     let used: f64 = details.iter().map(Detail::height).sum();
     let spare = ((room.height - used) / details.len().max(1) as f64).clamp(0.0, 26.0);
     let mut y = room.y;
-    for (i, (monitor, detail)) in monitors.iter().zip(&details).enumerate() {
+    for (i, (monitor, detail)) in monitors.iter().zip(details).enumerate() {
         if i > 0 {
             let line = y - (details[i - 1].gap() + spare) / 2.0 + 1.0;
             canvas.line((room.x, line), (room.right(), line), Paint::stroke(theme::RULE, 1.0));

@@ -60,6 +60,7 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     canvas.rounded(whole, 0.0, Paint::fill(theme::PAGE));
     header(&mut canvas, Area { height: HEADER, ..left }, frame);
     let large = Area { y: left.y + HEADER, height: left.height - HEADER, ..left };
+    // Each panel of the right column takes its height from the top; the monitors get what is left.
     let mut rest = right;
     if let Some(battery) = &frame.battery {
         let height = (right.height * 0.15).clamp(116.0, 132.0);

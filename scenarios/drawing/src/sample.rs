@@ -6,7 +6,7 @@ use std::time::Duration;
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, Shape, pose};
 
 use super::frame::{
-    Battery, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    BatteryHistory, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
     Transition, TreeNode, Verdict,
 };
 use super::map_picture::MapPicture;
@@ -170,13 +170,13 @@ pub(super) fn cloud(robot: &Pose, count: usize) -> Vec<Point> {
         .collect()
 }
 
-fn battery() -> Battery {
+fn battery() -> BatteryHistory {
     let history = (0..=670).map(|i| {
         let time_s = f64::from(i) * 0.1;
         let level = if time_s < 58.0 { 41.0 - 0.05 * time_s } else { 10.0 - 0.05 * (time_s - 58.0) };
         (Duration::from_secs_f64(time_s), level)
     });
-    Battery {
+    BatteryHistory {
         history: history.collect(),
         level_pct: 9.6,
         charging: false,
@@ -313,7 +313,7 @@ pub(super) fn empty_frame() -> Frame {
             destination: Some(Place { label: "nowhere".into(), corners: Vec::new() }),
             ..Scene::new(Arc::new(MapPicture::new(&grid)), pose(f64::NAN, f64::NAN, f64::NAN), 0.3)
         }),
-        battery: Some(Battery { level_pct: f64::NAN, ..Battery::default() }),
+        battery: Some(BatteryHistory { level_pct: f64::NAN, ..BatteryHistory::default() }),
         tree: tree(&[(Some(3), "Alone", NodeStatus::NotTicked)]),
         monitors: Vec::new(),
     }

@@ -201,6 +201,7 @@ fn an_animation_is_a_gif_with_all_of_its_frames() {
             .pixels(&svg_on(Page::Animation, frame), f32::from(width) / Page::Animation.size_px().0 as f32)
             .unwrap();
         assert_eq!((picture.width, picture.height), (width.into(), height.into()));
+        // A GIF has few colors, but so has a frame: none is lost.
         let pixels = shown.buffer().pixels().map(|pixel| pixel.0);
         assert!(pixels.eq(picture.colors.into_iter().map(|[red, green, blue]| [red, green, blue, 255])));
     }

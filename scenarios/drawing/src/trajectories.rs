@@ -89,17 +89,21 @@ impl Trajectories<'_> {
         self.legend(canvas, (left + 48.0, foot.center().1));
     }
 
-    fn corrected_line(&self) -> Line<'_> {
-        Line { points: &self.corrected, name: "corrected poses of the log", paint: Paint::stroke(theme::BUSY, 5.0) }
+    fn corrected_line(&self) -> TrajectoryLine<'_> {
+        TrajectoryLine {
+            points: &self.corrected,
+            name: "corrected poses of the log",
+            paint: Paint::stroke(theme::BUSY, 5.0),
+        }
     }
 
-    fn estimate_line(&self) -> Line<'_> {
-        Line { points: &self.estimate, name: "localization", paint: Paint::stroke(theme::BELIEF, 2.0) }
+    fn estimate_line(&self) -> TrajectoryLine<'_> {
+        TrajectoryLine { points: &self.estimate, name: "localization", paint: Paint::stroke(theme::BELIEF, 2.0) }
     }
 
-    fn odometry_line(&self) -> Line<'_> {
+    fn odometry_line(&self) -> TrajectoryLine<'_> {
         let paint = Paint::stroke(theme::LINE, 1.4).dashed("6 4");
-        Line { points: &self.odometry, name: "odometry alone", paint }
+        TrajectoryLine { points: &self.odometry, name: "odometry alone", paint }
     }
 
     fn legend(&self, canvas: &mut Canvas, (mut x, y): Spot) {
@@ -119,6 +123,7 @@ impl Trajectories<'_> {
         let last_s = self.errors.last().map_or(0.0, |last| last.0).max(0.0);
         let axis = TimeAxis::to_scale(Duration::from_secs_f64(last_s), chart);
         let most_m = self.errors.iter().map(|error| error.1).fold(1.0, f64::max);
+        // Whole decades, so that the top of the chart has a label.
         let decades = libm::ceil(libm::log10(most_m / LEAST_M)).max(1.0);
         let height =
             |error_m: f64| chart.bottom() - chart.height * libm::log10(error_m.max(LEAST_M) / LEAST_M) / decades;
@@ -144,7 +149,7 @@ impl Trajectories<'_> {
 const LEAST_M: f64 = 0.001;
 
 /// A trajectory and its style.
-struct Line<'a> {
+struct TrajectoryLine<'a> {
     points: &'a [Point],
     name: &'static str,
     paint: Paint,

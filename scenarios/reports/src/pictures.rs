@@ -68,7 +68,7 @@ impl Camera {
             scene: self.scene(view),
             battery: self.battery(view),
             tree: tree_nodes(&view.header().tree, view.outcomes()),
-            monitors: view.monitors().map(|said| monitor(said, view.end().is_some())).collect(),
+            monitors: view.monitors().map(|watched| monitor(watched, view.end().is_some())).collect(),
         }
     }
 
@@ -96,11 +96,11 @@ impl Camera {
         })
     }
 
-    fn battery(&self, view: &RunView) -> Option<drawing::Battery> {
+    fn battery(&self, view: &RunView) -> Option<drawing::BatteryHistory> {
         let recording::Battery { charge_pct, charging } = view.robot().battery?;
         let mut history = self.battery.clone();
         history.push((view.time(), charge_pct));
-        Some(drawing::Battery {
+        Some(drawing::BatteryHistory {
             history,
             level_pct: charge_pct,
             charging,
@@ -225,6 +225,8 @@ impl Levels<'_> {
             | MessageCondition::Relate { .. }
             | MessageCondition::Remember { .. } => {}
             MessageCondition::Compare { field, relation, value } => {
+                // Only what is required by itself is critical: a lower bound where the condition must hold, an upper
+                // bound where it must not.
                 let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
                 let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
                 if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, field))
