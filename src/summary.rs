@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anstyle::Style;
 use campaigns::Error;
 use monitors::Outcome;
-use recording::{decimals, length};
+use recording::length;
 use reports::html;
 use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
@@ -136,10 +136,8 @@ fn collisions(count: u64) -> String {
 /// The places where the robot came to rest, in the order of their times. Where it stood from the start is named only if
 /// it came to rest nowhere else.
 fn reached(report: &Report) -> String {
-    let arrivals = report.places.iter().filter_map(|place| Some((place.arrived_at_s()?, place.name.as_str())));
-    let mut arrivals: Vec<(f64, &str)> = arrivals.collect();
-    arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let start = report.places.iter().filter(|place| place.reached_at_s.is_some() && place.arrived_at_s().is_none());
+    let arrivals = report.arrivals();
+    let start = report.places.iter().filter(|place| place.reached_at_s.is_some() && !place.arrived);
     let start: Vec<&str> = start.map(|place| place.name.as_str()).collect();
     match (arrivals.as_slice(), start.as_slice()) {
         ([], []) => "no place".to_owned(),
@@ -155,20 +153,9 @@ fn evidence(monitor: &MonitorReport) -> String {
     let (Some(tick), Some(time_s), Some(witness)) = (monitor.tick, monitor.time_s, &monitor.witness) else {
         return String::new();
     };
-    let message = match (witness["from"].as_str(), witness["to"].as_str()) {
-        (Some(from), Some(to)) => format!(": {from} → {to} {}", words(&witness["message"])),
-        _ => String::new(),
-    };
+    let message = witness
+        .communication
+        .as_ref()
+        .map_or_else(String::new, |sighting| format!(": {} → {} {:.3}", sighting.from, sighting.to, sighting.message));
     format!("at tick {tick}, {time_s:.2} s{message}")
-}
-
-/// A message of the event log as the paper writes it, rounded: `[<ok>, 9.975]`.
-fn words(message: &serde_json::Value) -> String {
-    let field = |field: &serde_json::Value| match (field["sym"].as_str(), field.as_f64()) {
-        (Some(symbol), _) => format!("<{symbol}>"),
-        (None, Some(number)) => decimals(number, 3),
-        (None, None) => field.to_string(),
-    };
-    let fields: Vec<String> = message.as_array().into_iter().flatten().map(field).collect();
-    format!("[{}]", fields.join(", "))
 }

@@ -46,7 +46,8 @@ pub struct Sighting {
 
 impl Sighting {
     /// The message of an event; `None` if it is a tick.
-    pub(crate) fn of(event: &Event, topology: &Topology) -> Option<Self> {
+    #[must_use]
+    pub fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = crate::describe::ends(*channel, topology);
         Some(Self { at: EventTime::of(event), from, to, message: message.clone() })

@@ -20,8 +20,8 @@ mod tests {
 
     #[test]
     fn numbers_have_no_trailing_zeros() {
-        let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
-        assert_eq!(said, ["9.974", "10", "0", "100"]);
+        let written = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
+        assert_eq!(written, ["9.974", "10", "0", "100"]);
         assert_eq!(decimals(100.0, 0), "100");
         assert_eq!([0.000_3, 0.5, 14.764_4].map(length), ["0.3 mm", "0.50 m", "14.76 m"]);
     }

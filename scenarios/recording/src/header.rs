@@ -15,7 +15,7 @@ use crate::{Graph, plain};
 pub const TREE: &str = "BT";
 
 /// What is known about a run before its first step.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Header {
     /// The version of the program that ran it.
     pub version: String,

@@ -1,4 +1,4 @@
-//! What the messages have told of the battery's level.
+//! What messages have reported of the battery's level.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ pub struct HeardLevels {
 #[derive(Clone, Debug)]
 pub(crate) struct Heard {
     by_channel: Vec<Option<HeardLevels>>,
-    /// Whether every step that had messages told them.
+    /// Whether every step that had messages recorded them.
     is_complete: bool,
 }
 
@@ -26,7 +26,7 @@ impl Heard {
         Self { by_channel: vec![None; topology.channels().count()], is_complete: true }
     }
 
-    /// A step had messages and did not tell them.
+    /// A step had messages and did not record them.
     pub(crate) fn miss(&mut self) {
         self.is_complete = false;
     }

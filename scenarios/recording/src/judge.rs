@@ -7,8 +7,8 @@ use channels::{ChannelId, Event, EventKind, Topology, Verdict};
 use monitors::{EventTime, LogEnd, Property};
 
 use crate::{
-    Details, Doubts, End, Ended, Expected, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin,
-    RobotState, Snapshots, Step, TraceHash, event_line,
+    Details, Doubts, End, Ended, Happening, Header, Monitor, MonitorEnd, MonitorLog, MonitorState, Origin, RobotState,
+    Step, TraceHash, event_line,
 };
 
 /// Lets monitors judge events, and makes the records of a run from them, without what only a simulation can know.
@@ -22,8 +22,8 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Starts to judge events on these channels; `name` and `about` say where they come from. Also returns the first
-    /// two records.
+    /// Starts to judge events on these channels; `name` and `about` describe their origin. Also returns the first two
+    /// records.
     #[must_use]
     pub fn begin(
         [name, about]: [String; 2],
@@ -41,22 +41,10 @@ impl Judge {
             scenario: name,
             about,
             origin,
-            settings: Vec::new(),
-            seed: 0,
             tick,
-            dt: Duration::ZERO,
-            unwatched: false,
             topology: Arc::clone(topology),
-            tree: Vec::new(),
-            skills: Vec::new(),
-            components: Vec::new(),
-            machines: Vec::new(),
             monitors: properties.iter().map(|property| Monitor::of(property, topology)).collect(),
-            faults: Vec::new(),
-            premises: None,
-            robot: None,
-            snapshots: Snapshots::default(),
-            expected: Expected::default(),
+            ..Header::default()
         };
         let judge = Self {
             topology: Arc::clone(topology),

@@ -43,21 +43,9 @@
 //! ```
 //! use std::time::Duration;
 //! use recording::{Follower, Recording, RunView, Writer};
-//! # use std::sync::Arc;
-//! # use recording::{End, Ended, Expected, Header, Origin, RobotState, Snapshots, Step};
-//! # fn header() -> Header {
-//! #     Header {
-//! #         version: "0.1.0".to_owned(), scenario: "example".to_owned(), about: String::new(),
-//! #         origin: Origin::default(), settings: vec![], seed: 1, tick: Duration::from_secs(1),
-//! #         dt: Duration::from_millis(20), unwatched: false, topology: Arc::default(), tree: vec![], skills: vec![],
-//! #         components: vec![], machines: vec![], monitors: Arc::new([]), faults: vec![],
-//! #         premises: None, robot: None, snapshots: Snapshots::default(), expected: Expected::default(),
-//! #     }
-//! # }
-//! # fn step_at(time: Duration) -> Step {
-//! #     let robot = RobotState::default();
-//! #     Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
-//! # }
+//! # use recording::{End, Ended, Header, Step};
+//! # let header = Header { scenario: "example".to_owned(), dt: Duration::from_millis(20), ..Header::default() };
+//! # let step_at = |time: Duration| Step { time, ..Step::default() };
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("run.rec");
 //! # let ended = Ended::TimeLimit(Duration::from_millis(20));
@@ -65,7 +53,7 @@
 //! #     ended, trace_hash: String::new(), monitors: vec![], skill_errors: vec![], messages_hit: vec![], scene: None,
 //! # };
 //!
-//! let mut view = RunView::new(header(), step_at(Duration::ZERO))?;
+//! let mut view = RunView::new(header, step_at(Duration::ZERO))?;
 //! let mut writer = Writer::begin(std::fs::File::create(&path)?, &view)?;
 //! view.apply(step_at(Duration::from_millis(20)))?;
 //! view.finish(end)?;
@@ -104,6 +92,7 @@ mod decimals;
 mod doubts;
 mod end;
 mod event_log;
+mod fault_course;
 mod file;
 mod follower;
 mod header;
@@ -119,6 +108,7 @@ mod record_store;
 mod recording;
 mod scene_clock;
 mod step;
+mod tally;
 mod topics;
 mod trace_hash;
 mod view;
@@ -129,6 +119,7 @@ pub use decimals::{decimals, length};
 pub use doubts::Doubts;
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
+pub use fault_course::{FaultCourse, FaultRecord, UndoneFault};
 pub use file::Writer;
 pub use follower::Follower;
 pub use header::{
@@ -145,8 +136,6 @@ pub use record_store::RecordStore;
 pub use recording::{Recording, RecordingError};
 pub use scene_clock::SceneClock;
 pub use step::{Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth};
+pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
-pub use view::{
-    BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, Moved, RunView,
-    Said, Tally, TreeError, UndoneFault, is_arrival,
-};
+pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};

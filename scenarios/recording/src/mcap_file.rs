@@ -43,7 +43,7 @@ impl<W: Write> McapWriter<W> {
     }
 
     /// Writes the records so far, and the topics for other tools. The first message of the file has records, so that
-    /// readers can immediately tell it from other files.
+    /// readers can immediately distinguish it from other files.
     fn write(&mut self, view: &RunView) -> io::Result<()> {
         let time = view.time();
         let is_due = view.end().is_some() || self.flushed.is_none_or(|flushed| time >= flushed + FLUSH);
@@ -172,12 +172,9 @@ fn chunk(message: &[u8]) -> Result<Vec<u8>, ChunkError> {
 mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
-    use std::sync::Arc;
 
     use super::*;
-    use crate::{
-        End, Ended, Expected, Header, MonitorEnd, Origin, Recording, RecordingError, RobotState, Snapshots, Step,
-    };
+    use crate::{End, Ended, Header, MonitorEnd, Recording, RecordingError, Step};
 
     /// What has reached the disk.
     #[derive(Clone, Default)]
@@ -195,33 +192,11 @@ mod tests {
     }
 
     fn header() -> Header {
-        Header {
-            version: String::new(),
-            scenario: "test".to_owned(),
-            about: String::new(),
-            origin: Origin::default(),
-            settings: vec![],
-            seed: 1,
-            tick: Duration::from_secs(1),
-            dt: Duration::from_millis(20),
-            unwatched: false,
-            topology: Arc::default(),
-            tree: vec![],
-            skills: vec![],
-            components: vec![],
-            machines: vec![],
-            monitors: Arc::new([]),
-            faults: vec![],
-            premises: None,
-            robot: None,
-            snapshots: Snapshots::default(),
-            expected: Expected::default(),
-        }
+        Header { scenario: "test".to_owned(), ..Header::default() }
     }
 
     fn step(time: Duration) -> Step {
-        let robot = RobotState::default();
-        Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
+        Step { time, ..Step::default() }
     }
 
     /// How much of its run a file contains.
@@ -353,7 +328,7 @@ mod tests {
                 assert!(matches!(played, Err(Unplayed::Read(RecordingError::Damaged(_)))), "{time:?}: {played:?}");
             }
         }
-        // Any byte of any record: both ways say the same, and neither blames the file that is written.
+        // Any byte of any record: both ways give the same answer, and neither blames the file that is written.
         let mut random = 1_u64;
         let mut below = |bound: usize| {
             random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -82,11 +82,10 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::{RobotState, Step};
+    use crate::Step;
 
     fn step(number: u64) -> Step {
-        let (time, robot) = (Duration::from_millis(20 * number), RobotState::default());
-        Step { time, ticks: number, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
+        Step { time: Duration::from_millis(20 * number), ticks: number, ..Step::default() }
     }
 
     fn ticks(records: &[Record]) -> Vec<u64> {

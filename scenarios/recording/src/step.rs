@@ -39,7 +39,7 @@ pub struct Step {
     pub robot: RobotState,
     /// Events, in order.
     pub happenings: Vec<Happening>,
-    /// Further details of the step; none if there is nothing to say.
+    /// Further details of the step; none if there are none.
     pub details: Option<Box<Details>>,
 }
 
@@ -211,7 +211,7 @@ pub struct Details {
 }
 
 impl Details {
-    /// Whether there is nothing to say.
+    /// Whether there are no details.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && !self.has_new_states() && self.scene.is_none()

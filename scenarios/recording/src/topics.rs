@@ -87,6 +87,7 @@ impl Topics {
     /// Creates the topics of a run, and writes what stays the same during it.
     pub(crate) fn begin<W: Write>(view: &RunView, output: &mut Output<W>) -> io::Result<Self> {
         let header = view.header();
+        // Written once: these topics are latched, and their writers need not be kept.
         if let Some(premises) = &header.premises {
             write_map(&premises.map, output)?;
             let station = premises.station.map(|station| Outline::disc("station", &station, POINT_RADIUS_M));
@@ -149,27 +150,13 @@ impl Topics {
         let statuses = |status| ros::Statuses { header: Header::new(time, ""), status };
         if last.outcomes.as_deref() != Some(view.outcomes()) {
             last.outcomes = Some(view.outcomes().to_vec());
-            let nodes = view.header().tree.iter().zip(view.outcomes()).enumerate();
-            let nodes = nodes.map(|(number, (node, outcome))| ros::Status {
-                level: Byte(if outcome.is_some() { diagnostic::OK } else { diagnostic::STALE }),
-                name: format!("{number} {}", node.process),
-                message: outcome.map_or("", bt::Outcome::name).to_owned(),
-                ..ros::Status::default()
-            });
-            output.write(&self.tree, time, &statuses(nodes.collect()))?;
+            output.write(&self.tree, time, &statuses(nodes(view)))?;
         }
         if last.locations.as_deref() != Some(view.locations()) {
             last.locations = Some(view.locations().to_vec());
-            let topology = view.topology();
-            let located = topology.processes().zip(view.locations());
-            let located = located.filter_map(|(process, location)| Some((topology.name(process), location.as_ref()?)));
-            let located = located.map(|(name, location)| ros::Status {
-                name: name.to_owned(),
-                message: location.clone(),
-                ..ros::Status::default()
-            });
-            output.write(&self.processes, time, &statuses(located.collect()))?;
+            output.write(&self.processes, time, &statuses(processes(view)))?;
         }
+        // Compared by reference: the view is asked in every step with events, and most of them change nothing.
         let states = || view.monitors().map(|monitor| monitor.state);
         if !last.monitors.as_ref().is_some_and(|last| last.iter().eq(states())) {
             last.monitors = Some(states().cloned().collect());
@@ -184,6 +171,31 @@ impl Topics {
     }
 }
 
+/// The nodes of the tree with their last outcomes. The numbers keep apart nodes of the same name.
+fn nodes(view: &RunView) -> Vec<ros::Status> {
+    let nodes = view.header().tree.iter().zip(view.outcomes()).enumerate();
+    let nodes = nodes.map(|(number, (node, outcome))| ros::Status {
+        level: Byte(if outcome.is_some() { diagnostic::OK } else { diagnostic::STALE }),
+        name: format!("{number} {}", node.process),
+        message: outcome.map_or("", bt::Outcome::name).to_owned(),
+        ..ros::Status::default()
+    });
+    nodes.collect()
+}
+
+/// The skills and components with their locations.
+fn processes(view: &RunView) -> Vec<ros::Status> {
+    let topology = view.topology();
+    let located = topology.processes().zip(view.locations());
+    let located = located.filter_map(|(process, location)| Some((topology.name(process), location.as_ref()?)));
+    let located = located.map(|(name, location)| ros::Status {
+        name: name.to_owned(),
+        message: location.clone(),
+        ..ros::Status::default()
+    });
+    located.collect()
+}
+
 impl World {
     fn begin<W: Write>(header: &RunHeader, output: &mut Output<W>) -> io::Result<Self> {
         let mounts = header
@@ -195,6 +207,7 @@ impl World {
         output.write(&topic, Duration::ZERO, &mounts)?;
         let body = header.robot.iter().map(|robot| Outline::disc("robot", &Pose::identity(), robot.radius_m));
         OutlineTopics::new("/robot", output)?.write(Duration::ZERO, BASE, &body.collect::<Vec<_>>(), output)?;
+        // Some viewers draw nothing but points, so scans are also written as what they hit.
         let mut lasers = Vec::new();
         for laser in header.lasers() {
             let frame = laser_frame(laser);
@@ -397,6 +410,7 @@ fn monitor(monitor: MonitorView<'_>) -> ros::Status {
         Verdict::False => "false",
         Verdict::Inconclusive => "inconclusive",
     };
+    // The status has the outcome if the run ended now, which may still change; `verdict` is what is certain.
     let decided = monitor.decision.map(|decision| ("tick", decision.event.tick.to_string()));
     let witness = monitor.decision.and_then(|decision| decision.witness.as_ref());
     let values = [

@@ -9,8 +9,8 @@ use monitors::Outcome;
 
 use crate::heard::{Heard, HeardLevels};
 use crate::{
-    Battery, Decision, Details, End, Fault, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
-    RobotState, Scene, Step, Truth,
+    Decision, Details, End, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
+    RobotState, Scene, Step, Tally, UndoneFault,
 };
 
 /// The latest time of a step, which MCAP can still write: after 584 years.
@@ -65,18 +65,8 @@ impl RunView {
     /// # Errors
     /// [`Inconsistent`] if they do not fit.
     pub fn new(header: Header, start: Step) -> Result<Self, Inconsistent> {
-        let later = |parent: Option<usize>, place: usize| parent.is_some_and(|parent| parent >= place);
-        let mut parents = vec![header.tree.iter().map(|node| node.parent).collect::<Vec<_>>()];
-        parents.extend(header.machines.iter().map(|machine| machine.states.iter().map(|state| state.parent).collect()));
-        if parents.iter().any(|all| all.iter().enumerate().any(|(place, parent)| later(*parent, place))) {
-            return Err(Inconsistent);
-        }
-        let mut named = Vec::new();
-        header.monitors.iter().filter_map(|monitor| monitor.formula.as_ref()).for_each(|formula| {
-            formula.events(&mut |event| named.push(event.channel));
-        });
-        let channels = header.topology.channels().count();
-        check(named.iter().all(|channel| channel.index() < channels))?;
+        check_parents(&header)?;
+        check_formulas(&header)?;
         let mut view = Self {
             step: Step::default(),
             outcomes: vec![None; header.tree.len()],
@@ -154,6 +144,8 @@ impl RunView {
     }
 
     fn note(&mut self, happening: &Happening) -> Result<(), Inconsistent> {
+        // Every index comes from a file that may be damaged. It is checked here, so that readers of the view need not.
+        let now = self.step.time;
         let known = |index: usize| self.header.faults.get(index).cloned().ok_or(Inconsistent);
         match happening {
             Happening::FaultAdded(fault) => Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault)),
@@ -171,24 +163,22 @@ impl RunView {
             Happening::TreeError { node, message, tick } => {
                 check(*node < self.header.tree.len())?;
                 let (node, message) = (*node, message.clone());
-                self.tree_errors.push(TreeError { node, message, tick: *tick, time: self.step.time });
+                self.tree_errors.push(TreeError { node, message, tick: *tick, time: now });
             }
-            Happening::GivenUp { reason } => {
-                self.given_up.push(GivenUp { time: self.step.time, reason: reason.clone() });
-            }
+            Happening::GivenUp { reason } => self.given_up.push(GivenUp { time: now, reason: reason.clone() }),
             Happening::Said { by, text } => {
                 let by = self.header.topology.processes().nth(*by).ok_or(Inconsistent)?;
                 let by = self.header.topology.name(by).to_owned();
-                self.said.push(Said { time: self.step.time, by, text: text.clone() });
+                self.said.push(Said { time: now, by, text: text.clone() });
             }
-            Happening::Moved { words } => self.moves.push(Moved { time: self.step.time, words: words.clone() }),
+            Happening::Moved { words } => self.moves.push(Moved { time: now, words: words.clone() }),
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
                 self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
                 self.decisions[*monitor] = Some(decision.clone());
             }
             Happening::Arrival { place } => {
-                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(self.step.time);
+                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(now);
             }
         }
         Ok(())
@@ -241,8 +231,8 @@ impl RunView {
     /// [`Inconsistent`] if it does not fit what came before it.
     pub fn finish(&mut self, end: End) -> Result<(), Inconsistent> {
         check(end.monitors.len() == self.monitors.len() && end.messages_hit.len() == self.header.faults.len())?;
-        for (monitor, said) in end.monitors.iter().enumerate() {
-            self.set_monitor(monitor, &said.state)?;
+        for (monitor, ending) in end.monitors.iter().enumerate() {
+            self.set_monitor(monitor, &ending.state)?;
         }
         self.has_new_states = true;
         if let Some(scene) = &end.scene {
@@ -465,7 +455,14 @@ impl RunView {
 
     /// The places to which the robot has come, with the time at which it first came to rest at each.
     pub fn arrivals(&self) -> impl Iterator<Item = (&str, Duration)> {
-        self.visits().filter_map(|(place, at)| Some((place, at.filter(|at| is_arrival(*at))?)))
+        self.visits().filter_map(|(place, at)| Some((place, at.filter(|at| self.is_arrival(*at))?)))
+    }
+
+    /// Whether a robot that first came to rest at a place at this time has arrived there: one that stands there from
+    /// the start is at rest there in the first step.
+    #[must_use]
+    pub fn is_arrival(&self, reached: Duration) -> bool {
+        reached > self.header.dt
     }
 
     /// The places by name, with the time at which the robot was first at each, at rest or on its way: its true position
@@ -487,15 +484,27 @@ impl RunView {
     }
 }
 
-fn check(fits: bool) -> Result<(), Inconsistent> {
-    if fits { Ok(()) } else { Err(Inconsistent) }
+/// Checks that parents come before their children, in the tree and in machines: those who draw them rely on it, and a
+/// circle would make them loop.
+fn check_parents(header: &Header) -> Result<(), Inconsistent> {
+    let later = |parent: Option<usize>, place: usize| parent.is_some_and(|parent| parent >= place);
+    let mut parents = vec![header.tree.iter().map(|node| node.parent).collect::<Vec<_>>()];
+    parents.extend(header.machines.iter().map(|machine| machine.states.iter().map(|state| state.parent).collect()));
+    check(!parents.iter().any(|all| all.iter().enumerate().any(|(place, parent)| later(*parent, place))))
 }
 
-/// Whether a robot that first came to rest at a place at this time has arrived there: one that stands there from the
-/// start is at rest there in the first step of the simulation.
-#[must_use]
-pub fn is_arrival(reached: Duration) -> bool {
-    reached > Duration::from_millis(20)
+/// Checks that the channels of all formulas exist.
+fn check_formulas(header: &Header) -> Result<(), Inconsistent> {
+    let mut named = Vec::new();
+    header.monitors.iter().filter_map(|monitor| monitor.formula.as_ref()).for_each(|formula| {
+        formula.events(&mut |event| named.push(event.channel));
+    });
+    let channels = header.topology.channels().count();
+    check(named.iter().all(|channel| channel.index() < channels))
+}
+
+fn check(fits: bool) -> Result<(), Inconsistent> {
+    if fits { Ok(()) } else { Err(Inconsistent) }
 }
 
 /// A watched property, with the results of its monitor.
@@ -534,73 +543,6 @@ impl<'a> MonitorView<'a> {
     #[must_use]
     pub fn ending(&self) -> MonitorEnd {
         self.end.cloned().unwrap_or_default()
-    }
-}
-
-/// A fault that took effect, and where.
-#[derive(Clone, Debug)]
-pub struct FaultRecord {
-    /// When.
-    pub time: Duration,
-    /// When it ended; none if it is still active or was momentary.
-    pub until: Option<Duration>,
-    /// The last tick that had been generated, if any.
-    pub tick: Option<u64>,
-    /// The fault.
-    pub fault: Arc<Fault>,
-    /// Its index in the scenario.
-    pub index: usize,
-    /// Where the robot was, in the `map` frame, if that is known.
-    pub position: Option<Point>,
-}
-
-/// A fault that was due but could not be injected.
-#[derive(Clone, Debug)]
-pub struct UndoneFault {
-    /// When.
-    pub time: Duration,
-    /// The fault.
-    pub fault: Arc<Fault>,
-    /// Why it could not be injected, in words.
-    pub reason: String,
-}
-
-/// A fault of the scenario with all its occurrences.
-#[derive(Clone, Debug)]
-pub struct FaultCourse<'a> {
-    /// The fault.
-    pub fault: &'a Fault,
-    /// The occurrences, in order; at least one.
-    pub records: Vec<&'a FaultRecord>,
-}
-
-impl<'a> FaultCourse<'a> {
-    /// Groups occurrences by fault.
-    #[must_use]
-    pub fn of(records: &'a [FaultRecord]) -> Vec<Self> {
-        let mut courses: Vec<Self> = Vec::new();
-        for record in records {
-            match courses.iter_mut().find(|course| course.first().index == record.index) {
-                Some(course) => course.records.push(record),
-                None => courses.push(FaultCourse { fault: &record.fault, records: vec![record] }),
-            }
-        }
-        courses
-    }
-
-    /// The first occurrence.
-    #[must_use]
-    pub fn first(&self) -> &FaultRecord {
-        self.records[0]
-    }
-
-    /// What the fault did, in words, and how often if more than once.
-    #[must_use]
-    pub fn words(&self) -> String {
-        match self.records.len() {
-            1 => self.fault.words.clone(),
-            times => format!("{} ({times} times)", self.fault.words),
-        }
     }
 }
 
@@ -644,78 +586,4 @@ pub struct Said {
     pub by: String,
     /// The text.
     pub text: String,
-}
-
-/// Aggregates over the steps of a run.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
-    battery: Option<BatteryTally>,
-    /// The present error of localization, squared, in position and heading; none unless both poses are known.
-    error: Option<(f64, f64)>,
-    /// The number of steps with such an error.
-    localized: u64,
-    squared_m2: f64,
-    max_m: f64,
-    squared_rad2: f64,
-}
-
-/// The charge of the battery over the steps of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct BatteryTally {
-    /// At the start, in percent.
-    pub initial_pct: f64,
-    /// The lowest so far, in percent.
-    pub minimum_pct: f64,
-}
-
-/// The error of localization over the steps of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct LocalizationError {
-    /// Root mean square of the error in position, in meters.
-    pub rmse_m: f64,
-    /// Its maximum, in meters.
-    pub max_m: f64,
-    /// Root mean square of the error in heading, in radians.
-    pub rmse_rad: f64,
-}
-
-impl Tally {
-    /// Takes note of the robot's state and of what has changed in it.
-    fn note(&mut self, robot: &RobotState, changes: &RobotState) {
-        if let Some(Battery { charge_pct, .. }) = changes.battery {
-            let battery = self.battery.get_or_insert(BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct });
-            battery.minimum_pct = battery.minimum_pct.min(charge_pct);
-        }
-        if changes.pose().is_some() {
-            self.error = robot.truth.zip(robot.estimate).map(|(Truth { pose, .. }, estimate)| {
-                let turn_rad = maps::wrap_angle(maps::heading(&pose) - maps::heading(&estimate));
-                ((pose.translation.vector - estimate.translation.vector).norm_squared(), turn_rad * turn_rad)
-            });
-        }
-    }
-
-    fn count_step(&mut self) {
-        let Some((squared_m2, squared_rad2)) = self.error else { return };
-        self.localized += 1;
-        self.squared_m2 += squared_m2;
-        self.squared_rad2 += squared_rad2;
-        self.max_m = self.max_m.max(squared_m2.sqrt());
-    }
-
-    /// The battery's charge; none if it was never known.
-    #[must_use]
-    pub fn battery(&self) -> Option<BatteryTally> {
-        self.battery
-    }
-
-    /// The error of localization; none if the true or the estimated pose was never known.
-    #[must_use]
-    pub fn localization_error(&self) -> Option<LocalizationError> {
-        let steps = self.localized as f64;
-        (self.localized > 0).then(|| LocalizationError {
-            rmse_m: (self.squared_m2 / steps).sqrt(),
-            max_m: self.max_m,
-            rmse_rad: (self.squared_rad2 / steps).sqrt(),
-        })
-    }
 }

@@ -5,7 +5,7 @@
 //! round then runs `nominal` bare, with full details that nobody uses, and recorded; last, it reads the recording and
 //! makes its report.
 //!
-//! Times are processor times, as Linux tells them for each thread. They are compared within a round, and the medians
+//! Times are processor times, as Linux counts them for each thread. They are compared within a round, and the medians
 //! are those of the rounds' ratios.
 
 use std::fs;
@@ -23,7 +23,7 @@ use scenarios::scenario::{Scenario, find};
 /// How long each part of a round took, in seconds.
 struct Round {
     bare: f64,
-    told: f64,
+    detailed: f64,
     recorded: f64,
     read: f64,
     reported: f64,
@@ -69,12 +69,12 @@ fn main() {
     let per_second = bytes as f64 / simulated.as_secs_f64();
     println!("nominal: {bytes} bytes for {:.1} s, {per_second:.0} bytes/s; {rounds} rounds", simulated.as_secs_f64());
     row("a bare run", |round| round.bare, |_| 1.0);
-    row("with unused details", |round| round.told, |round| round.told / round.bare);
+    row("with unused details", |round| round.detailed, |round| round.detailed / round.bare);
     row("recorded", |round| round.recorded, |round| round.recorded / round.bare);
     row(
         "  of which is writing",
-        |round| round.recorded - round.told,
-        |round| (round.recorded - round.told) / round.bare,
+        |round| round.recorded - round.detailed,
+        |round| (round.recorded - round.detailed) / round.bare,
     );
     row("reading the recording", |round| round.read, |round| round.read / round.bare);
     row("the report of the recording", |round| round.reported, |round| round.reported / round.bare);
@@ -96,7 +96,7 @@ fn round(scenario: &Arc<Scenario>, path: &Path) -> Round {
     });
     Round {
         bare: seconds(|| run(scenario, Detail::Verdicts, None)),
-        told: seconds(|| run(scenario, Detail::Full, None)),
+        detailed: seconds(|| run(scenario, Detail::Full, None)),
         recorded: seconds(|| run(scenario, Detail::Full, Some(path))),
         read: seconds(|| drop(go_through(path))),
         reported: seconds(|| {
@@ -176,7 +176,8 @@ fn seconds(work: impl FnOnce()) -> f64 {
 
 /// The processor time of this thread so far.
 fn processor_seconds() -> f64 {
-    let told = fs::read_to_string("/proc/thread-self/schedstat").expect("this computer runs Linux");
-    let nanoseconds: f64 = told.split(' ').next().and_then(|first| first.parse().ok()).expect("the first is a time");
+    let schedstat = fs::read_to_string("/proc/thread-self/schedstat").expect("this computer runs Linux");
+    let nanoseconds: f64 =
+        schedstat.split(' ').next().and_then(|first| first.parse().ok()).expect("the first is a time");
     1e-9 * nanoseconds
 }

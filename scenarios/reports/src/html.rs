@@ -18,7 +18,7 @@ mod map;
 mod markup;
 pub mod picture;
 mod pictures;
-mod said_once;
+mod sent_once;
 mod sequence;
 mod settings;
 #[cfg(test)]
@@ -28,7 +28,7 @@ mod violations;
 mod words;
 
 use diagnostics::Staging;
-use drawing::Renderer;
+use drawing::{Renderer, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
 use recording::RunView;
@@ -37,6 +37,8 @@ use crate::Error;
 use crate::file_name;
 use crate::report::{MonitorReport, Report};
 use crate::timeline::Timeline;
+
+use activities::Activity;
 
 pub use pictures::Picture;
 pub use settings::quoted;
@@ -149,6 +151,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
         ("reproduce", if recorded { "Check it again" } else { "Run it again" }),
     ];
     let violated = report.monitors.iter().any(|monitor| monitor.verdict == Outcome::Violated);
+    // The page has no section for what did not happen, and a link must lead somewhere.
     let is_there = |id| {
         (id != "violations" || violated)
             && (id != "way" || !recorded)
@@ -172,23 +175,9 @@ fn head(view: &RunView, report: &Report) -> Markup {
 fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
     let scene = map::scene(view);
-    let label = "Map with the robot's path, colored by the leaf of the behavior tree that was running";
     let content = html! {
         div.panel.way {
-            @if let Some(scene) = &scene {
-              figure {
-                (figure(label, |layout| map::draw(scene, &activities, view, timeline, layout)))
-                figcaption {
-                    "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
-                     those in the table and the timeline."
-                    @if map::is_crowded(&activities) { " Stages in which it did not move are not drawn." }
-                    @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took effect." }
-                    @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
-                    @if !view.scene().bodies.is_empty() { " Violet: things that are not on the map, where they were \
-                                                           at the end." }
-                }
-              }
-            }
+            @if let Some(scene) = &scene { (map_figure(scene, &activities, view, timeline)) }
             div {
                 (facts::stages(&activities, scene.is_some()))
                 (facts::faults(report))
@@ -200,6 +189,25 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
         }
     };
     section("way", if scene.is_some() { "Where the robot went" } else { "What the tree did" }, content)
+}
+
+/// The map, with what its colors and signs mean.
+fn map_figure(scene: &Scene, activities: &[Activity], view: &RunView, timeline: &Timeline) -> Markup {
+    let label = "Map with the robot's path, colored by the leaf of the behavior tree that was running";
+    html! {
+        figure {
+            (figure(label, |layout| map::draw(scene, activities, view, timeline, layout)))
+            figcaption {
+                "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
+                 those in the table and the timeline."
+                @if map::is_crowded(activities) { " Stages in which it did not move are not drawn." }
+                @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took effect." }
+                @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
+                @if !view.scene().bodies.is_empty() { " Violet: things that are not on the map, where they were \
+                                                       at the end." }
+            }
+        }
+    }
 }
 
 /// The section of the timeline.

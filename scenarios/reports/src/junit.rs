@@ -191,7 +191,7 @@ fn details(monitor: &MonitorReport) -> String {
         details += &format!("\nat tick {tick}, {time_s:.2} s");
     }
     if let Some(witness) = &monitor.witness {
-        let words = witness["words"].as_str().map_or_else(|| witness.to_string(), str::to_owned);
+        let words = witness.why.as_ref().map_or_else(|| witness.to_json().to_string(), ToString::to_string);
         details += &format!("\n{}", words.trim_end());
     }
     details

@@ -18,9 +18,10 @@ pub mod report;
 mod reporting;
 pub mod timeline;
 mod unheard;
+mod witness;
 
 pub use error::Error;
 pub use file_name::file_name;
 pub use presentation::{Outputs, Presentation, REPORT, report_recording};
-pub use reporting::witness;
 pub use unheard::unheard_level;
+pub use witness::{WitnessReport, witness};

@@ -187,8 +187,7 @@ impl RunPictures {
         let header = view.header();
         let wanted = |moment| header.snapshots.at.contains(&moment);
         let mut occasions = Vec::new();
-        let first = view.time() <= header.dt;
-        if first && wanted(SnapshotOccasion::Start) {
+        if view.time() <= header.dt && wanted(SnapshotOccasion::Start) {
             occasions.push(("start".to_owned(), header.about.clone()));
         }
         for happening in view.happenings() {
@@ -203,7 +202,7 @@ impl RunPictures {
                 Happening::Verdict { monitor, decision } if wanted(SnapshotOccasion::Verdict) => {
                     occasions.push(verdict_occasion(view.monitor(*monitor), decision));
                 }
-                Happening::Arrival { place } if wanted(SnapshotOccasion::Arrival) && !first => {
+                Happening::Arrival { place } if wanted(SnapshotOccasion::Arrival) && view.is_arrival(view.time()) => {
                     let place = &header.places()[*place].name;
                     occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
                 }

@@ -1,10 +1,9 @@
 //! The report of a run: `report.json`.
 
-use std::time::Duration;
-
 use monitors::Outcome;
-use recording::is_arrival;
 use serde::Serialize;
+
+use crate::WitnessReport;
 
 /// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
 /// runs of one scenario and seed.
@@ -97,7 +96,7 @@ pub struct MonitorReport {
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
-    pub witness: Option<serde_json::Value>,
+    pub witness: Option<WitnessReport>,
     /// Why the verdict is unsure, in words; null if nothing is missing that could change it.
     pub unsure: Option<String>,
     /// Obligations still pending when the run ended, in words.
@@ -219,6 +218,16 @@ impl Report {
         });
         done.chain(undone).collect()
     }
+
+    /// The places to which the robot has come, with the time in seconds at which it first came to rest at each, in the
+    /// order of these times.
+    #[must_use]
+    pub fn arrivals(&self) -> Vec<(f64, &str)> {
+        let arrivals = self.places.iter().filter_map(|place| Some((place.arrived_at_s()?, place.name.as_str())));
+        let mut arrivals: Vec<(f64, &str)> = arrivals.collect();
+        arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
+        arrivals
+    }
 }
 
 /// When a fault took effect, in words. There is at least one time.
@@ -305,13 +314,15 @@ pub struct PlaceReport {
     pub reached_at_s: Option<f64>,
     /// When its true position was first there, at rest or on its way, in seconds.
     pub entered_at_s: Option<f64>,
+    /// Whether it came to rest there after the first step: it did not stand there from the start.
+    #[serde(skip)]
+    pub arrived: bool,
 }
 
 impl PlaceReport {
-    /// When the robot arrived there, in seconds, unless it stood there from the start.
-    #[must_use]
-    pub fn arrived_at_s(&self) -> Option<f64> {
-        self.reached_at_s.filter(|at_s| is_arrival(Duration::from_secs_f64(*at_s)))
+    /// When the robot arrived there, in seconds.
+    fn arrived_at_s(&self) -> Option<f64> {
+        self.reached_at_s.filter(|_| self.arrived)
     }
 }
 

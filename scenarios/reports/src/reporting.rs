@@ -2,13 +2,10 @@
 
 use std::time::Duration;
 
-use channels::EventKind;
-use monitors::{EventTime, Sighting, Witness};
 use recording::{
-    BatteryTally, Decision, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said,
-    SkillError, TreeError, Truth, UndoneFault, message_json,
+    BatteryTally, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
+    TreeError, Truth, UndoneFault,
 };
-use serde_json::json;
 
 use crate::report::{
     BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport, OutcomeReport,
@@ -16,6 +13,7 @@ use crate::report::{
     UndoneFaultReport,
 };
 use crate::unheard::unheard_level;
+use crate::witness::WitnessReport;
 
 /// The report of a finished run.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
@@ -23,6 +21,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
     expectations.extend(failed_programs(view, &end.skill_errors, interrupted));
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
+    // An interrupted run may still differ: a program that has failed did so, whatever would have come later.
     let outcome = match differences.as_slice() {
         [] if interrupted => OutcomeReport::Interrupted,
         [] => OutcomeReport::AsExpected,
@@ -52,7 +51,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
         robot: robot(view),
-        places: view.visits().zip(view.entries()).map(|(visit, (_, entered))| place(visit, entered)).collect(),
+        places: view.visits().zip(view.entries()).map(|(visit, (_, entered))| place(view, visit, entered)).collect(),
         snapshots,
         timing: TimingReport { wall_time_s, real_time_factor: sim_time_s / wall_time_s },
     }
@@ -88,57 +87,74 @@ fn is_of_program(view: &RunView, error: &SkillError) -> bool {
 
 /// The scenario's expectations of the run, and which are not met.
 fn expectations(view: &RunView) -> Vec<ExpectationReport> {
-    let expect = &view.header().expected;
-    let mut expectations = Vec::new();
-    let mut note = |expected: String, difference: Option<String>| {
-        expectations.push(ExpectationReport { expected, difference });
-    };
-    for (name, expected) in &expect.outcomes {
-        for monitor in view.monitors().filter(|monitor| monitor.name() == name) {
+    let limits = [max_collisions(view), min_battery(view), max_localization(view)];
+    outcomes(view).into_iter().chain(places(view)).chain(limits.into_iter().flatten()).collect()
+}
+
+fn outcomes(view: &RunView) -> Vec<ExpectationReport> {
+    let outcomes = view.header().expected.outcomes.iter().flat_map(|(name, expected)| {
+        let watched = view.monitors().filter(move |monitor| monitor.name() == name);
+        watched.map(move |monitor| {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
-            note(format!("{name} to be {expected}"), (outcome != *expected).then_some(difference));
-        }
-    }
-    for place in &expect.reached {
+            expectation(format!("{name} to be {expected}"), (outcome != *expected).then_some(difference))
+        })
+    });
+    outcomes.collect()
+}
+
+/// The places to which the robot must come, and those where it must never be, not even on its way.
+fn places(view: &RunView) -> Vec<ExpectationReport> {
+    let expected = &view.header().expected;
+    let reached = expected.reached.iter().map(|place| {
         let missed = view.visits().any(|(name, at)| name == place && at.is_none());
         let difference = format!("the robot was expected to come to rest at {place} and did not");
-        note(format!("the robot to come to rest at {place}"), missed.then_some(difference));
-    }
-    for place in &expect.not_reached {
+        expectation(format!("the robot to come to rest at {place}"), missed.then_some(difference))
+    });
+    let avoided = expected.not_reached.iter().map(|place| {
         let entered = view.entries().find_map(|(name, at)| at.filter(|_| name == place));
         let difference = entered.map(|at| {
             let at_s = at.as_secs_f64();
             format!("the robot was expected never to be at {place} and was there at {at_s:.2} s")
         });
-        note(format!("the robot never to be at {place}"), difference);
-    }
-    if let Some((limit, Truth { collisions, .. })) = expect.max_collisions.zip(view.robot().truth) {
-        let (expected, wanted) = match limit {
-            0 => ("no collisions".to_owned(), "no collisions were".to_owned()),
-            1 => ("at most 1 collision".to_owned(), "at most 1 collision was".to_owned()),
-            _ => (format!("at most {limit} collisions"), format!("at most {limit} collisions were")),
-        };
-        let difference = format!("{wanted} expected, and there were {collisions}");
-        note(expected, (collisions > limit).then_some(difference));
-    }
-    if let Some((limit, battery)) = expect.min_battery_pct.zip(view.tally().battery()) {
-        let minimum = battery.minimum_pct;
-        let difference = format!("the battery was expected never to fall below {limit} % and fell to {minimum:.2} %");
-        note(format!("the battery never to fall below {limit} %"), (minimum < limit).then_some(difference));
-    }
-    if let Some((limit, error)) = expect.max_localization_m.zip(view.tally().localization_error()) {
-        let worst = error.max_m;
-        let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
-        note(format!("localization to stay within {limit} m"), (worst > limit).then_some(difference));
-    }
-    expectations
+        expectation(format!("the robot never to be at {place}"), difference)
+    });
+    reached.chain(avoided).collect()
+}
+
+fn max_collisions(view: &RunView) -> Option<ExpectationReport> {
+    let (limit, Truth { collisions, .. }) = view.header().expected.max_collisions.zip(view.robot().truth)?;
+    let (expected, wanted) = match limit {
+        0 => ("no collisions".to_owned(), "no collisions were".to_owned()),
+        1 => ("at most 1 collision".to_owned(), "at most 1 collision was".to_owned()),
+        _ => (format!("at most {limit} collisions"), format!("at most {limit} collisions were")),
+    };
+    let difference = format!("{wanted} expected, and there were {collisions}");
+    Some(expectation(expected, (collisions > limit).then_some(difference)))
+}
+
+fn min_battery(view: &RunView) -> Option<ExpectationReport> {
+    let (limit, battery) = view.header().expected.min_battery_pct.zip(view.tally().battery())?;
+    let minimum = battery.minimum_pct;
+    let difference = format!("the battery was expected never to fall below {limit} % and fell to {minimum:.2} %");
+    Some(expectation(format!("the battery never to fall below {limit} %"), (minimum < limit).then_some(difference)))
+}
+
+fn max_localization(view: &RunView) -> Option<ExpectationReport> {
+    let (limit, error) = view.header().expected.max_localization_m.zip(view.tally().localization_error())?;
+    let worst = error.max_m;
+    let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
+    Some(expectation(format!("localization to stay within {limit} m"), (worst > limit).then_some(difference)))
+}
+
+fn expectation(expected: String, difference: Option<String>) -> ExpectationReport {
+    ExpectationReport { expected, difference }
 }
 
 fn monitors(view: &RunView) -> Vec<MonitorReport> {
     let report = |monitor: MonitorView<'_>| {
         let decision = monitor.violation();
-        let said = monitor.ending();
+        let ending = monitor.ending();
         MonitorReport {
             name: monitor.name().to_owned(),
             property: monitor.about.property.clone(),
@@ -146,12 +162,12 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             state: monitor.state.location.clone(),
             tick: decision.map(|decision| decision.event.tick),
             time_s: decision.map(|decision| decision.event.time.as_secs_f64()),
-            witness: decision.map(|decision| violation(decision, view)),
-            unsure: said.unsure,
-            open: words(&said.open),
-            vacuous: words(&said.vacuous),
+            witness: decision.map(|decision| WitnessReport::of(decision, view.topology())),
+            unsure: ending.unsure,
+            open: words(&ending.open),
+            vacuous: words(&ending.vacuous),
             unheard: unheard_level(monitor.about, monitor.outcome(), view),
-            errors: said.errors,
+            errors: ending.errors,
         }
     };
     view.monitors().map(report).collect()
@@ -159,42 +175,6 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
 
 fn words<T: ToString>(items: &[T]) -> Vec<String> {
     items.iter().map(T::to_string).collect()
-}
-
-/// The event at which a property was violated, and why, as data and in words.
-fn violation(Decision { event, witness: why, .. }: &Decision, view: &RunView) -> serde_json::Value {
-    let mut witness = why.as_ref().map_or_else(|| moment(&EventTime::of(event)), witness);
-    if let EventKind::Received { channel, message } = &event.kind {
-        let (from, to) = view.topology().ends(*channel);
-        witness["from"] = from.into();
-        witness["to"] = to.into();
-        witness["message"] = message_json(message);
-    }
-    witness
-}
-
-/// Why a property is violated, as in `report.json`: as data and in words.
-pub fn witness(why: &Witness) -> serde_json::Value {
-    let mut witness = moment(&why.settled);
-    witness["clause"] = why.clause.as_str().into();
-    witness["messages"] = why.messages.iter().map(sighting).collect();
-    witness["since_tick"] = why.since.map(|since| since.tick).into();
-    witness["deadline_tick"] = why.deadline_tick.into();
-    witness["missing"] = why.missing.as_deref().into();
-    witness["words"] = why.to_string().into();
-    witness
-}
-
-fn sighting(seen: &Sighting) -> serde_json::Value {
-    let mut sighting = moment(&seen.at);
-    sighting["from"] = seen.from.as_str().into();
-    sighting["to"] = seen.to.as_str().into();
-    sighting["message"] = message_json(&seen.message);
-    sighting
-}
-
-fn moment(at: &EventTime) -> serde_json::Value {
-    json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() })
 }
 
 fn faults(view: &RunView, end: &End) -> Vec<FaultReport> {
@@ -255,7 +235,12 @@ fn said(said: &Said) -> SaidReport {
     SaidReport { time_s: said.time.as_secs_f64(), by: said.by.clone(), text: said.text.clone() }
 }
 
-fn place((name, reached): (&str, Option<Duration>), entered: Option<Duration>) -> PlaceReport {
+fn place(view: &RunView, (name, reached): (&str, Option<Duration>), entered: Option<Duration>) -> PlaceReport {
     let seconds = |at: Duration| at.as_secs_f64();
-    PlaceReport { name: name.to_owned(), reached_at_s: reached.map(seconds), entered_at_s: entered.map(seconds) }
+    PlaceReport {
+        name: name.to_owned(),
+        reached_at_s: reached.map(seconds),
+        entered_at_s: entered.map(seconds),
+        arrived: reached.is_some_and(|at| view.is_arrival(at)),
+    }
 }

@@ -294,7 +294,7 @@ fn at_tick_after_fault(run: &ExperimentRun, name: &str, ticks: u64) -> Option<St
 
 /// The level, in percent, in the message that decided a property.
 fn level_that_decided(monitor: &MonitorReport) -> Option<f64> {
-    monitor.witness.as_ref()?["message"][1].as_f64()
+    monitor.witness.as_ref()?.communication.as_ref()?.message.fields().get(1)?.as_number()
 }
 
 fn reached(run: &ExperimentRun, place: &str) -> Option<f64> {

@@ -54,6 +54,7 @@ impl MessageType {
                 }
             }
         }
+        // ROS has no unions: a field that some shapes lack is a sequence of at most one value.
         for field in &mut fields {
             let always =
                 |(name, kind): &(String, FieldKind)| (name, ros_type(kind)) == (&field.of.0, (field.of.1, false));

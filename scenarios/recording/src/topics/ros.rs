@@ -194,6 +194,7 @@ impl PointCloud {
         let coordinate =
             |(name, offset): (&str, u32)| PointField { name: name.to_owned(), offset, datatype: FLOAT32, count: 1 };
         let mut data = Vec::new();
+        // A cloud has three dimensions, and its viewers expect single precision.
         for point in points {
             for number in [point.x as f32, point.y as f32, 0.0] {
                 data.extend_from_slice(&number.to_le_bytes());

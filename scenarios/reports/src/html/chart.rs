@@ -39,6 +39,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
 pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
+    // One caption serves the wide chart and the narrow one: it explains what at least one of them shows.
     let charts = [Layout::Wide, Layout::Narrow].map(|layout| Chart::new(timeline, &happenings, Sizes::of(layout)));
     let meanings = lanes::meanings(timeline);
     html! {

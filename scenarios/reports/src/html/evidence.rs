@@ -81,7 +81,7 @@ impl<'a> Evidence<'a> {
         evidence
     }
 
-    /// Adds what a monitor that explains its verdict has to say.
+    /// Adds what the property concerns and, if the monitor explains its verdict, the explanation.
     fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
         let mut events = Vec::new();
         collect(formula, &mut events);
@@ -103,6 +103,7 @@ impl<'a> Evidence<'a> {
                 message: words::message(&sighting.message),
             })
             .collect();
+        // The witness names what is missing as text, in the property's language; only the formula has the channels.
         let named = witness.missing.as_deref().filter(|_| witness.deadline_tick.is_some()).unwrap_or_default();
         self.missing = events
             .into_iter()

@@ -35,13 +35,10 @@ pub(super) fn numbers(report: &Report) -> Markup {
         facts.push(("localization error", words));
     }
     facts.push(("ended because", report.ended_because.clone()));
-    let reached = report.places.iter().filter_map(|place| Some((place.arrived_at_s()?, &place.name)));
-    let mut reached: Vec<(f64, &String)> = reached.collect();
-    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let reached = reached.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));
-    let reached: Vec<String> = reached.collect();
-    if !reached.is_empty() {
-        facts.push(("reached", reached.join(", ")));
+    let arrivals = report.arrivals();
+    if !arrivals.is_empty() {
+        let words = arrivals.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));
+        facts.push(("reached", words.collect::<Vec<_>>().join(", ")));
     }
     if let Some(robot) = report.robot.as_ref().filter(|robot| !robot.given_up.is_empty()) {
         facts.push(("given up", robot.given_up_in_words().join("; ")));
@@ -111,6 +108,7 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
         row(badge, cells.into_iter().take(columns))
     };
     let mut lines: Vec<Markup> = activities.iter().map(line).collect();
+    // The beginning and the end explain a run better than what a robot repeats in between.
     if lines.len() > MOST_STAGES {
         let hidden = lines.len() - MOST_STAGES;
         let note = row(format!("… {}", words::count(hidden, "more stage")), [""; 3].into_iter().take(columns));

@@ -1,6 +1,6 @@
 //! The map with the robot's path, colored by what the tree was doing.
 
-use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::canvas::{Anchor, Paint, TextStyle};
 use drawing::icons::Icon;
 use drawing::labels::Site;
 use drawing::map_panel::{self, MapDrawing};
@@ -13,6 +13,7 @@ use recording::RunView;
 
 use super::activities::Activity;
 use super::figure::{Drawing, Layout, NARROW};
+use super::picture::on_map;
 use crate::pictures::Camera;
 use crate::timeline::Timeline;
 
@@ -43,16 +44,8 @@ pub(super) fn draw(
     timeline: &Timeline,
     layout: Layout,
 ) -> Drawing {
-    let width = layout.pick(660.0, NARROW);
-    let bounds = map_panel::bounds(scene);
-    let extent = bounds.high - bounds.low;
-    let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
-    let area = Area::new(0.0, 0.0, width, height);
-    let view = View::fitting(bounds, area);
-    let mut canvas = Canvas::for_browsers();
-    canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
-    canvas.clipped(layout.pick("map-wide", "map-narrow"), area, |canvas| {
-        scene.map.draw(canvas, &view);
+    on_map(scene, layout.pick(660.0, NARROW), layout.pick("map-wide", "map-narrow"), |canvas, view| {
+        // Labels keep clear of everything drawn before them, so they come last.
         let font = Font::regular(layout.pick(13.5, 10.5));
         let mut drawing = MapDrawing::new(canvas, view, scene, font);
         drawing.areas();
@@ -64,8 +57,7 @@ pub(super) fn draw(
         drawing.robot();
         drawing.write_labels();
         numbers(&mut drawing, &view, activities, layout);
-    });
-    Drawing { canvas, width, height }
+    })
 }
 
 /// Draws the trail: one line per stage on a light background.

@@ -17,17 +17,25 @@ const MARGIN: f64 = 8.0;
 
 /// The map with everything on it. `name` distinguishes it from the page's other drawings.
 pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
-    let width = layout.pick(HALF, NARROW);
+    let name = format!("{name}-{}", layout.pick("wide", "narrow"));
+    on_map(scene, layout.pick(HALF, NARROW), &name, |canvas, view| {
+        MapDrawing::new(canvas, view, scene, Font::regular(layout.pick(12.0, 10.5))).draw();
+    })
+}
+
+/// The map, this wide, with what `draw` draws on its floor.
+pub(super) fn on_map(scene: &Scene, width: f64, name: &str, draw: impl FnOnce(&mut Canvas, View)) -> Drawing {
     let bounds = map_panel::bounds(scene);
     let extent = bounds.high - bounds.low;
+    // As high as the map needs, within reason: a corridor would be a thin line, or longer than a screen.
     let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
     let area = Area::new(0.0, 0.0, width, height);
     let view = View::fitting(bounds, area);
     let mut canvas = Canvas::for_browsers();
     canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
-    canvas.clipped(&format!("{name}-{}", layout.pick("wide", "narrow")), area, |canvas| {
+    canvas.clipped(name, area, |canvas| {
         scene.map.draw(canvas, &view);
-        MapDrawing::new(canvas, view, scene, Font::regular(layout.pick(12.0, 10.5))).draw();
+        draw(canvas, view);
     });
     Drawing { canvas, width, height }
 }

@@ -22,15 +22,7 @@ pub struct Picture {
 /// The section with the pictures, all linked to their files. Those that fit into this many bytes are shown, early
 /// events first. Empty if there are none.
 pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
-    let mut order: Vec<usize> = (0..pictures.len()).collect();
-    order.sort_by_key(|place| pictures[*place].snapshot.by_clock);
-    let mut bytes = 0;
-    let fits = |place: &usize| {
-        // Four characters per three bytes, and the caption.
-        bytes += pictures[*place].png.len().div_ceil(3) * 4 + 600;
-        bytes <= room
-    };
-    let fitting: BTreeSet<usize> = order.into_iter().take_while(fits).collect();
+    let fitting = fitting(pictures, room);
     let in_time = || pictures.iter().enumerate();
     let shown: Vec<&Picture> = in_time().filter(|(place, _)| fitting.contains(place)).map(|(_, one)| one).collect();
     let hidden: Vec<&Picture> = in_time().filter(|(place, _)| !fitting.contains(place)).map(|(_, one)| one).collect();
@@ -61,6 +53,19 @@ pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
         }
     };
     markup::section("pictures", "Pictures", content)
+}
+
+/// The pictures that fit into this many bytes: those of events before those taken by the clock, each in order of time.
+fn fitting(pictures: &[Picture], room: usize) -> BTreeSet<usize> {
+    let mut order: Vec<usize> = (0..pictures.len()).collect();
+    order.sort_by_key(|place| pictures[*place].snapshot.by_clock);
+    let mut bytes = 0;
+    let fits = |place: &usize| {
+        // Four characters per three bytes, and the caption.
+        bytes += pictures[*place].png.len().div_ceil(3) * 4 + 600;
+        bytes <= room
+    };
+    order.into_iter().take_while(fits).collect()
 }
 
 fn caption(snapshot: &SnapshotReport) -> String {

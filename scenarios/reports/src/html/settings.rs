@@ -10,42 +10,40 @@ use crate::report::Report;
 
 /// The section with the parameters.
 pub(super) fn section(view: &RunView) -> Markup {
-    let origin = &view.header().origin;
-    if origin.recorded.is_some() {
-        let mapping = html! {
-            div.panel {
-                h3 { "What the mapping says" }
-                div.scroll { table.parameters { tbody { @for given in given::of(origin) { (given.row()) } } } }
-            }
-        };
-        return markup::section("parameters", "Parameters", mapping);
-    }
+    let is_recorded = view.header().origin.recorded.is_some();
     let content = html! {
         div.panel {
-            h3 { "What the scenario says" }
+            h3 { (if is_recorded { "What the mapping says" } else { "What the scenario says" }) }
             div.scroll {
                 table.parameters { tbody { @for given in given::of(&view.header().origin) { (given.row()) } } }
             }
-            details {
-                summary {
-                    "Everything else: "
-                    @if view.header().robot.is_some() { "robot, world and " }
-                    "execution in effect"
-                }
-                div.groups {
-                    @for group in &view.header().settings {
-                        div {
-                            h4 { (group.title) }
-                            table.parameters {
-                                tbody { @for (name, value) in &group.rows { (row(name, [value])) } }
-                            }
+            @if !is_recorded { (settings_in_effect(view)) }
+        }
+    };
+    markup::section("parameters", "Parameters", content)
+}
+
+/// The settings of a simulation, given or not.
+fn settings_in_effect(view: &RunView) -> Markup {
+    html! {
+        details {
+            summary {
+                "Everything else: "
+                @if view.header().robot.is_some() { "robot, world and " }
+                "execution in effect"
+            }
+            div.groups {
+                @for group in &view.header().settings {
+                    div {
+                        h4 { (group.title) }
+                        table.parameters {
+                            tbody { @for (name, value) in &group.rows { (row(name, [value])) } }
                         }
                     }
                 }
             }
         }
-    };
-    markup::section("parameters", "Parameters", content)
+    }
 }
 
 /// The section with the command line.

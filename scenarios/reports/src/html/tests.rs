@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{Area, Renderer};
-use recording::{Detail, End, Ended, Expected, Header, Origin, RobotState, RunView, Snapshots, Step};
+use recording::{Detail, End, Ended, Header, Origin, RunView, Step};
 use runs::{Run, conduct};
 use scenarios::scenario::{Scenario, find};
 
@@ -94,38 +94,11 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     assert_eq!(table.matches("<tr>").count(), 42, "the heading, 40 stages, and the number of others");
 }
 
-/// What is known about a run of which nothing is known, not even a property.
-fn nothing(origin: Origin) -> Header {
-    Header {
-        version: String::new(),
-        scenario: String::new(),
-        about: String::new(),
-        origin,
-        settings: vec![],
-        seed: 0,
-        tick: Duration::ZERO,
-        dt: Duration::ZERO,
-        unwatched: false,
-        topology: Arc::default(),
-        tree: vec![],
-        skills: vec![],
-        components: vec![],
-        machines: vec![],
-        monitors: Arc::new([]),
-        faults: vec![],
-        premises: None,
-        robot: None,
-        snapshots: Snapshots::default(),
-        expected: Expected::default(),
-    }
-}
-
 #[test]
 fn a_run_in_which_nothing_exists_and_nothing_happens_has_a_page() {
     for recorded in [None, Some("steward verify empty.jsonl".to_owned())] {
-        let (time, robot) = (Duration::ZERO, RobotState::default());
-        let start = Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None };
-        let mut view = RunView::new(nothing(Origin { recorded, ..Origin::default() }), start).unwrap();
+        let header = Header { origin: Origin { recorded, ..Origin::default() }, ..Header::default() };
+        let mut view = RunView::new(header, Step::default()).unwrap();
         let timeline = Timeline::new(&view);
         let end = End {
             ended: Ended::Recorded,

@@ -46,6 +46,7 @@ fn outcome(report: &Report) -> Markup {
             ("", Verdict::Inconclusive, "The run was interrupted: this is the report of what happened until then.")
         }
     };
+    // An expectation that was not met is replaced by the difference, which repeats it.
     let line = |expectation: &ExpectationReport| {
         let (verdict, words) = match &expectation.difference {
             None => (Verdict::Satisfied, format!("expected {}", expectation.expected)),
@@ -67,15 +68,15 @@ fn outcome(report: &Report) -> Markup {
 }
 
 fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidence<'_>>) -> Markup {
-    let (monitor, said) = (view.monitor(index), &report.monitors[index]);
+    let (monitor, result) = (view.monitor(index), &report.monitors[index]);
     html! {
-        article.card.(said.verdict) {
+        article.card.(result.verdict) {
             header {
-                (pill(said.verdict))
+                (pill(result.verdict))
                 h3 { (monitor.name()) }
                 @match view.header().expected.of(monitor.name()) {
                     None => {}
-                    Some(outcome) if outcome == said.verdict => span.note { "as expected" }
+                    Some(outcome) if outcome == result.verdict => span.note { "as expected" }
                     Some(outcome) => span.note.bad { "expected to be " (outcome) }
                 }
             }
@@ -86,9 +87,10 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 dd {
                     @match evidence {
                         Some(evidence) => (super::violations::in_short(evidence, view)),
+                        // What messages never reported cannot violate a property, however bad the truth was.
                         None => {
-                            (not_violated(&monitor.ending(), view.ticks(), said.verdict))
-                            @if let Some(unheard) = &said.unheard { " But " (text(unheard)) "." }
+                            (not_violated(&monitor.ending(), view.ticks(), result.verdict))
+                            @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
                         }
                     }
                 }
@@ -101,23 +103,24 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
     }
 }
 
-/// What there is to say about a property that was not violated in this many ticks.
-fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
+/// The result of a property that was not violated in this many ticks.
+fn not_violated(end: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
     html! {
         @match verdict {
-            _ if said.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
+            _ if end.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
             Outcome::Inconclusive => "The run ended while something was still pending.",
             _ => { "It held throughout the run, over " (words::count(ticks, "tick")) "." }
         }
-        @if let Some(missing) = &said.unsure { " " (text(&format!("{missing}."))) }
-        @for owed in &said.open {
+        @if let Some(missing) = &end.unsure { " " (text(&format!("{missing}."))) }
+        @for owed in &end.open {
             " Pending"
             @if let Some(since) = owed.since { " since tick " (since.tick) }
             @if let Some(tick) = owed.until_tick { ", due by tick " (tick) }
             ": " code { (owed.what) } "."
         }
-        @for error in &said.errors { " Its machine had an error: " (text(error)) "." }
-        @for clause in &said.vacuous {
+        @for error in &end.errors { " Its machine had an error: " (text(error)) "." }
+        // A property that only restricts what follows a condition holds, trivially, of a run without the condition.
+        @for clause in &end.vacuous {
             " It is vacuously satisfied: its condition " code { (clause.antecedent) } " never occurred"
             @match clause.asked {
                 0 => "; no state was checked for it.",

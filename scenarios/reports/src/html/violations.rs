@@ -10,7 +10,7 @@ use recording::{FaultCourse, FaultRecord, RunView};
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
 use super::markup::{self, prose, text};
-use super::said_once;
+use super::sent_once;
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
 use crate::timeline::Timeline;
@@ -87,9 +87,10 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
     sentences.extend(component_sentence(evidence, topology, timeline));
     if !evidence.missing.is_empty() {
         let (from, to) = window(evidence);
+        // Facts sent once count from the last answer on: what the other side knew when it did not answer.
         let earlier = evidence.missing.iter().filter_map(|missing| last_before(evidence, missing, topology));
         let from = earlier.map(|seen| seen.at.time).fold(from, Duration::min);
-        sentences.extend(said_once::sentence(&evidence.episode.events, (from, to), topology));
+        sentences.extend(sent_once::sentence(&evidence.episode.events, (from, to), topology));
     }
     sentences.push(match evidence.missing.is_empty() {
         true => format!("This is what {} forbids: it is now violated for good.", evidence.name),
@@ -167,22 +168,14 @@ fn window(evidence: &Evidence<'_>) -> (Duration, Duration) {
 /// The activities of the tree and navigation in the meantime, or before and after a violation that took no time.
 fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<String> {
     let (from, to) = window(evidence);
-    let stages = timeline.trail().stages(timeline.end());
     if evidence.missing.is_empty() {
-        let now = stages.iter().rposition(|stage| stage.from <= to && !stage.doing.is_empty())?;
-        let turned = stages[now].from == to;
-        let before = now.checked_sub(1).filter(|_| turned).map(|before| stages[before].doing.as_str());
-        return Some(match before.filter(|before| !before.is_empty()) {
-            Some(before) => {
-                format!("Until then the tree was running {before}; at this tick it switched to {}.", stages[now].doing)
-            }
-            None => format!("The tree was running {}.", stages[now].doing),
-        });
+        return turn_sentence(to, timeline);
     }
-    let mut doing: Vec<String> = Vec::new();
+    let stages = timeline.trail().stages(timeline.end());
+    let mut doing: Vec<&str> = Vec::new();
     for stage in stages.iter().filter(|stage| stage.from < to && stage.to > from && !stage.doing.is_empty()) {
-        if doing.last() != Some(&stage.doing) {
-            doing.push(stage.doing.clone());
+        if doing.last() != Some(&stage.doing.as_str()) {
+            doing.push(&stage.doing);
         }
     }
     let mut statuses: Vec<String> = Vec::new();
@@ -200,6 +193,20 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     Some(format!("Meanwhile the tree was running {doing}{navigation}."))
 }
 
+/// What the tree was running at a moment, and what it was running before if it had just switched.
+fn turn_sentence(moment: Duration, timeline: &Timeline) -> Option<String> {
+    let stages = timeline.trail().stages(timeline.end());
+    let now = stages.iter().rposition(|stage| stage.from <= moment && !stage.doing.is_empty())?;
+    let turned = stages[now].from == moment;
+    let before = now.checked_sub(1).filter(|_| turned).map(|before| stages[before].doing.as_str());
+    Some(match before.filter(|before| !before.is_empty()) {
+        Some(before) => {
+            format!("Until then the tree was running {before}; at this tick it switched to {}.", stages[now].doing)
+        }
+        None => format!("The tree was running {}.", stages[now].doing),
+    })
+}
+
 /// Messages from components to the leaf that the tree was running last, while an answer was pending.
 fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &Timeline) -> Option<String> {
     let (from, to) = window(evidence);
@@ -208,14 +215,14 @@ fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &T
     let events = evidence.episode.events.iter().filter(|event| (from..=to).contains(&event.time));
     let heard = events.filter_map(|event| Seen::of(event, topology));
     let heard: Vec<Seen> = heard.filter(|seen| seen.to == *doing && seen.from != recording::TREE).collect();
-    let teller = heard.last().filter(|_| !evidence.missing.is_empty())?.from.clone();
+    let sender = heard.last().filter(|_| !evidence.missing.is_empty())?.from.clone();
     let mut counts: Vec<(String, usize)> = Vec::new();
-    for seen in heard.into_iter().filter(|seen| seen.from == teller) {
+    for seen in heard.into_iter().filter(|seen| seen.from == sender) {
         count(&mut counts, seen.message);
     }
     let messages: Vec<String> =
         counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
-    (messages.len() <= 4).then(|| format!("{teller} told {doing} {}.", words::list(&messages)))
+    (messages.len() <= 4).then(|| format!("{sender} told {doing} {}.", words::list(&messages)))
 }
 
 fn count(counts: &mut Vec<(String, usize)>, message: String) {
@@ -245,6 +252,7 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
                 && matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel)
         });
         let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
+        // An earlier message matters only if it differs: a level from before the condition may have been the right one.
         let before = last_before(evidence, missing, topology)
             .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
             .map(|seen| format!("; the last message before that was `{}`, at tick {}", seen.message, seen.at.tick))
@@ -292,15 +300,15 @@ fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView)
                 count(&mut counts, seen.message);
             }
         }
-        let told: Vec<String> =
+        let answers: Vec<String> =
             counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
-        match told.is_empty() {
+        match answers.is_empty() {
             true => format!("{name} was not asked by the tree"),
-            false => format!("{name} answered the tree {}", words::list(&told)),
+            false => format!("{name} answered the tree {}", words::list(&answers)),
         }
     };
-    let told: Vec<String> = asked.map(answers).collect();
-    (!told.is_empty()).then(|| words::sentence(&told.join("; ")))
+    let answers: Vec<String> = asked.map(answers).collect();
+    (!answers.is_empty()).then(|| words::sentence(&answers.join("; ")))
 }
 
 fn times(count: usize) -> String {

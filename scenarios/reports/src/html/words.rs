@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn times_are_written_as_people_say_them() {
-        let said = [0.02, 21.02, 120.0, 1483.94].map(|seconds| time(Duration::from_secs_f64(seconds)));
-        assert_eq!(said, ["0.02 s", "21.02 s", "120 s", "1483.94 s"]);
+        let written = [0.02, 21.02, 120.0, 1483.94].map(|seconds| time(Duration::from_secs_f64(seconds)));
+        assert_eq!(written, ["0.02 s", "21.02 s", "120 s", "1483.94 s"]);
         assert_eq!([0.25, 14.4, 1397.0].map(roughly), ["0.2 s", "14 s", "1397 s"]);
         assert_eq!([0.000_41, 0.292_1, 14.7644].map(length), ["0.4 mm", "0.29 m", "14.76 m"]);
     }

@@ -29,6 +29,8 @@ impl Course {
         if elapsed_s <= 0.0 {
             return;
         }
+        // Every line from the last point within the range of slopes comes close enough to all values since. The range
+        // shrinks with each value; one that lies outside it needs a new point, at the value before it.
         let slope = |value: f64| (value - from) / elapsed_s;
         let (low, high) = (slope(value - TOLERANCE), slope(value + TOLERANCE));
         match self.slopes {

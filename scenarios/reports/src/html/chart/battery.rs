@@ -26,6 +26,7 @@ impl Chart {
             .iter()
             .map(|&(time, level)| (self.axis.x(time), height_of(plot, level)))
             .collect();
+        // Points closer together than this make the page larger, and the line no better.
         let spots = drawing::map_panel::thinned(spots.into_iter(), 0.6);
         if let (Some(first), Some(last)) = (spots.first(), spots.last()) {
             let ground = [(last.0, plot.bottom()), (first.0, plot.bottom())];

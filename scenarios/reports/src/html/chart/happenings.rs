@@ -27,6 +27,16 @@ pub(super) struct Happening {
 }
 
 impl Happening {
+    /// Something that happened once, and at one instant.
+    fn at(time: Duration, words: String, icon: Icon, color: Color) -> Self {
+        Self { time, words, icon, color, across: false, times: vec![time], held: Vec::new() }
+    }
+
+    /// The same, marked across all lanes.
+    fn across(self) -> Self {
+        Self { across: true, ..self }
+    }
+
     /// Whether it is a fault that was in effect for a while.
     pub(super) fn has_held(&self) -> bool {
         !self.held.is_empty()
@@ -36,41 +46,18 @@ impl Happening {
 /// Everything that happened, in order.
 pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     let faults = view.fault_courses().into_iter().map(|course| Happening {
-        time: course.first().time,
-        words: course.words(),
-        icon: Icon::Alert,
-        color: theme::BAD,
-        across: true,
         times: course.records.iter().map(|record| record.time).collect(),
         held: held(&course, view.time()),
+        ..Happening::at(course.first().time, course.words(), Icon::Alert, theme::BAD).across()
     });
-    let violations = timeline.episodes().iter().map(|episode| Happening {
-        time: episode.decided.time,
-        words: format!("{} violated", view.monitor(episode.property).name()),
-        icon: Icon::Cross,
-        color: theme::BAD,
-        across: true,
-        times: vec![episode.decided.time],
-        held: Vec::new(),
+    let violations = timeline.episodes().iter().map(|episode| {
+        let words = format!("{} violated", view.monitor(episode.property).name());
+        Happening::at(episode.decided.time, words, Icon::Cross, theme::BAD).across()
     });
-    let arrivals = view.arrivals().map(|(place, at)| Happening {
-        time: at,
-        words: words::arrival(place),
-        icon: Icon::Check,
-        color: theme::GOOD,
-        across: false,
-        times: vec![at],
-        held: Vec::new(),
-    });
-    let said = view.said().iter().map(|said| Happening {
-        time: said.time,
-        words: words::speech(&said.text),
-        icon: Icon::Open,
-        color: theme::MUTED,
-        across: false,
-        times: vec![said.time],
-        held: Vec::new(),
-    });
+    let arrivals =
+        view.arrivals().map(|(place, at)| Happening::at(at, words::arrival(place), Icon::Check, theme::GOOD));
+    let said = view.said().iter();
+    let said = said.map(|said| Happening::at(said.time, words::speech(&said.text), Icon::Open, theme::MUTED));
     let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).chain(said).collect();
     happenings.sort_by_key(|happening| happening.time);
     happenings
@@ -134,6 +121,7 @@ impl Chart {
             let free = |taken: &[(f64, f64)], from: f64, to: f64| {
                 from >= low && to <= high && taken.iter().all(|(left, right)| to <= *left || from >= *right)
             };
+            // Both sides are tried in a row before the next row is, so that there are few rows.
             let place = |ways: &[(String, bool, f64, f64)]| {
                 rows.iter().enumerate().find_map(|(row, taken)| {
                     ways.iter().find(|(.., from, to)| free(taken, *from, *to)).map(|way| (row, way.clone()))

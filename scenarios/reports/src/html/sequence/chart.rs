@@ -8,6 +8,7 @@ use drawing::theme::{self, Color};
 use drawing::{Area, Spot};
 
 use super::select::{Row, Sequence, Weight};
+use crate::html::evidence::Seen;
 use crate::html::figure::{Drawing, Layout, NARROW};
 use crate::html::words;
 
@@ -135,37 +136,41 @@ impl Chart<'_> {
     fn row(&mut self, row: &Row) {
         match row {
             Row::Tick { tick, time } => self.tick(&format!("tick {tick} · {}", words::time(*time))),
-            Row::Message { from, to, seen, weight } => {
-                let (color, ink) = match weight {
-                    Weight::Plain => (theme::LINE, theme::MUTED),
-                    Weight::Cause => (theme::BUSY, theme::BUSY_DARK),
-                    Weight::Decisive => (theme::BAD, theme::BAD),
-                    Weight::Afterwards => (theme::IDLE, theme::MUTED),
-                };
-                let strong = matches!(weight, Weight::Cause | Weight::Decisive);
-                let width = if strong { 2.4 } else { 1.5 };
-                let y = self.y + self.sizes.row - 9.0;
-                self.arrow((*from, *to), y, Paint::stroke(color, width), color);
-                self.label((*from, *to), y, &seen.message, ink, strong);
-                let step = if self.narrow { format!("{}", seen.at.step) } else { format!("step {}", seen.at.step) };
-                let style = TextStyle::new(self.sizes.small, theme::MUTED);
-                self.canvas.centered_text((2.0, y), &step, style);
-            }
-            Row::Missing { from, to, message, words } => {
-                let y = self.y + self.sizes.row - 3.0;
-                self.arrow((*from, *to), y, Paint::stroke(theme::BAD, 2.0).dashed("3 6"), theme::BAD);
-                self.label((*from, *to), y - 5.0, message, theme::BAD, true);
-                let middle = ((self.x(*from) + self.x(*to)) / 2.0, y);
-                self.canvas.circle(middle, 8.0, Paint::fill(theme::BAD));
-                Icon::Cross.draw(&mut self.canvas, middle, 12.0, theme::PAPER);
-                let below = y + 10.0 + self.sizes.small.line_height() / 2.0;
-                self.label_at(middle.0, below, words, TextStyle::new(self.sizes.small, theme::BAD));
-            }
+            Row::Message { from, to, seen, weight } => self.message((*from, *to), seen, *weight),
+            Row::Missing { from, to, message, words } => self.missing((*from, *to), message, words),
             Row::Ticks { .. } => self.note(row, (theme::IDLE_LIGHT, theme::RULE, theme::MUTED), None),
             Row::Moved { .. } => self.note(row, (theme::PAPER, theme::RULE, theme::INK), None),
             Row::Fault { .. } => self.note(row, (theme::BAD_LIGHT, theme::BAD, theme::INK), Some(Icon::Alert)),
             Row::Verdict { .. } => self.note(row, (theme::BAD, theme::BAD, theme::PAPER), Some(Icon::Cross)),
         }
+    }
+
+    fn message(&mut self, ends: (usize, usize), seen: &Seen, weight: Weight) {
+        let (color, ink) = match weight {
+            Weight::Plain => (theme::LINE, theme::MUTED),
+            Weight::Cause => (theme::BUSY, theme::BUSY_DARK),
+            Weight::Decisive => (theme::BAD, theme::BAD),
+            Weight::Afterwards => (theme::IDLE, theme::MUTED),
+        };
+        let strong = matches!(weight, Weight::Cause | Weight::Decisive);
+        let width = if strong { 2.4 } else { 1.5 };
+        let y = self.y + self.sizes.row - 9.0;
+        self.arrow(ends, y, Paint::stroke(color, width), color);
+        self.label(ends, y, &seen.message, ink, strong);
+        let step = if self.narrow { format!("{}", seen.at.step) } else { format!("step {}", seen.at.step) };
+        self.canvas.centered_text((2.0, y), &step, TextStyle::new(self.sizes.small, theme::MUTED));
+    }
+
+    /// Draws a message that did not come: dashed, and crossed out.
+    fn missing(&mut self, (from, to): (usize, usize), message: &str, words: &str) {
+        let y = self.y + self.sizes.row - 3.0;
+        self.arrow((from, to), y, Paint::stroke(theme::BAD, 2.0).dashed("3 6"), theme::BAD);
+        self.label((from, to), y - 5.0, message, theme::BAD, true);
+        let middle = ((self.x(from) + self.x(to)) / 2.0, y);
+        self.canvas.circle(middle, 8.0, Paint::fill(theme::BAD));
+        Icon::Cross.draw(&mut self.canvas, middle, 12.0, theme::PAPER);
+        let below = y + 10.0 + self.sizes.small.line_height() / 2.0;
+        self.label_at(middle.0, below, words, TextStyle::new(self.sizes.small, theme::BAD));
     }
 
     fn tick(&mut self, text: &str) {

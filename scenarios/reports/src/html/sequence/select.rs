@@ -68,7 +68,7 @@ impl Sequence {
     pub(crate) fn of(evidence: &Evidence<'_>, topology: &Topology, faults: &[FaultRecord], moves: &[Moved]) -> Self {
         let lifelines = lifelines(evidence, topology);
         let ticks = by_tick(evidence, topology, &lifelines);
-        let mut narrator = Teller { evidence, topology, lifelines: &lifelines, faults, moves, rows: Vec::new() };
+        let mut narrator = Narrator { evidence, topology, lifelines: &lifelines, faults, moves, rows: Vec::new() };
         narrator.narrate(&ticks);
         let rows = narrator.rows;
         Self { lifelines, rows }.without_idle_lifelines()
@@ -151,7 +151,7 @@ fn by_tick<'a>(evidence: &Evidence<'a>, topology: &Topology, lifelines: &[String
     ticks
 }
 
-struct Teller<'a> {
+struct Narrator<'a> {
     evidence: &'a Evidence<'a>,
     topology: &'a Topology,
     lifelines: &'a [String],
@@ -161,7 +161,7 @@ struct Teller<'a> {
     rows: Vec<Row>,
 }
 
-impl Teller<'_> {
+impl Narrator<'_> {
     fn narrate(&mut self, ticks: &[TickEvents<'_>]) {
         let shown = self.shown_ticks(ticks);
         let first = ticks.first().map_or(Duration::ZERO, |tick| tick.time);
@@ -176,7 +176,7 @@ impl Teller<'_> {
                 narrated = tick.time;
             }
             if shown.contains(&tick.tick) {
-                self.tell_tick(tick);
+                self.narrate_tick(tick);
             } else {
                 skipped.push(tick);
             }
@@ -215,17 +215,18 @@ impl Teller<'_> {
         self.rows.extend(moves.iter().map(|moved| Row::Moved { words: moved.words.clone() }));
     }
 
-    fn tell_tick(&mut self, tick: &TickEvents<'_>) {
+    fn narrate_tick(&mut self, tick: &TickEvents<'_>) {
         self.rows.push(Row::Tick { tick: tick.tick, time: tick.time });
         let decided = &self.evidence.episode.decided;
         let is_last = tick.tick == decided.tick;
         if is_last && decided.kind == EventKind::Tick {
-            return self.tell_verdict();
+            return self.narrate_verdict();
         }
         let mut afterwards = 0;
         for event in &tick.events {
             let Some(seen) = Seen::of(event, self.topology) else { continue };
             let later = is_last && event.step > decided.step;
+            // The rest of the tick shows that the run went on; a few messages are enough for that.
             afterwards += usize::from(later);
             if afterwards > MOST_AFTERWARDS {
                 break;
@@ -239,7 +240,7 @@ impl Teller<'_> {
             let (from, to) = (self.place(&seen.from), self.place(&seen.to));
             self.rows.push(Row::Message { from, to, seen, weight });
             if weight == Weight::Decisive {
-                self.tell_verdict();
+                self.narrate_verdict();
             }
         }
     }
@@ -248,7 +249,7 @@ impl Teller<'_> {
         self.lifelines.iter().position(|known| known == name).unwrap_or(0)
     }
 
-    fn tell_verdict(&mut self) {
+    fn narrate_verdict(&mut self) {
         let evidence = self.evidence;
         for missing in &evidence.missing {
             let words = match evidence.deadline_tick {
@@ -278,6 +279,7 @@ impl Teller<'_> {
         for missing in &self.evidence.missing {
             let on = |event: &&Event| matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel);
             let found = ticks.iter().flat_map(|tick| tick.events.iter().copied()).filter(on);
+            // What came before the condition cannot be its answer, though it came on the right channel.
             let owed_since = self.evidence.since.map_or(0, |since| since.step);
             let (early, other): (Vec<&Event>, Vec<&Event>) = found.partition(|event| event.step < owed_since);
             let ends = format!("from {} to {}", missing.from, missing.to);

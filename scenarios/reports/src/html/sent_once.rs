@@ -14,7 +14,7 @@ const MOST: usize = 6;
 /// ignoring numbers; none if there are no such messages.
 pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topology: &Topology) -> Option<String> {
     let inside: Vec<&Event> = events.iter().filter(|event| (from..=to).contains(&event.time)).collect();
-    let is_new = |event: &&&Event| inside.iter().filter(|other| says_the_same(event, other)).count() == 1;
+    let is_new = |event: &&&Event| inside.iter().filter(|other| is_alike(event, other)).count() == 1;
     let once = inside.iter().filter(is_new).filter_map(|event| Seen::of(event, topology));
     let once: Vec<Seen> = once.filter(|seen| ![&seen.from, &seen.to].contains(&&recording::TREE.to_owned())).collect();
     let sent = |seen: &Seen| format!("{} told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
@@ -26,7 +26,7 @@ pub(super) fn sentence(events: &[Event], (from, to): (Duration, Duration), topol
         .then(|| format!("These messages were sent only once in that time, in this order: {}.", all.join("; ")))
 }
 
-fn says_the_same(a: &Event, b: &Event) -> bool {
+fn is_alike(a: &Event, b: &Event) -> bool {
     match (&a.kind, &b.kind) {
         (EventKind::Received { channel: a, message: this }, EventKind::Received { channel: b, message: that }) => {
             a == b && symbols(this).eq(symbols(that))
@@ -65,12 +65,12 @@ mod tests {
             event(3, levels, level(30.0)),
             event(4, answers, Message::symbols(["success"])),
         ];
-        let said = |to| sentence(&events, (Duration::ZERO, Duration::from_secs(to)), &topology);
+        let sent = |to| sentence(&events, (Duration::ZERO, Duration::from_secs(to)), &topology);
         assert_eq!(
-            said(4).unwrap(),
+            sent(4).unwrap(),
             "These messages were sent only once in that time, in this order: Reader told Skill `[<error>]` at tick 2."
         );
-        assert!(said(1).unwrap().contains("[<ok>, 31]"), "{:?}", said(1));
-        assert_eq!(said(0), None);
+        assert!(sent(1).unwrap().contains("[<ok>, 31]"), "{:?}", sent(1));
+        assert_eq!(sent(0), None);
     }
 }
