@@ -10,7 +10,8 @@ use std::thread::Builder;
 
 pub use order::InOrder;
 
-/// How far jobs may run ahead of the earliest unfinished one: bounds the number of waiting results.
+/// How far jobs may run ahead of the earliest unfinished one: bounds the number of waiting results. Much less would let
+/// the other cores wait for one long run among short ones. (Chosen, not measured.)
 const AHEAD: u64 = 4096;
 
 /// The stack size of each thread: that of a main thread on most systems, so that all threads behave alike.
@@ -58,7 +59,7 @@ pub fn in_order<T: Send, E>(
     threads: usize,
     interrupted: &AtomicBool,
     work: impl Fn(u64) -> T + Sync,
-    mut take: impl FnMut(u64, T) -> Result<bool, E>,
+    take: impl FnMut(u64, T) -> Result<bool, E>,
 ) -> Result<(), E> {
     let first = places.start;
     let threads = threads.min(usize::try_from(places.end.saturating_sub(places.start)).unwrap_or(usize::MAX));
@@ -78,30 +79,51 @@ pub fn in_order<T: Send, E>(
             Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker).is_ok()
         };
         let started = (0..threads).take_while(start).count();
+        // Only the workers still send, so receiving ends when the last of them does.
         drop(send);
         if started == 0 {
-            while let Some(place) = gate.enter(interrupted) {
-                if !take(place, work(place))? {
-                    break;
-                }
-                gate.took(place);
-            }
+            return work_alone(&gate, interrupted, &work, take);
         }
-        let mut order = InOrder::from(first);
-        for (place, result) in receive {
-            order.put(place, result);
-            while let Some((place, result)) = order.take() {
-                match take(place, result) {
-                    Ok(true) => gate.took(place),
-                    over => {
-                        gate.close();
-                        return over.map(drop);
-                    }
-                }
-            }
-        }
-        Ok(())
+        take_in_order(&gate, InOrder::from(first), receive, take)
     })
+}
+
+/// Does all the work on this thread.
+fn work_alone<T, E>(
+    gate: &Gate,
+    interrupted: &AtomicBool,
+    work: impl Fn(u64) -> T,
+    mut take: impl FnMut(u64, T) -> Result<bool, E>,
+) -> Result<(), E> {
+    while let Some(place) = gate.enter(interrupted) {
+        if !take(place, work(place))? {
+            break;
+        }
+        gate.took(place);
+    }
+    Ok(())
+}
+
+/// Passes the results of the workers to `take` in order, until it wants no more.
+fn take_in_order<T, E>(
+    gate: &Gate,
+    mut order: InOrder<T>,
+    receive: mpsc::Receiver<(u64, T)>,
+    mut take: impl FnMut(u64, T) -> Result<bool, E>,
+) -> Result<(), E> {
+    for (place, result) in receive {
+        order.put(place, result);
+        while let Some((place, result)) = order.take() {
+            match take(place, result) {
+                Ok(true) => gate.took(place),
+                over => {
+                    gate.close();
+                    return over.map(drop);
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Lets threads begin the next job, but not too far ahead of the results taken.
@@ -246,16 +268,16 @@ mod tests {
     #[test]
     fn results_come_in_order_and_progress_counts_every_job() {
         let jobs: Vec<u64> = (0..200).collect();
-        let told = Mutex::new(Vec::new());
+        let seen = Mutex::new(Vec::new());
         let slow_first = |job: &u64| {
             let steps = (200 - job) * 100;
             std::hint::black_box((0..steps).fold(*job, |sum, step| sum.wrapping_mul(31) ^ step));
             *job
         };
-        let results = run(&jobs, slow_first, |done| told.lock().expect("no thread panics").push(done));
+        let results = run(&jobs, slow_first, |done| seen.lock().expect("no thread panics").push(done));
         assert_eq!(results, jobs);
-        let mut told = told.into_inner().expect("no thread panics");
-        told.sort_unstable();
-        assert_eq!(told, (1..=200).collect::<Vec<_>>());
+        let mut seen = seen.into_inner().expect("no thread panics");
+        seen.sort_unstable();
+        assert_eq!(seen, (1..=200).collect::<Vec<_>>());
     }
 }

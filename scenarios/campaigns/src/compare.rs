@@ -27,9 +27,9 @@ const NAMED: usize = 3;
 #[derive(Clone, Debug, Serialize)]
 pub struct CampaignComparison {
     /// The earlier one.
-    pub before: Side,
+    pub before: ComparedCampaign,
     /// The later one.
-    pub after: Side,
+    pub after: ComparedCampaign,
     /// The confidence of all intervals.
     pub confidence: Confidence,
     /// How many runs have the same number, seed and parameters in both.
@@ -40,7 +40,7 @@ pub struct CampaignComparison {
 
 /// One of the two campaigns.
 #[derive(Clone, Debug, Serialize)]
-pub struct Side {
+pub struct ComparedCampaign {
     /// The folder of its results.
     pub folder: PathBuf,
     /// Its name on the command line.
@@ -75,13 +75,13 @@ pub struct Compared {
     pub first_only_after: Vec<u64>,
     /// Whether the rate is `lower` or `higher`, or has `no_difference` that is significant: by Fisher's test, or by
     /// McNemar's test if there are pairs, with a total error of 5 % for everything compared (Bonferroni).
-    pub change: Change,
+    pub change: RateChange,
 }
 
 /// The change of a rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Change {
+pub enum RateChange {
     /// It happens less often.
     Lower,
     /// It happens more often.
@@ -101,6 +101,7 @@ impl CampaignComparison {
         check_alike(&old.header.layout, &new.header.layout)?;
         let events = ComparedEvent::shared(&old.header.layout, &new.header.layout)?;
         let mut tally = Tally::new(events);
+        // Both journals are read side by side, so that neither campaign has to fit in memory.
         loop {
             let (old, new) = (old.next()?, new.next()?);
             if old.is_none() && new.is_none() {
@@ -108,7 +109,7 @@ impl CampaignComparison {
             }
             tally.add(old.as_ref(), new.as_ref());
         }
-        let side = |folder: &Path, journal: &JournalReader, place: usize| Side {
+        let side = |folder: &Path, journal: &JournalReader, place: usize| ComparedCampaign {
             folder: folder.to_owned(),
             campaign: journal.header.layout.campaign.clone(),
             again: journal.header.layout.again(),
@@ -141,6 +142,7 @@ fn open(folder: &Path) -> Result<JournalReader, Error> {
 /// Rejects campaigns that vary different parameters.
 fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
     let help = "two campaigns can be compared if they vary the same parameters in the same way";
+    // Sorted, since the files may list the same parameters in different orders.
     let keys = |layout: &Layout| -> Vec<String> {
         let mut keys: Vec<_> = layout.parameters.iter().map(|parameter| parameter.key.clone()).collect();
         keys.sort_unstable();
@@ -228,6 +230,7 @@ impl Tally {
             self.runs[place] += 1;
             self.failed[place] += u64::from(record.outcome == RunOutcome::Failed);
         }
+        // A failed run counts for no property, and so is in no pair for it.
         for Counted { event, counts, paired, only } in &mut self.events {
             let [before, after] = [(old, 0), (new, 1)].map(|(record, place)| event.happened(record?, place));
             for (count, happened) in counts.iter_mut().zip([before, after]) {
@@ -250,6 +253,8 @@ impl Tally {
     }
 
     fn compared(self, confidence: Confidence) -> Vec<Compared> {
+        // Bonferroni's correction: with n comparisons at a level of 5 % / n each, the probability that any of them shows
+        // a difference by chance is at most 5 %.
         let enough = (1.0 - CONFIDENCE) / self.events.len().max(1) as f64;
         let pairs = self.pairs;
         let compared = |Counted {
@@ -259,12 +264,13 @@ impl Tally {
                             only: [first_only_before, first_only_after],
                         }: Counted| {
             let comparison = Comparison::of(before, after, confidence);
+            // McNemar's test detects smaller differences, but it ignores runs without a partner.
             let all_paired = pairs > 0 && pairs == before.runs().max(after.runs());
             let p_value = if all_paired { paired.p_value() } else { comparison.p_value };
             let change = match comparison.difference {
-                Some(difference) if p_value < enough && difference < 0.0 => Change::Lower,
-                Some(difference) if p_value < enough && difference > 0.0 => Change::Higher,
-                _ => Change::NoDifference,
+                Some(difference) if p_value < enough && difference < 0.0 => RateChange::Lower,
+                Some(difference) if p_value < enough && difference > 0.0 => RateChange::Higher,
+                _ => RateChange::NoDifference,
             };
             Compared {
                 of: event.name,
@@ -284,7 +290,7 @@ impl Tally {
 impl fmt::Display for CampaignComparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, side) in [("before", &self.before), ("after", &self.after)] {
-            let Side { folder, campaign, scenario, version, runs, failed, .. } = side;
+            let ComparedCampaign { folder, campaign, scenario, version, runs, failed, .. } = side;
             writeln!(
                 f,
                 "{name:<7} {}: {campaign} ({scenario}, steward {version}), {runs} runs, {failed} failed",
@@ -300,26 +306,30 @@ impl fmt::Display for CampaignComparison {
 
 impl Compared {
     fn write(&self, f: &mut fmt::Formatter<'_>, of: &CampaignComparison) -> fmt::Result {
-        let Comparison { before, after, p_value, difference, interval, odds_ratio, odds_interval, .. } =
-            &self.comparison;
-        let percent = |count: &Count| count.rate().map_or("–".to_owned(), |rate| format!("{:.2} %", 100.0 * rate));
         let what = if self.of == "expectation" { "not as expected" } else { "violated" };
         let verdict = match self.change {
-            Change::Lower => format!("less often {what} after"),
-            Change::Higher => format!("more often {what} after"),
-            Change::NoDifference => "no significant difference".to_owned(),
+            RateChange::Lower => format!("less often {what} after"),
+            RateChange::Higher => format!("more often {what} after"),
+            RateChange::NoDifference => "no significant difference".to_owned(),
         };
         writeln!(f, "\n{}: {verdict}", self.of)?;
-        writeln!(
-            f,
-            "  {what} in {} of {} ({}) before, {} of {} ({}) after",
-            before.happened(),
-            before.runs(),
-            percent(before),
-            after.happened(),
-            after.runs(),
-            percent(after)
-        )?;
+        self.write_rates(f, what)?;
+        self.write_effect(f)?;
+        self.write_pairs(f, of)
+    }
+
+    fn write_rates(&self, f: &mut fmt::Formatter<'_>, what: &str) -> fmt::Result {
+        let words = |count: Count| {
+            let percent = count.rate().map_or("–".to_owned(), |rate| format!("{:.2} %", 100.0 * rate));
+            format!("{} of {} ({percent})", count.happened(), count.runs())
+        };
+        let [before, after] = [self.comparison.before, self.comparison.after].map(words);
+        writeln!(f, "  {what} in {before} before, {after} after")
+    }
+
+    /// How large the difference is, and how likely it would be by chance.
+    fn write_effect(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Comparison { p_value, difference, interval, odds_ratio, odds_interval, .. } = &self.comparison;
         let high = odds_interval.high.map_or("∞".to_owned(), |high| format!("{high:.3}"));
         let ratio = odds_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.3}"));
         writeln!(
@@ -330,7 +340,11 @@ impl Compared {
             100.0 * interval.high,
             odds_interval.low,
             probability(*p_value)
-        )?;
+        )
+    }
+
+    /// In which of the runs with a partner it happened only before or only after.
+    fn write_pairs(&self, f: &mut fmt::Formatter<'_>, of: &CampaignComparison) -> fmt::Result {
         let Some((paired, p_value)) = self.paired.zip(self.paired_p_value) else { return Ok(()) };
         writeln!(
             f,
@@ -339,10 +353,10 @@ impl Compared {
             paired.only_after,
             probability(p_value)
         )?;
-        for (runs, when) in [(&self.first_only_before, "before"), (&self.first_only_after, "after")] {
+        let only = [("before", &self.first_only_before, &of.before), ("after", &self.first_only_after, &of.after)];
+        for (when, runs, campaign) in only {
             if let Some(k) = runs.first() {
-                let side = if when == "before" { &of.before } else { &of.after };
-                writeln!(f, "  only {when}: run {k}, {}", command(&side.again, *k))?;
+                writeln!(f, "  only {when}: run {k}, {}", command(&campaign.again, *k))?;
             }
         }
         Ok(())

@@ -112,6 +112,7 @@ enum Cells {
 
 /// All columns of these runs, in order.
 fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
+    // The schema comes from the columns of no rows, so it cannot differ from the columns that are written.
     let mut columns = Columns { rows, all: Vec::new() };
     columns.integer("k", |row| Some(row.k as i64));
     columns.integer("seed", |row| Some(row.seed as i64));
@@ -188,6 +189,7 @@ fn parameter_cells(kind: ParameterKind, place: usize, rows: &[RunRecord]) -> Cel
             Cells::Integers(values.map(integer).collect())
         }
         ParameterKind::Number => {
+            // A list such as `[1, 2.5]` is of numbers, though TOML reads its first value as an integer.
             let number = |value: Option<&ParameterValue>| match value {
                 Some(ParameterValue::Number(value)) => Some(*value),
                 Some(ParameterValue::Integer(value)) => Some(*value as f64),
@@ -333,10 +335,10 @@ mod tests {
         let names: Vec<&str> = schema.columns().iter().map(|column| column.name()).collect();
         let cells =
             include_str!("dataset.rs").lines().filter_map(|line| line.strip_prefix("//! | `")?.split('|').next());
-        let told = cells.flat_map(|cell| cell.split('`').step_by(2)).filter(|name| !name.trim().is_empty());
-        let told: String = told.map(|name| name.replace("PROPERTY", "phi1") + " ").collect();
-        let told = told.replace("param.KEY", "param.a.0 param.a.1 param.a.2 param.a.3");
-        assert_eq!(names.join(" "), told.trim(), "the columns, and those in the table on top");
+        let documented = cells.flat_map(|cell| cell.split('`').step_by(2)).filter(|name| !name.trim().is_empty());
+        let documented: String = documented.map(|name| name.replace("PROPERTY", "phi1") + " ").collect();
+        let documented = documented.replace("param.KEY", "param.a.0 param.a.1 param.a.2 param.a.3");
+        assert_eq!(names.join(" "), documented.trim(), "the columns, and those in the table on top");
         let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
         assert_eq!(rows.len() as u64, runs);
         let cell = |row: usize, name: &str| {

@@ -13,9 +13,9 @@ use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
 /// The greatest number of runs of a campaign.
 pub const MAX_RUNS: u64 = 100_000_000;
 /// The greatest length of a list of values: the scenario checks each of them before the first run.
-const MAX_VALUES: u64 = 1000;
+pub(super) const MAX_VALUES: u64 = 1000;
 /// The greatest number of steps of a range.
-const MAX_STEPS: u64 = 1_000_000;
+pub(super) const MAX_STEPS: u64 = 1_000_000;
 
 /// A campaign file.
 #[derive(Clone, Debug)]
@@ -88,25 +88,15 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
     let seed = root.get::<u64>("seed").or(1);
     let seeds = root.one_of("seeds", &[("each", Seeds::Each), ("same", Seeds::Same)]).or(Seeds::Each);
     let set = root.get("set").or(Vec::new());
-    let samplings = [
-        ("grid", Sampling::Grid),
-        ("random", Sampling::Random),
-        ("latin_hypercube", Sampling::LatinHypercube),
-        ("sobol", Sampling::Sobol),
-    ];
-    let sampling = root.one_of("sampling", &samplings).spanned();
-    let random = Spanned { value: Sampling::Random, span: root.span().clone() };
-    let sampling = if root.has("parameters") { sampling.required() } else { Some(sampling.or(random)) };
-    let goal = root.table("goal").and_then(read_goal);
-    let goal = if root.has("goal") { goal.required().map(Some) } else { Some(None) };
+    let sampling = read_sampling(root);
+    let goal = if_given(root, "goal", root.table("goal").and_then(read_goal).map(Some), None);
     let measures = root.get::<Vec<Spanned<String>>>("measures").try_map(|names, _| read_measures(&names));
-    let measures = if root.has("measures") { measures.required() } else { Some(Vec::new()) };
-    let model = root.table("model").and_then(|table| Model::read(table));
-    let model = if root.has("model") { model.required().map(Some) } else { Some(None) };
-    let parameters = root.tables("parameters").each(read_parameter);
-    let parameters = if root.has("parameters") { parameters.required() } else { Some(Vec::new()) };
+    let measures = if_given(root, "measures", measures, Vec::new());
+    let model = if_given(root, "model", root.table("model").and_then(|table| Model::read(table)).map(Some), None);
+    let parameters = if_given(root, "parameters", root.tables("parameters").each(read_parameter), Vec::new());
     let runs = root.get::<u64>("runs").within(1..=MAX_RUNS).spanned();
     let repeats = root.get::<u64>("repeats").within(1..=MAX_RUNS).spanned();
+    // What follows relates keys to each other: it would only repeat what is wrong with one of them.
     let (sampling, parameters, goal, model) = (sampling?, parameters?, goal?, model?);
     check_parameters(root, &sampling, &parameters);
     model.iter().for_each(|model| model.check(root, &parameters));
@@ -117,19 +107,26 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
         refuse_given(root, repeats, "only a grid repeats its runs: set `runs`");
         settled_runs(root, sampling.value, goal.as_ref(), runs)
     };
-    Some(CampaignFile {
-        about,
-        scenario: scenario?,
-        seed,
-        seeds,
-        set,
-        sampling: sampling.value,
-        parameters,
-        runs: runs?,
-        goal,
-        measures: measures?,
-        model,
-    })
+    let (scenario, sampling, runs, measures) = (scenario?, sampling.value, runs?, measures?);
+    Some(CampaignFile { about, scenario, seed, seeds, set, sampling, parameters, runs, goal, measures, model })
+}
+
+/// The value of a key, or `otherwise` if the key is missing. None if its value is invalid, which has been recorded.
+fn if_given<T>(root: Table<'_>, key: &str, field: Field<'_, T>, otherwise: T) -> Option<T> {
+    if root.has(key) { field.required() } else { Some(otherwise) }
+}
+
+/// The design, which must be given with parameters.
+fn read_sampling(root: Table<'_>) -> Option<Spanned<Sampling>> {
+    let samplings = [
+        ("grid", Sampling::Grid),
+        ("random", Sampling::Random),
+        ("latin_hypercube", Sampling::LatinHypercube),
+        ("sobol", Sampling::Sobol),
+    ];
+    let sampling = root.one_of("sampling", &samplings).spanned();
+    let random = Spanned { value: Sampling::Random, span: root.span().clone() };
+    if root.has("parameters") { sampling.required() } else { Some(sampling.or(random)) }
 }
 
 fn read_measures(names: &[Spanned<String>]) -> Result<Vec<Spanned<Measure>>, Problem> {
@@ -194,6 +191,7 @@ fn check_parameters(root: Table<'_>, sampling: &Spanned<Sampling>, parameters: &
     for (place, parameter) in parameters.iter().enumerate() {
         let Spanned { value: key, span } = &parameter.key;
         let before = &parameters[..place];
+        // Values are set one after the other, so one of two overlapping keys would undo the other.
         let inside = |outer: &str, inner: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
         if before.iter().any(|other| other.key.value == *key) {
             root.report(span.problem(format!("`{key}` is varied twice")).with_label("again"));
@@ -240,6 +238,7 @@ fn is_key(key: &str) -> bool {
 fn read_domain(table: Table<'_>) -> Option<ParameterDomain> {
     let kinds = ["values", "from", "normal", "exponential"];
     let given: Vec<&str> = kinds.into_iter().filter(|kind| table.has(kind)).collect();
+    // A wrong combination of keys is one problem: none of them is also reported as unknown.
     kinds.into_iter().chain(["to", "steps", "scale", "whole"]).for_each(|key| table.know(key));
     let help = "set `values`, or `from` and `to`, or `normal`, or `exponential`";
     match given.as_slice() {
@@ -290,6 +289,7 @@ fn read_range(table: Table<'_>) -> Option<ParameterDomain> {
                     .with_label("`whole` uses every whole number"),
             );
         }
+        // As numbers, they have been checked to be there: what is missing is reported once.
         let (from, to) = (table.integer("from").optional(), table.integer("to").spanned().optional());
         let (from, to) = (from?, to?);
         check_order(table, from < to.value, &to.span)?;
@@ -328,6 +328,7 @@ fn read_normal(table: Table<'_>) -> Option<ParameterDomain> {
 fn read_goal(table: Table<'_>) -> Option<Goal> {
     let estimate = table.text("estimate").spanned();
     let test = table.text("test").spanned();
+    // In each case, all keys are read before the first `?`, so that everything that is wrong is reported at once.
     match (table.has("estimate"), table.has("test")) {
         (true, false) => {
             let half_width = table.number("half_width").spanned().required();

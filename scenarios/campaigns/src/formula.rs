@@ -15,7 +15,7 @@ use std::iter::Peekable;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Formula {
     text: String,
-    root: Node,
+    root: Arithmetic,
 }
 
 /// Why a text is not a formula.
@@ -48,8 +48,9 @@ pub enum FormulaError {
     Meaningless(char),
 }
 
+/// A part of a formula.
 #[derive(Clone, Debug, PartialEq)]
-enum Node {
+enum Arithmetic {
     Number(f64),
     Name(String),
     Negative(Box<Self>),
@@ -65,11 +66,11 @@ impl Formula {
         if text.len() > LONGEST {
             return Err(FormulaError::TooLong(LONGEST));
         }
-        let mut parser = Parser { tokens: tokens(text)?.into_iter().peekable() };
+        let mut parser = Parser { lexemes: lexemes(text)?.into_iter().peekable() };
         let root = parser.sum(0)?;
-        match parser.tokens.next() {
+        match parser.lexemes.next() {
             None => Ok(Self { text: text.to_owned(), root }),
-            Some(token) => Err(FormulaError::Superfluous(token.to_string())),
+            Some(lexeme) => Err(FormulaError::Superfluous(lexeme.to_string())),
         }
     }
 
@@ -95,7 +96,7 @@ impl fmt::Display for Formula {
     }
 }
 
-impl Node {
+impl Arithmetic {
     fn value(&self, of: &impl Fn(&str) -> Option<f64>) -> Option<f64> {
         Some(match self {
             Self::Number(number) => *number,
@@ -127,15 +128,15 @@ impl Node {
     }
 }
 
-/// A token of a formula's text.
+/// A lexeme of a formula's text.
 #[derive(Clone, Debug, PartialEq)]
-enum Token {
+enum Lexeme {
     Number(f64),
     Name(String),
     Sign(char),
 }
 
-impl fmt::Display for Token {
+impl fmt::Display for Lexeme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => number.fmt(f),
@@ -145,28 +146,28 @@ impl fmt::Display for Token {
     }
 }
 
-fn tokens(text: &str) -> Result<Vec<Token>, FormulaError> {
-    let (mut tokens, mut rest) = (Vec::new(), text.trim_start());
+fn lexemes(text: &str) -> Result<Vec<Lexeme>, FormulaError> {
+    let (mut lexemes, mut rest) = (Vec::new(), text.trim_start());
     while let Some(first) = rest.chars().next() {
         let of_name = |letter: char| letter.is_alphanumeric() || letter == '_';
         let of_number = |letter: char| letter.is_ascii_digit() || letter == '.';
         let end = |part: fn(char) -> bool| rest.find(|letter| !part(letter)).unwrap_or(rest.len());
-        let (token, taken) = if of_number(first) {
+        let (lexeme, taken) = if of_number(first) {
             let number = &rest[..end(of_number)];
             let parsed = number.parse().map_err(|_| FormulaError::NotANumber(number.to_owned()))?;
-            (Token::Number(parsed), number.len())
+            (Lexeme::Number(parsed), number.len())
         } else if of_name(first) {
             let name = &rest[..end(of_name)];
-            (Token::Name(name.to_owned()), name.len())
+            (Lexeme::Name(name.to_owned()), name.len())
         } else if "+-*/()".contains(first) {
-            (Token::Sign(first), 1)
+            (Lexeme::Sign(first), 1)
         } else {
             return Err(FormulaError::Meaningless(first));
         };
-        tokens.push(token);
+        lexemes.push(lexeme);
         rest = rest[taken..].trim_start();
     }
-    Ok(tokens)
+    Ok(lexemes)
 }
 
 /// The greatest length of a formula, in bytes.
@@ -174,16 +175,16 @@ const LONGEST: usize = 1000;
 /// The greatest nesting depth of parentheses.
 const DEEPEST: usize = 100;
 
-struct Parser<I: Iterator<Item = Token>> {
-    tokens: Peekable<I>,
+struct Parser<I: Iterator<Item = Lexeme>> {
+    lexemes: Peekable<I>,
 }
 
-impl<I: Iterator<Item = Token>> Parser<I> {
-    fn sum(&mut self, depth: usize) -> Result<Node, FormulaError> {
+impl<I: Iterator<Item = Lexeme>> Parser<I> {
+    fn sum(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
         self.chain(['+', '-'], |parser| parser.product(depth))
     }
 
-    fn product(&mut self, depth: usize) -> Result<Node, FormulaError> {
+    fn product(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
         self.chain(['*', '/'], |parser| parser.single(depth))
     }
 
@@ -191,28 +192,28 @@ impl<I: Iterator<Item = Token>> Parser<I> {
     fn chain(
         &mut self,
         signs: [char; 2],
-        part: impl Fn(&mut Self) -> Result<Node, FormulaError>,
-    ) -> Result<Node, FormulaError> {
+        part: impl Fn(&mut Self) -> Result<Arithmetic, FormulaError>,
+    ) -> Result<Arithmetic, FormulaError> {
         let mut left = part(self)?;
-        let is_sign = |token: &Token| matches!(token, Token::Sign(sign) if signs.contains(sign));
-        while let Some(Token::Sign(sign)) = self.tokens.next_if(is_sign) {
-            left = Node::Both(Box::new(left), sign, Box::new(part(self)?));
+        let is_sign = |lexeme: &Lexeme| matches!(lexeme, Lexeme::Sign(sign) if signs.contains(sign));
+        while let Some(Lexeme::Sign(sign)) = self.lexemes.next_if(is_sign) {
+            left = Arithmetic::Both(Box::new(left), sign, Box::new(part(self)?));
         }
         Ok(left)
     }
 
-    fn single(&mut self, depth: usize) -> Result<Node, FormulaError> {
-        match self.tokens.next() {
+    fn single(&mut self, depth: usize) -> Result<Arithmetic, FormulaError> {
+        match self.lexemes.next() {
             _ if depth > DEEPEST => Err(FormulaError::TooDeep),
-            Some(Token::Number(number)) => Ok(Node::Number(number)),
-            Some(Token::Name(name)) => Ok(Node::Name(name)),
-            Some(Token::Sign('-')) => Ok(Node::Negative(Box::new(self.single(depth + 1)?))),
-            Some(Token::Sign('(')) => {
+            Some(Lexeme::Number(number)) => Ok(Arithmetic::Number(number)),
+            Some(Lexeme::Name(name)) => Ok(Arithmetic::Name(name)),
+            Some(Lexeme::Sign('-')) => Ok(Arithmetic::Negative(Box::new(self.single(depth + 1)?))),
+            Some(Lexeme::Sign('(')) => {
                 let inside = self.sum(depth + 1)?;
-                let closes = self.tokens.next() == Some(Token::Sign(')'));
+                let closes = self.lexemes.next() == Some(Lexeme::Sign(')'));
                 if closes { Ok(inside) } else { Err(FormulaError::Unclosed) }
             }
-            Some(token) => Err(FormulaError::Misplaced(token.to_string())),
+            Some(lexeme) => Err(FormulaError::Misplaced(lexeme.to_string())),
             None => Err(FormulaError::Unfinished),
         }
     }

@@ -227,36 +227,29 @@ impl Journal {
         header: &Header,
         replay: impl FnMut(RunRecord) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let journal = folder.join(JOURNAL);
+        refuse_other_results(folder)?;
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |source| Error::unwritten(path, source)
         };
-        if !journal.exists() && folder.join(DATASET).exists() {
-            let message = format!("{} contains a dataset without its journal", folder.display());
-            return Err(Error::refused(message, "existing files are not overwritten: use another folder"));
-        }
-        if !journal.exists() && folder.join(REPORT).exists() {
-            let message = format!("{} contains the report of a run", folder.display());
-            return Err(Error::refused(
-                message,
-                "a campaign does not overwrite it: choose another folder with `--out`",
-            ));
-        }
         std::fs::create_dir_all(folder).map_err(failed(folder))?;
         let open = |path: &Path| {
             let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
             file.map_err(failed(path))
         };
-        let mut file = open(&journal)?;
+        let path = folder.join(JOURNAL);
+        let mut file = open(&path)?;
+        // Nothing is read before the lock: the lines of a program that is still writing are not the last ones.
         lock(&file, folder)?;
         let (runs, end) = resume(folder, &file, header, replay)?;
-        cut(&mut file, end).map_err(failed(&journal))?;
+        cut(&mut file, end).map_err(failed(&path))?;
         if end == 0 {
-            write_line(&mut file, header).map_err(failed(&journal))?;
+            write_line(&mut file, header).map_err(failed(&path))?;
         }
         let path = folder.join(TIMING);
         let mut timing = open(&path)?;
+        // A run's wall time is written before its record, so a killed program leaves at most one that is superfluous:
+        // below the heading, there are as many lines as runs.
         let end = end_of_lines(&timing, runs + 1).map_err(failed(&path))?;
         cut(&mut timing, end).map_err(failed(&path))?;
         if end == 0 {
@@ -313,6 +306,23 @@ pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error
         }
     }
     file.set_len(0).map_err(|source| Error::unwritten(path, source))
+}
+
+/// Rejects a folder without a journal that has other results, which must not be overwritten.
+fn refuse_other_results(folder: &Path) -> Result<(), Error> {
+    let shown = folder.display();
+    let (message, help) = if folder.join(JOURNAL).exists() {
+        return Ok(());
+    } else if folder.join(DATASET).exists() {
+        let help = "existing files are not overwritten: use another folder";
+        (format!("{shown} contains a dataset without its journal"), help)
+    } else if folder.join(REPORT).exists() {
+        let help = "a campaign does not overwrite it: choose another folder with `--out`";
+        (format!("{shown} contains the report of a run"), help)
+    } else {
+        return Ok(());
+    };
+    Err(Error::refused(message, help))
 }
 
 /// Keeps other programs from writing to `folder` until the journal is closed.

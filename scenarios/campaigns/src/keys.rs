@@ -4,7 +4,7 @@ use scenarios::schema::{Key, flag, json_schema, list, number, one_of, or, plain,
 use serde_json::{Value, json};
 
 use super::Measure;
-use super::file::MAX_RUNS;
+use super::file::{MAX_RUNS, MAX_STEPS, MAX_VALUES};
 
 /// The JSON schema of a campaign file.
 #[must_use]
@@ -25,9 +25,17 @@ pub fn schema() -> Value {
 /// All keys of a campaign file.
 #[must_use]
 pub fn keys() -> Vec<Key> {
+    let mut keys = design();
+    keys.extend(parameters());
+    keys.extend(goal_and_model());
+    keys
+}
+
+/// The keys that decide which runs there are, apart from the parameters.
+fn design() -> Vec<Key> {
     let count = || with(whole(1), json!({ "maximum": MAX_RUNS }));
     let measures = one_of(&Measure::ALL.map(Measure::name));
-    let mut keys = vec![
+    vec![
         Key::new("scenario", "The scenario to run: a file beside this one, or a name.", text()).required(),
         Key::new("about", "The question that the campaign answers, in one line.", or(text(), "")),
         Key::new(
@@ -61,10 +69,7 @@ pub fn keys() -> Vec<Key> {
             "What the page plots against the parameters, besides the properties.",
             or(list(&format!("an array of {}", Measure::ALL.map(Measure::name).join(", ")), &measures), json!([])),
         ),
-    ];
-    keys.extend(parameters());
-    keys.extend(goal_and_model());
-    keys
+    ]
 }
 
 fn any_number() -> Value {
@@ -80,9 +85,10 @@ fn between(least: f64, most: f64) -> Value {
     json!({ "type": "number", "exclusiveMinimum": plain(least), "exclusiveMaximum": plain(most) })
 }
 
-fn parameters() -> Vec<Key> {
+/// How the keys of a parameter may be combined.
+fn parameter_rules() -> Value {
     let one = ["values", "from", "normal", "exponential"].map(|key| json!({ "required": [key] }));
-    let rules = json!({
+    json!({
         "oneOf": one,
         "dependentRequired": {
             "from": ["to"], "to": ["from"], "steps": ["from"], "scale": ["from"], "whole": ["from"],
@@ -100,16 +106,15 @@ fn parameters() -> Vec<Key> {
                 "then": { "properties": { "from": { "exclusiveMinimum": 0 } } },
             },
         ],
-    });
-    let values = with(
-        list("an array of strings, numbers, true or false", &scalar()),
-        json!({ "minItems": 1, "maxItems": 1000 }),
-    );
-    vec![
+    })
+}
+
+fn parameters() -> Vec<Key> {
+    let mut keys = vec![
         Key::new(
             "parameters[]",
             "A key of the scenario that varies, with one of `values`, `from` and `to`, `normal` and `exponential`.",
-            table(rules),
+            table(parameter_rules()),
         ),
         Key::new(
             "parameters[].key",
@@ -127,13 +132,25 @@ fn parameters() -> Vec<Key> {
             "A description with its unit, for reports.",
             with(text(), json!({ "minLength": 1 })),
         ),
+    ];
+    keys.extend(domains());
+    keys
+}
+
+/// The values of a parameter.
+fn domains() -> Vec<Key> {
+    let values = with(
+        list("an array of strings, numbers, true or false", &scalar()),
+        json!({ "minItems": 1, "maxItems": MAX_VALUES }),
+    );
+    vec![
         Key::new("parameters[].values", "Its values.", values),
         Key::new("parameters[].from", "The lower end of a range.", any_number()),
         Key::new("parameters[].to", "The upper end of a range.", any_number()),
         Key::new(
             "parameters[].steps",
             "This many values, evenly spaced over the range. Required for a grid.",
-            with(whole(2), json!({ "maximum": 1_000_000 })),
+            with(whole(2), json!({ "maximum": MAX_STEPS })),
         ),
         Key::new(
             "parameters[].scale",

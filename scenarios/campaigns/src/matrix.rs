@@ -119,6 +119,7 @@ impl Matrix {
         }
         let faulty = scenarios.into_iter().map(|scenario| Job { seed: scenario.file.seed, scenario });
         let sound = (1..=runs).map(|seed| Job { scenario: Arc::clone(fault_free), seed });
+        // One list of jobs, so that no core waits for the slowest faulty scenario before the fault-free runs begin.
         let jobs: Vec<Job> = faulty.chain(sound).collect();
         let done = AtomicUsize::new(0);
         let one = |job: &Job| {
@@ -178,6 +179,7 @@ impl Row {
         let notice = |name: &String| {
             let monitor = report.monitors.iter().find(|monitor| monitor.name == *name)?;
             let late = monitor.tick.zip(onset).and_then(|(tick, onset)| ticks_after(onset.tick, tick));
+            // What is violated before the fault took effect is not violated because of it.
             let early = has_fault && monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
             Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
         };

@@ -133,6 +133,7 @@ impl Page<'_> {
     }
 
     fn rates(&self) -> Markup {
+        // The bars are boxes with a style, not drawings, so that they are as wide as the page leaves them.
         let line = |estimate: &Estimate, what: &str| {
             let (count, Interval { low, high }) = (estimate.count, estimate.interval);
             let range = format!("left:{:.2}%;width:{:.2}%", 100.0 * low, 100.0 * (high - low));
@@ -167,13 +168,13 @@ impl Page<'_> {
 
     fn goal(&self) -> Markup {
         let Some(goal) = &self.summary.goal else { return Markup::default() };
-        let said = match (goal.interval, goal.side) {
+        let answer = match (goal.interval, goal.side) {
             (Some(goal), _) => format!("the probability lies in {}", interval(goal)),
             (None, Some(side)) => format!("the probability is {} the bound", side.name()),
             (None, None) => "undecided".to_owned(),
         };
         let reached = if goal.reached { "reached" } else { "not reached" };
-        html! { p { "Goal " (reached) " for " strong { (goal.of) } " after " (goal.count.runs()) " runs: " (said) "." } }
+        html! { p { "Goal " (reached) " for " strong { (goal.of) } " after " (goal.count.runs()) " runs: " (answer) "." } }
     }
 
     /// For each parameter, a chart for each target.
@@ -195,6 +196,7 @@ impl Page<'_> {
             let event = self.survey.targets[target].event();
             let counts: Vec<_> = parameter.rates.iter().map(|counts| counts[target]).collect();
             match axis {
+                // Names have no order and need room, so a table shows them better than a chart.
                 Axis::Classes(values) if values.iter().any(|value| axis::number(value).is_none()) => html! {
                     div.panel {
                         h3 { (event) }
@@ -224,6 +226,7 @@ impl Page<'_> {
     /// A heat map for each pair of parameters.
     fn pairs(&self) -> Markup {
         let asked = self.survey.model.as_ref().map(|model| model.target);
+        // Maps are many: a model is about one event, and the others have their charts.
         let targets: Vec<usize> = match asked {
             Some(target) => vec![target],
             None => self.survey.drawn.clone(),

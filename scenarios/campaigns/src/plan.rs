@@ -257,6 +257,8 @@ impl Plan {
     /// The values that the scenario rejects, once per parameter. Parameters are varied around the first run; if the
     /// scenario rejects even that run, each parameter is tried alone, so that every wrong one is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
+        // If the first run is accepted, the others differ from it in one value each. If it is not, each value is set in
+        // the scenario as it is, since the wrong one would also spoil the runs that vary the others.
         let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &ParameterValue| {
             if together.is_none() {

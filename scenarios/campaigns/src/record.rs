@@ -135,6 +135,7 @@ impl RunRecord {
             trace_hash: report.trace_hash.clone(),
             monitors: report.monitors.iter().map(|monitor| MonitorFacts::of(monitor, onset)).collect(),
         };
+        // An interrupted campaign finishes the runs that have begun. If one were interrupted, it would not be a result.
         let outcome = match report.outcome {
             OutcomeReport::AsExpected => RunOutcome::AsExpected,
             OutcomeReport::NotAsExpected => RunOutcome::NotAsExpected,

@@ -172,6 +172,7 @@ impl Reproduction {
         let scenarios: Vec<_> = EXPERIMENTS.iter().filter_map(load).collect();
         complaints.check()?;
         let seeds = settings.seeds;
+        // Results come in the order of the jobs, so the runs of an experiment are next to each other.
         let films = scenarios.iter().map(|scenario| Job::Film(Arc::clone(scenario)));
         let runs = scenarios
             .iter()

@@ -131,6 +131,7 @@ fn whole(folders: &[PathBuf], readers: &[JournalReader]) -> Result<Header, Error
             return Err(Error::refused(message, "merge only shards of one campaign with the same number of shards"));
         }
     }
+    // Sorted, so that a shard that is missing and one that is present twice are both found by one comparison.
     let mut there: Vec<u64> = readers.iter().map(|reader| reader.header.shard.index).collect();
     there.sort_unstable();
     if there != (0..first.shard.of).collect::<Vec<_>>() {
@@ -187,6 +188,7 @@ impl Tally {
         for expected in &record.unmet {
             *self.unmet.entry(expected.clone()).or_default() += 1;
         }
+        // A million runs may fail: only the first of them are named.
         let (named, why) = match record.outcome {
             RunOutcome::AsExpected => {
                 self.outcomes.as_expected += 1;
@@ -208,6 +210,8 @@ impl Tally {
 
     fn summary(self, layout: &Layout, goal: Option<GoalReport>, survey: &Survey) -> Result<Summary, Error> {
         let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
+        // These intervals assume a number of runs that was fixed in advance. After a goal, the interval that allows for
+        // stopping is in `goal`.
         let estimate = |of: &str, count: Count| Estimate {
             of: of.to_owned(),
             count,

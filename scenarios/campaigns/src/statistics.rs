@@ -28,7 +28,7 @@ mod sprt;
 pub use comparison::{Comparison, OddsInterval, Paired};
 pub use count::{Confidence, Count, Interval};
 pub use precision::Precision;
-pub use sprt::{Side, Sprt};
+pub use sprt::{Sprt, SprtDecision};
 
 /// Why a statistical goal is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

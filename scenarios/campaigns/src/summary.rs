@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::statistics::{Count, Interval, Side};
+use super::statistics::{Count, Interval, SprtDecision};
 
 /// The summary of a campaign's results: `summary.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -110,5 +110,5 @@ pub struct GoalReport {
     /// The interval of an estimate, which keeps the goal's confidence despite the intermediate looks.
     pub interval: Option<Interval>,
     /// The decision of a test.
-    pub side: Option<Side>,
+    pub side: Option<SprtDecision>,
 }

@@ -76,6 +76,7 @@ fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], numbers: bool
             let Some(rate) = count.rate() else { continue };
             let ends = |bin: usize, bins: f64| [bin as f64 / bins, (bin + 1) as f64 / bins];
             let cell = plot.part(ends(x, x_bins), ends(y, y_bins));
+            // Red over light green: a rate of 0 differs from a bin without runs, which stays gray.
             plot.canvas.rounded(cell, 0.0, Paint::fill(theme::GOOD_LIGHT));
             if rate > 0.0 {
                 plot.canvas.rounded(cell, 0.0, Paint::fill(theme::BAD).fill_opacity(0.85 * rate));

@@ -136,6 +136,7 @@ impl Page<'_> {
             (Outcome::Satisfied, _) => "–".to_owned(),
             (Outcome::Inconclusive, _) => "?".to_owned(),
         };
+        // A failed run has no facts, so the cells of its properties have no verdict to show.
         let well = record.outcome == RunOutcome::AsExpected;
         html! {
             tr {

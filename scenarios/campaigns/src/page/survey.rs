@@ -102,6 +102,7 @@ impl Survey {
         if let Some(model) = &mut self.model {
             model.add(record, happened[model.target]);
         }
+        // `runs` is the number of all runs, known from the first pass: the records of many runs are never held in memory.
         if self.runs <= FEW_RUNS {
             self.records.push(record.clone());
         }
@@ -180,6 +181,7 @@ impl FirstLook {
         for (target, same) in self.same_as.iter_mut().enumerate() {
             same.iter_mut().enumerate().for_each(|(other, same)| *same &= happened[target] == happened[other]);
         }
+        // With n properties, there may be 2ⁿ patterns: once there are many, only known ones are still counted.
         if self.patterns.len() < MOST_PATTERNS || self.patterns.contains_key(&happened) {
             self.patterns.entry(happened).or_insert((0, record.k)).0 += 1;
         }
@@ -200,51 +202,63 @@ impl FirstLook {
         }
     }
 
+    /// The second pass, prepared: bins of the measured ranges, with empty counts.
     pub(super) fn survey(self, layout: &Layout) -> Survey {
+        // With √n/4 bins, each has 4·√n of n runs: more runs make the bins finer and their intervals narrower.
         let bins = (libm::sqrt(self.runs as f64) / 4.0) as usize;
         let bins = bins.clamp(4, 20);
         let targets = self.targets.len();
-        let axes = self.taken.into_iter().zip(&layout.parameters).map(|(taken, layout)| taken.axis(layout, bins));
-        let measures: Vec<(Measure, Histogram)> = self
-            .measures
-            .iter()
-            .filter_map(|(measure, extent)| {
-                let range = extent.range()?;
-                let wide = range.start > 0.0 && range.end / range.start > 20.0;
-                Some((*measure, Histogram::new(Scale::new(range, wide, FINE))))
-            })
-            .collect();
+        let measures = self.histograms();
         let parameter = |axis: Option<Axis>| {
             let bins = axis.as_ref().map_or(0, Axis::bins);
             let measured = measures.iter().map(|(measure, histogram)| (*measure, vec![histogram.clone(); bins]));
             ParameterSurvey { rates: vec![vec![Count::default(); targets]; bins], measures: measured.collect(), axis }
         };
+        let drawn = (0..targets).filter(|target| self.is_worth_drawing(*target)).collect();
+        let axes = self.taken.into_iter().zip(&layout.parameters).map(|(taken, layout)| taken.axis(layout, bins));
         let parameters: Vec<ParameterSurvey> = axes.map(parameter).collect();
-        let counts = self.counts;
-        let differs = |target: usize| {
-            let (count, same) = (counts[target], &self.same_as[target]);
-            count.happened() > 0 && count.happened() < count.runs() && !same.contains(&true)
-        };
-        let mut patterns: Vec<Pattern> =
-            self.patterns.into_iter().map(|(happened, (runs, first))| Pattern { happened, runs, first }).collect();
-        patterns.sort_by_key(|pattern| (std::cmp::Reverse(pattern.runs), pattern.first));
         let latency = |extent: Extent| {
             let range = extent.range()?;
             Some(Histogram::new(Scale::new(0.0..range.end, false, FINE)))
         };
         Survey {
             runs: self.runs,
-            drawn: (0..targets).filter(|target| differs(*target)).collect(),
+            drawn,
             targets: self.targets,
             pairs: pairs(&parameters, targets),
             parameters,
-            patterns,
+            patterns: by_frequency(self.patterns),
             latencies: self.latencies.into_iter().map(latency).collect(),
             model: self.model.map(|model| model.measured(bins)),
             instructive: Vec::new(),
             records: Vec::new(),
         }
     }
+
+    /// An empty histogram for each measurement that has values.
+    fn histograms(&self) -> Vec<(Measure, Histogram)> {
+        let histogram = |(measure, extent): &(Measure, Extent)| {
+            let range = extent.range()?;
+            // On a linear scale, values over such a range would crowd into the first bins. (20 is chosen, not measured.)
+            let is_wide = range.start > 0.0 && range.end / range.start > 20.0;
+            Some((*measure, Histogram::new(Scale::new(range, is_wide, FINE))))
+        };
+        self.measures.iter().filter_map(histogram).collect()
+    }
+
+    /// Whether a target happened in some runs but not in all, and not in exactly the same runs as an earlier one.
+    fn is_worth_drawing(&self, target: usize) -> bool {
+        let (count, same) = (self.counts[target], &self.same_as[target]);
+        count.happened() > 0 && count.happened() < count.runs() && !same.contains(&true)
+    }
+}
+
+/// The patterns, the most frequent first.
+fn by_frequency(patterns: BTreeMap<Vec<Option<bool>>, (u64, u64)>) -> Vec<Pattern> {
+    let patterns = patterns.into_iter().map(|(happened, (runs, first))| Pattern { happened, runs, first });
+    let mut patterns: Vec<Pattern> = patterns.collect();
+    patterns.sort_by_key(|pattern| (std::cmp::Reverse(pattern.runs), pattern.first));
+    patterns
 }
 
 /// All pairs of parameters that have axes, with empty counts.

@@ -96,9 +96,8 @@ fn a_grid_of_a_trillion_runs_is_rejected() {
     );
 }
 
-#[test]
-fn all_errors_in_a_file_are_reported_at_once() {
-    let text = r#"
+/// A campaign file in which nearly everything is wrong.
+const WRONG: &str = r#"
         scenario = "errand"
         sampling = "sobol"
         rums = 10
@@ -134,7 +133,10 @@ fn all_errors_in_a_file_are_reported_at_once() {
         half_width = 3
         confidence = 0.95
     "#;
-    let all = problems(text).join("\n");
+
+#[test]
+fn all_errors_in_a_file_are_reported_at_once() {
+    let all = problems(WRONG).join("\n");
     for wanted in [
         "rums",
         "`runs` must lie between 1 and",
@@ -219,8 +221,8 @@ fn a_model_refers_to_parameters_by_their_names() {
         ("of = \"phi1\"\nquantity = \"100 -\"\nbound = 50", "the formula is incomplete"),
         ("of = \"phi1\"\nquantity = \"charge\"", "`bound` is missing"),
     ] {
-        let said = problems(&format!("{ERRAND}{}", with(model)));
-        assert!(said.iter().any(|said| said.contains(wanted)), "{model}: {said:?}");
+        let reported = problems(&format!("{ERRAND}{}", with(model)));
+        assert!(reported.iter().any(|problem| problem.contains(wanted)), "{model}: {reported:?}");
     }
     let Err(error) =
         Plan::parse("campaign.toml", &format!("{ERRAND}{}", with("of = \"phi9\"\nquantity = \"charge\"\nbound = 1")))
@@ -228,8 +230,8 @@ fn a_model_refers_to_parameters_by_their_names() {
         panic!("there is no phi9")
     };
     assert!(error.reasons().contains("unknown property `phi9`"), "{error:?}");
-    let said = problems(&format!("{ERRAND}runs = 3\nmeasures = [\"colisions\"]\n"));
-    assert!(said.iter().any(|said| said.contains("unknown measure `colisions`")), "{said:?}");
+    let reported = problems(&format!("{ERRAND}runs = 3\nmeasures = [\"colisions\"]\n"));
+    assert!(reported.iter().any(|problem| problem.contains("unknown measure `colisions`")), "{reported:?}");
 }
 
 #[test]

@@ -47,6 +47,7 @@ pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
         view.apply(run.record(Detail::Scenes)).expect(FITS);
         let Ok(()) = camera.follow(&view);
         for (shot, frame) in shots.iter().zip(&mut taken).filter(|(_, frame)| frame.is_none()) {
+            // The paper describes the state at the tick before a fault, and the fault is known only afterwards.
             *frame = match shot.when {
                 When::BeforeFault(index) => (view.faults().len() > index).then(|| at_last_tick.clone()),
                 when => is_due(when, &view).then(|| camera.frame(&view, "")),

@@ -113,42 +113,52 @@ fn figures(reproduction: &Reproduction) -> Vec<Figure> {
     let shot = |title, about| Figure { title, about, panels: panels(reproduction, title) };
     let none = Markup::default;
     let simulated = || html! { p.quiet { "The paper shows a real robot; these are pictures of a simulated one." } };
-    let context = figure("Processes and channels", |layout| picture::context(&reproduction.context, layout));
     vec![
         shot(shots::FIGURE_1, none()),
-        Figure {
-            title: "Figure 2: the tree and its surrounding context",
-            about: html! {
-                p.quiet {
-                    "Drawn from the channels of the system that ran. The paper’s figure shows five of the seven skills and \
-                     two components. A line with two heads stands for two channels, one in each direction; each holds one message."
-                }
-            },
-            panels: whole(
-                &context,
-                &html! {
-                    "The triangle stands for the tree’s process, gray boxes for skills, blue ones for components, lines for \
-                     channels."
-                },
-            ),
-        },
-        Figure {
-            title: "Figure 3: the grammar of SCOPE",
-            about: none(),
-            panels: whole(
-                &html! { pre { code { (monitors::GRAMMAR.trim_end()) "\nrelop      = < | > | <= | >= | = | !=" } } },
-                &html! {
-                    "The paper’s grammar, with which the properties below are parsed, and its abbreviations false, \
-                     implies, eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
-                },
-            ),
-        },
+        figure_2(reproduction),
+        figure_3(),
         Figure { title: "Figure 4: the requirements as properties", about: none(), panels: properties(reproduction) },
         shot(shots::FIGURE_5, two_monitors(reproduction)),
         shot(shots::FIGURE_6, none()),
         shot(shots::FIGURE_7, simulated()),
         shot(shots::FIGURE_8, simulated()),
     ]
+}
+
+/// The system and its surroundings.
+fn figure_2(reproduction: &Reproduction) -> Figure {
+    let context = figure("Processes and channels", |layout| picture::context(&reproduction.context, layout));
+    Figure {
+        title: "Figure 2: the tree and its surrounding context",
+        about: html! {
+            p.quiet {
+                "Drawn from the channels of the system that ran. The paper’s figure shows five of the seven skills and \
+                 two components. A line with two heads stands for two channels, one in each direction; each holds one message."
+            }
+        },
+        panels: whole(
+            &context,
+            &html! {
+                "The triangle stands for the tree’s process, gray boxes for skills, blue ones for components, lines for \
+                 channels."
+            },
+        ),
+    }
+}
+
+/// The language of the properties.
+fn figure_3() -> Figure {
+    Figure {
+        title: "Figure 3: the grammar of SCOPE",
+        about: Markup::default(),
+        panels: whole(
+            &html! { pre { code { (monitors::GRAMMAR.trim_end()) "\nrelop      = < | > | <= | >= | = | !=" } } },
+            &html! {
+                "The paper’s grammar, with which the properties below are parsed, and its abbreviations false, \
+                 implies, eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
+            },
+        ),
+    }
 }
 
 /// A panel as wide as the page.

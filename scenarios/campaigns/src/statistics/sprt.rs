@@ -12,14 +12,14 @@ use super::{Count, StatisticsError};
 /// requested ones.
 ///
 /// ```
-/// use campaigns::statistics::{Count, Side, Sprt};
+/// use campaigns::statistics::{Count, SprtDecision, Sprt};
 ///
 /// let test = Sprt::new(0.05, 0.04, 0.01)?;
 /// let mut violated = Count::default();
 /// while test.decision(violated).is_none() {
 ///     violated.push(false);
 /// }
-/// assert_eq!((violated.runs(), test.decision(violated)), (55, Some(Side::Below)));
+/// assert_eq!((violated.runs(), test.decision(violated)), (55, Some(SprtDecision::Below)));
 /// # Ok::<(), campaigns::statistics::StatisticsError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,17 +32,17 @@ pub struct Sprt {
     threshold: f64,
 }
 
-/// A side of a bound.
+/// On which side of the bound the probability is decided to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Side {
+pub enum SprtDecision {
     /// The probability is below the bound.
     Below,
     /// The probability is above the bound.
     Above,
 }
 
-impl Side {
+impl SprtDecision {
     /// `below` or `above`.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -76,13 +76,13 @@ impl Sprt {
     /// The decision after these runs, if there is one. Call it after each run, in the order of the runs; the first
     /// decision is final.
     #[must_use]
-    pub fn decision(&self, count: Count) -> Option<Side> {
+    pub fn decision(&self, count: Count) -> Option<SprtDecision> {
         let others = count.runs() - count.happened();
         let ratio = count.happened() as f64 * self.if_happened + others as f64 * self.if_not;
         if ratio >= self.threshold {
-            Some(Side::Above)
+            Some(SprtDecision::Above)
         } else if ratio <= -self.threshold {
-            Some(Side::Below)
+            Some(SprtDecision::Below)
         } else {
             None
         }

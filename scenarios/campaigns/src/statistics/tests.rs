@@ -148,10 +148,10 @@ fn the_sequential_test_keeps_its_error_rate() {
     for (bound, indifference, error) in [(0.1, 0.05, 0.05), (0.5, 0.1, 0.01), (0.02, 0.015, 0.1)] {
         let test = Sprt::new(bound, indifference, error).unwrap();
         for (p, wrong) in [
-            (bound - indifference, Side::Above),
-            ((bound - indifference) / 2.0, Side::Above),
-            (bound + indifference, Side::Below),
-            (bound + 2.0 * indifference, Side::Below),
+            (bound - indifference, SprtDecision::Above),
+            ((bound - indifference) / 2.0, SprtDecision::Above),
+            (bound + indifference, SprtDecision::Below),
+            (bound + 2.0 * indifference, SprtDecision::Below),
         ] {
             let mut errors = 0.0;
             let left = follow(
@@ -178,7 +178,7 @@ fn the_sequential_test_keeps_its_error_rate_in_simulated_campaigns() {
         while test.decision(count).is_none() {
             count.push(rng.random_bool(0.15));
         }
-        wrong += u64::from(test.decision(count) == Some(Side::Below));
+        wrong += u64::from(test.decision(count) == Some(SprtDecision::Below));
         runs += count.runs();
     }
     assert!(wrong <= 4000 / 20, "{wrong} of 4000 wrong");
@@ -231,6 +231,7 @@ fn the_exact_test_keeps_its_false_positive_rate() {
         .collect();
     for step in 1..50 {
         let p = f64::from(step) / 50.0;
+        // The probability of each count, exactly: a simulation could not tell 0.0500 from 0.0501.
         let mass = |runs| {
             let mut mass = vec![0.0; runs as usize + 1];
             let _ = follow(p, runs, |count| count.runs() == runs, |count, m| mass[count.happened() as usize] = m);
@@ -278,6 +279,7 @@ fn stopping_on_many_cores_does_not_favor_short_runs() {
     let mut first_to_end = Count::default();
     for _ in 0..campaigns {
         let runs: Vec<bool> = (0..goal.max_runs() + 8).map(|_| rng.random_bool(p)).collect();
+        // Each core has the time at which its run ends, and the run; the one that ends first starts the next run.
         let mut cores: Vec<(u64, u64)> = (0..8).map(|k| (if runs[k] { 1 } else { 4 }, k as u64)).collect();
         let (mut order, mut counted, mut early) = (batch::InOrder::from(0), Count::default(), Count::default());
         let (mut stopped, mut next) = (None, 8);
