@@ -13,26 +13,26 @@ export class Details {
     addEventListener('keydown', ({ key }) => { if (key === 'Escape') this.close(); });
   }
 
-  // `tell` returns a title and rows of a label and a value. It is called again with every frame; null closes the panel.
-  open(tell) {
-    this.tell = tell;
+  // `describe` returns a title and rows of a label and a value. It is called again with every frame; null closes the panel.
+  open(describe) {
+    this.describe = describe;
     this.shown = '';
     this.refresh();
   }
 
   close() {
-    this.tell = null;
+    this.describe = null;
     this.place.hidden = true;
   }
 
   refresh() {
-    if (!this.tell) return;
-    const told = this.tell();
-    if (!told) return this.close();
-    const text = JSON.stringify(told);
+    if (!this.describe) return;
+    const described = this.describe();
+    if (!described) return this.close();
+    const text = JSON.stringify(described);
     if (text === this.shown) return;
     this.shown = text;
-    const [title, rows] = told;
+    const [title, rows] = described;
     this.title.textContent = title;
     this.rows.replaceChildren(...rows.filter(([, value]) => value != null && value !== '').map(([word, value]) =>
       element('div', {}, element('dt', { textContent: word }), element('dd', { textContent: value }))));

@@ -1,7 +1,7 @@
 // The map: what is fixed comes with the greeting, what moves with every frame.
 
 import { $, drawn, shape } from './dom.js';
-import { grip } from './grip.js';
+import { gestures } from './gestures.js';
 import { Legend } from './legend.js';
 
 const LAYERS = ['trail', 'path', 'particles', 'hits', 'bodies', 'robot', 'marks', 'draft'];
@@ -36,7 +36,7 @@ export class Floor {
     this.layers = Object.fromEntries(LAYERS.map(name => [name, shape('g', { class: name })]));
     this.moving.append(...Object.values(this.layers));
     this.all();
-    grip(this, $('floor'));
+    gestures(this, $('floor'));
   }
 
   spot([x, y]) {

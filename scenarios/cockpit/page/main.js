@@ -20,7 +20,7 @@ const acts = () => transport.steers && !recorded && !past;
 const hand = new Hand(link, acts, thing => details.open(about(thing, floor, hand, () => latest)));
 const floor = new Floor(hand);
 const details = new Details();
-const ask = tell => details.open(tell);
+const ask = describe => details.open(describe);
 const messages = new Messages(ask);
 const machines = new Machines(ask);
 const tree = new Tree(ask);

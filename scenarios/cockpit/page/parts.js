@@ -1,9 +1,9 @@
-// The parts of a drawing tell what they are: after a click, or one by one with the arrow keys.
+// The parts of a drawing are described: after a click, or one by one with the arrow keys.
 
 const STEPS = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
 
-// Parts have a number as this attribute; `tell` gets it. Returns what marks the chosen part in a new drawing.
-export function parts(place, attribute, tell) {
+// Parts have a number as this attribute; `describe` gets it. Returns what marks the chosen part in a new drawing.
+export function parts(place, attribute, describe) {
   let chosen = null;
   const all = () => [...place.querySelectorAll(`[${attribute}]`)];
   const number = part => Number(part.getAttribute(attribute));
@@ -11,7 +11,7 @@ export function parts(place, attribute, tell) {
   const choose = part => {
     chosen = number(part);
     mark();
-    tell(chosen);
+    describe(chosen);
   };
   place.addEventListener('click', ({ clientX, clientY }) => {
     // The pressed part may have been drawn again, and gets no click then.

@@ -1,4 +1,4 @@
-// What the details panel says about things on the map.
+// What the details panel shows about things on the map.
 
 import { degrees, meters, point } from './details.js';
 import { distance, extent } from './floor.js';

@@ -94,7 +94,7 @@ impl Board {
         }
     }
 
-    /// Tells browsers that the runs are over, and waits a moment until they know.
+    /// Informs browsers that the runs are over, and waits a moment until they know.
     pub fn finish(self) {
         self.broadcast.send(Map::from_iter([("over".to_owned(), true.into())]));
         self.broadcast.close();

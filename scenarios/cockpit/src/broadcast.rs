@@ -67,7 +67,7 @@ impl Broadcast {
         let _ = self.frames.send(Value::Object(frame).to_string().into());
     }
 
-    /// Says that there will be no more frames: the last one is empty.
+    /// Announces that there will be no more frames: the last one is empty.
     pub(crate) fn close(&self) {
         let _ = self.frames.send("".into());
     }
@@ -83,5 +83,43 @@ impl Broadcast {
         let mut all = json!(present.latest);
         all["anew"] = true.into();
         (present.greeting.clone(), all.to_string().into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(value: Value) -> Map<String, Value> {
+        if let Value::Object(frame) = value { frame } else { panic!("{value}") }
+    }
+
+    fn present(broadcast: &Broadcast) -> Value {
+        serde_json::from_str(&broadcast.present().1).unwrap()
+    }
+
+    #[test]
+    fn a_browser_that_joins_late_gets_the_latest_of_everything() {
+        let broadcast = Broadcast::new();
+        broadcast.greet(&json!({ "greeting": {} }));
+        broadcast.send(frame(json!({ "time": 1, "messages": [1, 2], "tree": "<svg/>" })));
+        broadcast.send(frame(json!({ "time": 2, "messages": [3] })));
+        let all = json!({ "time": 2, "messages": [1, 2, 3], "tree": "<svg/>", "anew": true });
+        assert_eq!(present(&broadcast), all);
+        assert!(broadcast.present().0.is_some());
+        // After a jump, earlier messages belong to another time.
+        broadcast.send(frame(json!({ "anew": true, "time": 0, "messages": [9] })));
+        assert_eq!(present(&broadcast)["messages"], json!([9]));
+    }
+
+    #[test]
+    fn only_the_latest_messages_are_kept() {
+        let broadcast = Broadcast::new();
+        broadcast.send(frame(json!({ "messages": [0] })));
+        for number in 1..=HAPPENINGS + 10 {
+            broadcast.send(frame(json!({ "messages": [number] })));
+        }
+        let messages = present(&broadcast)["messages"].take();
+        assert_eq!((messages.as_array().unwrap().len(), &messages[0]), (HAPPENINGS, &json!(11)));
     }
 }

@@ -122,3 +122,54 @@ impl Clock {
 pub(crate) fn now() -> Instant {
     Instant::now()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: Duration = Duration::from_millis(20);
+
+    /// A clock that has obeyed this at the start of a run, after three ticks.
+    fn after(command: &Command) -> Clock {
+        let mut clock = Clock::running(Duration::ZERO);
+        assert!(clock.obey(command, Duration::ZERO, 3));
+        clock
+    }
+
+    #[test]
+    fn a_paused_run_does_not_go_on() {
+        let clock = after(&Command::Pause);
+        assert!(clock.is_paused() && !clock.allows(Duration::ZERO, 3));
+        assert_eq!(clock.wait(STEP, 5 * STEP), 5 * STEP);
+    }
+
+    #[test]
+    fn a_step_and_a_tick_pause_the_run_when_they_are_done() {
+        let mut clock = after(&Command::Step);
+        assert!(clock.allows(Duration::MAX, 3));
+        clock.stepped(3);
+        assert!(clock.is_paused());
+        let mut clock = after(&Command::Tick);
+        clock.stepped(3);
+        assert!(clock.allows(Duration::MAX, 3), "the next tick has not come");
+        clock.stepped(4);
+        assert!(clock.is_paused());
+    }
+
+    #[test]
+    fn the_speed_bounds_how_far_a_run_may_be() {
+        let slow = after(&Command::Speed { times: Some(0.001) });
+        assert_eq!(slow.speed(), Some(0.1));
+        let hour = Duration::from_secs(3600);
+        assert!(slow.allows(Duration::ZERO, 3) && !slow.allows(hour, 3));
+        assert!(after(&Command::Speed { times: None }).allows(hour, 3));
+    }
+
+    #[test]
+    fn a_run_that_is_far_behind_does_not_catch_up() {
+        let mut clock = Clock::running(Duration::ZERO);
+        clock.since.1 = Duration::from_secs(10);
+        clock.arrive(Duration::from_secs(1));
+        assert!(clock.target() < Duration::from_secs(5));
+    }
+}

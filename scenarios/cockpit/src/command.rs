@@ -56,3 +56,18 @@ impl Command {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read_strictly() {
+        assert!(matches!(Command::read(r#"{"do":"speed","times":null}"#), Ok(Command::Speed { times: None })));
+        let act = Command::read(r#"{"do":"act","fault":{"kind":"joypad","linear_mps":-0.2}}"#);
+        assert!(matches!(act, Ok(Command::Act { fault, name }) if fault.len() == 2 && name.is_empty()));
+        for wrong in ["", "[]", r#"{"do":"fly"}"#, r#"{"do":"seek"}"#, r#"{"do":"seek","time":1,"speed":2}"#] {
+            assert!(Command::read(wrong).is_err(), "{wrong}");
+        }
+    }
+}

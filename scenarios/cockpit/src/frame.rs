@@ -44,33 +44,42 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
 /// A kind of fault, with the fields of its form.
 fn fault_kind(kind: &FaultKind, view: &RunView) -> Value {
     let parameters = kind.parameters.iter().map(|parameter| {
-        let (takes, range) = match parameter.domain {
-            ArgumentDomain::Numbers(least, most) => ("number", json!([least, most])),
-            ArgumentDomain::Whole(least, most) => ("whole", json!([least, most])),
-            ArgumentDomain::Text => ("text", Value::Null),
-            ArgumentDomain::OneOf(names) => ("choice", json!(names)),
-            ArgumentDomain::Flag => ("flag", Value::Null),
-            ArgumentDomain::Point => ("point", Value::Null),
-            ArgumentDomain::Pose => ("pose", Value::Null),
-            ArgumentDomain::Points => ("points", Value::Null),
-        };
-        let default = match parameter.default {
-            ArgumentDefault::Required | ArgumentDefault::Absent => Value::Null,
-            ArgumentDefault::Number(number) => json!(number),
-            ArgumentDefault::Whole(number) => json!(number),
-            ArgumentDefault::Text(text) => json!(text),
-            ArgumentDefault::Flag(flag) => json!(flag),
-        };
+        let (takes, range) = input(&parameter.domain);
         let required = parameter.default == ArgumentDefault::Required;
         json!({
-            "name": parameter.name, "about": parameter.about, "takes": takes, "range": range, "default": default,
-            "required": required, "names": suggestions::names(parameter, view),
+            "name": parameter.name, "about": parameter.about, "takes": takes, "range": range,
+            "default": default(&parameter.default), "required": required,
+            "names": suggestions::names(parameter, view),
         })
     });
     json!({
         "name": kind.name, "place": kind.subsystem.name(), "about": kind.about, "momentary": kind.momentary,
         "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view),
     })
+}
+
+/// The form's input for a parameter, with its range or its choices.
+fn input(domain: &ArgumentDomain) -> (&'static str, Value) {
+    match domain {
+        ArgumentDomain::Numbers(least, most) => ("number", json!([least, most])),
+        ArgumentDomain::Whole(least, most) => ("whole", json!([least, most])),
+        ArgumentDomain::Text => ("text", Value::Null),
+        ArgumentDomain::OneOf(names) => ("choice", json!(names)),
+        ArgumentDomain::Flag => ("flag", Value::Null),
+        ArgumentDomain::Point => ("point", Value::Null),
+        ArgumentDomain::Pose => ("pose", Value::Null),
+        ArgumentDomain::Points => ("points", Value::Null),
+    }
+}
+
+fn default(default: &ArgumentDefault) -> Value {
+    match default {
+        ArgumentDefault::Required | ArgumentDefault::Absent => Value::Null,
+        ArgumentDefault::Number(number) => json!(number),
+        ArgumentDefault::Whole(number) => json!(number),
+        ArgumentDefault::Text(text) => json!(text),
+        ArgumentDefault::Flag(flag) => json!(flag),
+    }
 }
 
 /// Something that happened.
@@ -175,6 +184,7 @@ pub(crate) fn state(view: &RunView, update: Update) -> Value {
     if update.anew {
         state["anew"] = true.into();
     }
+    // In most frames only the scene has changed, and the tree need not be drawn again.
     if update.stirred {
         state["doing"] = view.doing().into();
         state["navigation"] = view.navigation().map(recording::Navigation::words).into();

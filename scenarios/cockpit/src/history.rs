@@ -62,6 +62,7 @@ impl History {
             let Ok(()) = self.timeline.follow(view);
             self.happened.extend(view.happenings().iter().filter_map(|happening| Happened::of(happening, view)));
             if let Some(details) = step.details.as_mut().filter(|details| details.scene.is_some()) {
+                // Most of the bytes of a run are scenes. People do not look at every one of the past.
                 if step.time < self.next_scene {
                     details.scene = None;
                 } else {
@@ -75,6 +76,7 @@ impl History {
         if chunk > complete && chunk.is_multiple_of(self.spacing) {
             self.marks.push(Mark { moment: self.newest.clone(), chunk });
         }
+        // Half of the marks are dropped whenever there are too many, so that memory stays bounded and the rest evenly spaced.
         if self.marks.len() > MARKS {
             self.spacing *= 2;
             self.marks.retain(|mark| mark.chunk.is_multiple_of(self.spacing));
@@ -97,16 +99,16 @@ impl History {
         &self.happened[..self.happened.partition_point(|happened| happened.time <= until)]
     }
 
-    /// A player at the last moment kept before `time`.
-    fn player(&self, time: Duration) -> Player {
+    /// A playback from the last moment kept before `time`.
+    fn playback(&self, time: Duration) -> Playback {
         let after = self.marks.partition_point(|mark| mark.moment.view.time() <= time);
         let mark = &self.marks[after.saturating_sub(1)];
-        Player { moment: mark.moment.clone(), chunk: mark.chunk, records: Vec::new().into_iter() }
+        Playback { moment: mark.moment.clone(), chunk: mark.chunk, records: Vec::new().into_iter() }
     }
 }
 
 /// Plays the past of a run.
-pub(crate) struct Player {
+pub(crate) struct Playback {
     moment: Moment,
     /// The next chunk of the store.
     chunk: usize,
@@ -114,10 +116,10 @@ pub(crate) struct Player {
     records: std::vec::IntoIter<Record>,
 }
 
-impl Player {
-    /// The player that is closest before `time`: `present`, or one at a moment kept.
+impl Playback {
+    /// The playback that is closest before `time`: `present`, or one at a moment kept.
     pub(crate) fn towards(time: Duration, present: Option<Self>, history: &History) -> Self {
-        let other = history.player(time);
+        let other = history.playback(time);
         let is_nearer = |present: &Self| (other.time()..=time).contains(&present.time());
         present.filter(is_nearer).unwrap_or(other)
     }
@@ -204,7 +206,7 @@ mod tests {
         let mut player = None;
         // Once backward, then once forward.
         for (time, was) in then.iter().rev().chain(&then) {
-            let mut there = Player::towards(*time, player, &history);
+            let mut there = Playback::towards(*time, player, &history);
             while there.next_time(&mut history).unwrap().is_some_and(|next| next <= *time) {
                 there.advance().unwrap();
             }

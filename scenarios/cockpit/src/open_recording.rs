@@ -15,11 +15,11 @@ const LOOK: Duration = Duration::from_millis(100);
 /// A recording that is being read.
 pub(crate) struct OpenRecording {
     recording: Recording,
-    state: State,
+    state: ReadState,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
+enum ReadState {
     Reading,
     /// Everything in the file has been read, but the run has not ended. Holds the time of the last check.
     Waiting(Instant),
@@ -46,25 +46,25 @@ impl OpenRecording {
     fn begin(path: &Path) -> Result<(Self, RunView), RecordingError> {
         let mut recording = Recording::open(path)?;
         let start = recording.begin()?;
-        Ok((Self { recording, state: State::Reading }, start))
+        Ok((Self { recording, state: ReadState::Reading }, start))
     }
 
     /// Whether its run has ended, or the file cannot be read any further.
     pub(crate) fn has_ended(&self) -> bool {
-        self.state == State::Ended
+        self.state == ReadState::Ended
     }
 
     /// Whether everything in the file has been read, and there may be more.
     pub(crate) fn grows(&self) -> bool {
-        matches!(self.state, State::Waiting(_))
+        matches!(self.state, ReadState::Waiting(_))
     }
 
     /// The time until there may be something to read, at most `most`.
     pub(crate) fn wait(&self, most: Duration) -> Duration {
         match self.state {
-            State::Reading => Duration::ZERO,
-            State::Waiting(since) => LOOK.saturating_sub(since.elapsed()).min(most),
-            State::Ended => most,
+            ReadState::Reading => Duration::ZERO,
+            ReadState::Waiting(since) => LOOK.saturating_sub(since.elapsed()).min(most),
+            ReadState::Ended => most,
         }
     }
 
@@ -75,24 +75,25 @@ impl OpenRecording {
         }
         while now() < deadline {
             let read = self.recording.next_record().map_err(|error| error.to_string());
+            // A record that cannot be read or stored ends the recording, and what has been read so far remains.
             let taken = read.and_then(|record| {
                 match record {
                     Some(record) => {
                         let is_end = matches!(record, Record::End(_));
-                        shown.push(record).map(|()| if is_end { State::Ended } else { State::Reading })
+                        shown.push(record).map(|()| if is_end { ReadState::Ended } else { ReadState::Reading })
                     }
-                    None => Ok(State::Waiting(now())),
+                    None => Ok(ReadState::Waiting(now())),
                 }
                 .map_err(|error| error.to_string())
             });
             match taken {
                 Ok(state) => self.state = state,
                 Err(reason) => {
-                    self.state = State::Ended;
+                    self.state = ReadState::Ended;
                     return Some(reason);
                 }
             }
-            if self.state != State::Reading {
+            if self.state != ReadState::Reading {
                 break;
             }
         }

@@ -1,4 +1,4 @@
-//! The thread that drives the run on the page: it advances the run, obeys the pilot, and tells browsers what happens.
+//! The thread that drives the run on the page: it advances the run, obeys the pilot, and sends browsers what happens.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -20,7 +20,7 @@ pub(crate) struct Request {
 }
 
 /// Where the records come from.
-pub(crate) enum Source {
+pub(crate) enum RunSource {
     Session(Box<Steered>),
     /// One per run.
     Recordings(Vec<OpenRecording>),
@@ -28,7 +28,7 @@ pub(crate) enum Source {
 
 /// Drives what is shown, on its own thread.
 pub(crate) struct Runner {
-    source: Source,
+    source: RunSource,
     runs: Vec<ShownRun>,
     /// The broadcast to the page around several runs, for what they have in common.
     around: Option<Broadcast>,
@@ -49,12 +49,12 @@ pub(crate) struct Runner {
 impl Runner {
     /// A session at the present, or recordings that are played from their start.
     pub(crate) fn new(
-        source: Source,
+        source: RunSource,
         runs: Vec<ShownRun>,
         around: Option<Broadcast>,
         requests: Receiver<Request>,
     ) -> Self {
-        let is_recorded = matches!(source, Source::Recordings(_));
+        let is_recorded = matches!(source, RunSource::Recordings(_));
         let mut runner = Self {
             source,
             runs,
@@ -104,8 +104,8 @@ impl Runner {
     /// The time until something has to be done.
     fn wait(&self) -> Duration {
         let source = match &self.source {
-            Source::Session(steered) => steered.wait(PARTS),
-            Source::Recordings(recordings) => {
+            RunSource::Session(steered) => steered.wait(PARTS),
+            RunSource::Recordings(recordings) => {
                 recordings.iter().map(|recording| recording.wait(PARTS)).min().unwrap_or(PARTS)
             }
         };
@@ -120,8 +120,8 @@ impl Runner {
     fn go_on(&mut self) -> io::Result<()> {
         let deadline = now() + FRAME / 2;
         let failures: Vec<String> = match &mut self.source {
-            Source::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
-            Source::Recordings(recordings) => {
+            RunSource::Session(steered) => steered.go_on(&mut self.runs[0], deadline)?.into_iter().collect(),
+            RunSource::Recordings(recordings) => {
                 let read = recordings.iter_mut().zip(&mut self.runs);
                 read.filter_map(|(recording, run)| recording.read(run, deadline)).collect()
             }
@@ -178,9 +178,9 @@ impl Runner {
     /// Called when the past has been played to its end.
     fn arrive(&mut self) {
         match &self.source {
-            Source::Recordings(_) if self.is_over() => self.clock.hold(),
+            RunSource::Recordings(_) if self.is_over() => self.clock.hold(),
             // The rest has not been read yet.
-            Source::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
+            RunSource::Recordings(_) if !self.grows() => self.clock = self.clock.at(self.end()),
             _ => self.follow(),
         }
         self.runs.iter_mut().for_each(ShownRun::stir);
@@ -193,20 +193,20 @@ impl Runner {
 
     /// Whether a recording is still being written, and everything there has been read.
     fn grows(&self) -> bool {
-        let Source::Recordings(recordings) = &self.source else { return false };
+        let RunSource::Recordings(recordings) = &self.source else { return false };
         recordings.iter().any(OpenRecording::grows)
             && recordings.iter().all(|recording| recording.grows() || recording.has_ended())
     }
 
     /// Whether nothing will be added to the recordings.
     fn is_over(&self) -> bool {
-        matches!(&self.source, Source::Recordings(recordings) if recordings.iter().all(OpenRecording::has_ended))
+        matches!(&self.source, RunSource::Recordings(recordings) if recordings.iter().all(OpenRecording::has_ended))
     }
 
     /// Shows the past.
     fn seek(&mut self, time: Duration) {
         self.clock = match &self.source {
-            Source::Session(steered) if self.past.is_none() => steered.clock().held(time),
+            RunSource::Session(steered) if self.past.is_none() => steered.clock().held(time),
             _ => self.clock.at(time),
         };
         self.past = Some(time);
@@ -221,7 +221,7 @@ impl Runner {
 
     /// Does what the pilot asks, and returns the answer.
     fn obey(&mut self, command: Command) -> io::Result<Value> {
-        let (end, is_recorded) = (self.end(), matches!(self.source, Source::Recordings(_)));
+        let (end, is_recorded) = (self.end(), matches!(self.source, RunSource::Recordings(_)));
         match command {
             Command::Seek { time } => match Duration::try_from_secs_f64(time) {
                 Ok(time) if time < end || self.is_over() => self.seek(time.min(end)),
@@ -229,36 +229,39 @@ impl Runner {
                 Err(error) => return Ok(refused(&error.to_string())),
             },
             Command::Now => self.follow(),
-            command if is_recorded || self.past.is_some() && command.is_of_pace() => {
-                let time = self.past.unwrap_or(end);
-                let starts_over = matches!(command, Command::Resume) && time >= end && self.is_over();
-                let time = if starts_over { Duration::ZERO } else { time };
-                let ticks = self.runs.iter().map(|run| run.shown().ticks()).max();
-                if !command.is_of_pace() {
-                    return Ok(refused("a recording cannot be changed"));
-                }
-                if self.past != Some(time) {
-                    self.seek(time);
-                }
-                self.clock.obey(&command, time, ticks.unwrap_or(0));
-            }
+            // At the present, the pace of a session is that of the session itself.
+            command if command.is_of_pace() && (is_recorded || self.past.is_some()) => self.pace(&command),
+            _ if is_recorded => return Ok(refused("a recording cannot be changed")),
             Command::Act { .. } if self.past.is_some() => {
                 return Ok(refused("the past cannot be changed; go back to now"));
             }
             command => {
-                let Source::Session(steered) = &mut self.source else { return Ok(Value::Null) };
+                let RunSource::Session(steered) = &mut self.source else { return Ok(Value::Null) };
                 return steered.obey(command, &mut self.runs[0]);
             }
         }
         Ok(Value::Null)
     }
 
+    /// Changes the pace at which the past is played.
+    fn pace(&mut self, command: &Command) {
+        let end = self.end();
+        let time = self.past.unwrap_or(end);
+        let starts_over = matches!(command, Command::Resume) && time >= end && self.is_over();
+        let time = if starts_over { Duration::ZERO } else { time };
+        let ticks = self.runs.iter().map(|run| run.shown().ticks()).max();
+        if self.past != Some(time) {
+            self.seek(time);
+        }
+        self.clock.obey(command, time, ticks.unwrap_or(0));
+    }
+
     /// Whether what is shown does not change.
     fn rests(&self) -> bool {
         match &self.source {
             _ if self.past.is_some() => self.clock.is_paused(),
-            Source::Session(steered) => steered.rests(),
-            Source::Recordings(_) => self.is_over(),
+            RunSource::Session(steered) => steered.rests(),
+            RunSource::Recordings(_) => self.is_over(),
         }
     }
 
@@ -280,7 +283,7 @@ impl Runner {
             self.runs.iter_mut().for_each(ShownRun::stir);
         }
         let clock = match &self.source {
-            Source::Session(steered) if self.past.is_none() => steered.clock(),
+            RunSource::Session(steered) if self.past.is_none() => steered.clock(),
             _ => &self.clock,
         };
         let mut common = Map::from_iter([
@@ -291,7 +294,7 @@ impl Runner {
             ("past".to_owned(), self.past.is_some().into()),
             ("grows".to_owned(), (!over).into()),
         ]);
-        if let Source::Session(steered) = &self.source {
+        if let RunSource::Session(steered) = &self.source {
             steered.describe(&mut common);
         }
         for run in &mut self.runs {

@@ -33,10 +33,10 @@ use crate::broadcast::Broadcast;
 use crate::command::Command;
 use crate::history::History;
 use crate::open_recording::OpenRecording;
-use crate::runner::{self, Runner, Source};
+use crate::runner::{self, RunSource, Runner};
 use crate::shown_run::ShownRun;
 use crate::steered::Steered;
-use crate::token::Token;
+use crate::token::AccessToken;
 
 /// The maximum number of connections; others wait.
 const MOST_CONNECTIONS: usize = 100;
@@ -56,7 +56,7 @@ const FILES: [(&str, &str, &str); 18] = [
     ("/machines.js", "text/javascript", include_str!("../page/machines.js")),
     ("/parts.js", "text/javascript", include_str!("../page/parts.js")),
     ("/tree.js", "text/javascript", include_str!("../page/tree.js")),
-    ("/grip.js", "text/javascript", include_str!("../page/grip.js")),
+    ("/gestures.js", "text/javascript", include_str!("../page/gestures.js")),
     ("/legend.js", "text/javascript", include_str!("../page/legend.js")),
     ("/things.js", "text/javascript", include_str!("../page/things.js")),
     ("/details.js", "text/javascript", include_str!("../page/details.js")),
@@ -109,8 +109,8 @@ pub struct Cockpit {
 struct Shared {
     /// The hosts that requests may name.
     hosts: [String; 2],
-    pilot: Token,
-    viewer: Token,
+    pilot: AccessToken,
+    viewer: AccessToken,
     page: &'static str,
     /// What is sent to the page.
     broadcast: Broadcast,
@@ -140,7 +140,7 @@ impl Cockpit {
                 let session = session()?;
                 let history = History::begin(session.view().clone()).map_err(failed)?;
                 let shown = ShownRun::new(history, broadcast, None);
-                Ok((Source::Session(Box::new(Steered::new(session))), vec![shown], None))
+                Ok((RunSource::Session(Box::new(Steered::new(session))), vec![shown], None))
             }
         };
         Self::start(broadcast, Vec::new(), begin, port)
@@ -158,23 +158,21 @@ impl Cockpit {
         let begin = {
             let (broadcast, broadcasts, recordings) = (broadcast.clone(), sides.clone(), recordings.to_vec());
             move || {
-                let (mut opened, mut sides) = (Vec::new(), Vec::new());
+                let (mut opened, mut shown) = (Vec::new(), Vec::new());
                 for (index, path) in recordings.iter().enumerate() {
                     let (recording, start) = OpenRecording::open(path)?;
                     let history = History::begin(start).map_err(failed)?;
                     let name = path.file_name().unwrap_or_default().to_string_lossy();
-                    sides.push(ShownRun::new(
-                        history,
-                        broadcasts.get(index).unwrap_or(&broadcast).clone(),
-                        Some(&name),
-                    ));
+                    // A single run is sent to the page itself. Of several, each has a page inside the page.
+                    let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
+                    shown.push(ShownRun::new(history, broadcast.clone(), Some(&name)));
                     opened.push(recording);
                 }
                 let around = (!broadcasts.is_empty()).then(|| {
                     broadcast.greet(&json!({ "greeting": { "sides": recordings.len() } }));
                     broadcast
                 });
-                Ok((Source::Recordings(opened), sides, around))
+                Ok((RunSource::Recordings(opened), shown, around))
             }
         };
         Self::start(broadcast, sides, begin, port)
@@ -187,7 +185,7 @@ impl Cockpit {
 
     fn start<F>(broadcast: Broadcast, sides: Vec<Broadcast>, begin: F, port: u16) -> Result<Self, Error>
     where
-        F: FnOnce() -> Result<(Source, Vec<ShownRun>, Option<Broadcast>), Error> + Send + 'static,
+        F: FnOnce() -> Result<(RunSource, Vec<ShownRun>, Option<Broadcast>), Error> + Send + 'static,
     {
         let (cockpit, requests) = Self::listen(RUNS, broadcast, sides, port)?;
         let (made, is_made) = mpsc::channel();
@@ -216,8 +214,8 @@ impl Cockpit {
         let (requests, received) = mpsc::channel();
         let shared = Shared {
             hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
-            pilot: Token::new().map_err(failed)?,
-            viewer: Token::new().map_err(failed)?,
+            pilot: AccessToken::new().map_err(failed)?,
+            viewer: AccessToken::new().map_err(failed)?,
             page,
             broadcast,
             sides,
@@ -292,7 +290,7 @@ fn file(kind: &'static str, text: impl Into<Bytes>) -> Response {
     ([(CONTENT_TYPE, HeaderValue::from_static(kind))], text.into()).into_response()
 }
 
-/// Rejects requests that do not name the server's own address, and tells browsers what they may do with the answer.
+/// Rejects requests that do not name the server's own address, and restricts what browsers may do with the answer.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     let headers = request.headers();
     let is_own = |host: &str| shared.hosts.iter().any(|own| own == host);
@@ -389,6 +387,7 @@ async fn attend(
             frame = frames.recv() => match frame {
                 Ok(frame) if frame.is_empty() => return socket.send(Message::Close(None)).await,
                 Ok(frame) => send(&mut socket, &frame).await?,
+                // A slow browser gets the present state instead of what it has missed, so that nobody waits for it.
                 Err(broadcast::error::RecvError::Lagged(_)) => {
                     frames = frames.resubscribe();
                     send(&mut socket, &broadcast.present().1).await?;
@@ -399,23 +398,38 @@ async fn attend(
                 helm = free.ok();
                 send(&mut socket, &pilot(helm.is_some())).await?;
             }
-            request = socket.recv() => match request {
-                Some(Ok(Message::Text(text))) => {
-                    let answer = match helm.is_some() {
-                        true => ask(shared, &text).await,
-                        false => json!({ "refused": "somebody else is controlling this run" }),
-                    };
-                    send(&mut socket, &answer.to_string()).await?;
+            request = socket.recv() => {
+                if !take(&mut socket, shared, request.transpose()?, helm.is_some()).await? {
+                    return Ok(());
                 }
-                Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
-                Some(Ok(Message::Binary(_))) => {
-                    let reason = CloseFrame { code: 1003, reason: "requests are text".into() };
-                    return socket.send(Message::Close(Some(reason))).await;
-                }
-                Some(Ok(Message::Close(_))) | None => return Ok(()),
-                Some(Err(error)) => return Err(error),
-            },
+            }
         }
+    }
+}
+
+/// Takes what a browser has sent, if anything. Returns whether the connection continues.
+async fn take(
+    socket: &mut WebSocket,
+    shared: &Shared,
+    received: Option<Message>,
+    is_pilot: bool,
+) -> Result<bool, axum::Error> {
+    match received {
+        Some(Message::Text(text)) => {
+            let answer = match is_pilot {
+                true => ask(shared, &text).await,
+                false => json!({ "refused": "somebody else is controlling this run" }),
+            };
+            send(socket, &answer.to_string()).await?;
+            Ok(true)
+        }
+        Some(Message::Ping(_) | Message::Pong(_)) => Ok(true),
+        Some(Message::Binary(_)) => {
+            let reason = CloseFrame { code: 1003, reason: "requests are text".into() };
+            socket.send(Message::Close(Some(reason))).await?;
+            Ok(false)
+        }
+        Some(Message::Close(_)) | None => Ok(false),
     }
 }
 

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use crate::broadcast::Broadcast;
 use crate::clock::now;
 use crate::frame::{self, Update};
-use crate::history::{History, Player};
+use crate::history::{History, Playback};
 
 /// Time between drawings of what takes longer: cards and the time axis.
 pub(crate) const PARTS: Duration = Duration::from_millis(1000);
@@ -19,8 +19,8 @@ pub(crate) struct ShownRun {
     history: History,
     broadcast: Broadcast,
     /// Plays the past; none while the newest moment is shown.
-    player: Option<Player>,
-    /// Whether the player is jumping to another moment: browsers do not see what is in between.
+    playback: Option<Playback>,
+    /// Whether the playback is jumping to another moment: browsers do not see what is in between.
     jumps: bool,
     update: Update,
     /// Whether anything is new since the last frame or drawing.
@@ -36,7 +36,7 @@ impl ShownRun {
         let mut shown = Self {
             history,
             broadcast,
-            player: None,
+            playback: None,
             jumps: false,
             update: Update::default(),
             is_new: true,
@@ -54,7 +54,7 @@ impl ShownRun {
     pub(crate) fn push(&mut self, record: Record) -> io::Result<()> {
         let is_step = matches!(record, Record::Step(_));
         self.history.push(record)?;
-        if self.player.is_none() {
+        if self.playback.is_none() {
             if is_step {
                 self.update.note(&self.history.newest().view);
             }
@@ -70,18 +70,18 @@ impl ShownRun {
 
     /// The moment that is shown.
     pub(crate) fn shown(&self) -> &RunView {
-        self.player.as_ref().map_or(self.newest(), |player| &player.moment().view)
+        self.playback.as_ref().map_or(self.newest(), |playback| &playback.moment().view)
     }
 
     fn show_anew(&mut self) {
-        let moment = self.player.as_ref().map_or(self.history.newest(), Player::moment);
+        let moment = self.playback.as_ref().map_or(self.history.newest(), Playback::moment);
         self.update = Update::anew(moment, self.history.happened(moment.view.time()));
         (self.is_new, self.parts_are_old) = (true, true);
     }
 
     /// Shows the newest moment again.
     pub(crate) fn follow(&mut self) {
-        if self.player.take().is_some() {
+        if self.playback.take().is_some() {
             self.jumps = false;
             self.show_anew();
         }
@@ -89,7 +89,7 @@ impl ShownRun {
 
     /// Starts a jump to a time; [`play`](Self::play) completes it.
     pub(crate) fn seek(&mut self, time: Duration) {
-        self.player = Some(Player::towards(time, self.player.take(), &self.history));
+        self.playback = Some(Playback::towards(time, self.playback.take(), &self.history));
         self.jumps = true;
     }
 
@@ -98,7 +98,7 @@ impl ShownRun {
     /// # Errors
     /// If the store cannot be read.
     pub(crate) fn next_time(&mut self) -> io::Result<Option<Duration>> {
-        self.player.as_mut().map_or(Ok(None), |player| player.next_time(&mut self.history))
+        self.playback.as_mut().map_or(Ok(None), |playback| playback.next_time(&mut self.history))
     }
 
     /// Plays the past up to `time`, but stops at the `deadline`. Returns whether it got there.
@@ -106,15 +106,15 @@ impl ShownRun {
     /// # Errors
     /// If the store cannot be read.
     pub(crate) fn play(&mut self, time: Duration, deadline: Instant) -> io::Result<bool> {
-        let Some(player) = &mut self.player else { return Ok(true) };
-        while player.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
+        let Some(playback) = &mut self.playback else { return Ok(true) };
+        while playback.next_time(&mut self.history)?.is_some_and(|next| next <= time) {
             if now() >= deadline {
                 return Ok(false);
             }
-            let is_step = player.advance()?;
+            let is_step = playback.advance()?;
             if !self.jumps {
                 if is_step {
-                    self.update.note(&player.moment().view);
+                    self.update.note(&playback.moment().view);
                 }
                 (self.is_new, self.parts_are_old) = (true, true);
             }
@@ -165,7 +165,7 @@ impl ShownRun {
     }
 
     fn parts(&self) -> Value {
-        match &self.player {
+        match &self.playback {
             None => frame::parts(self.newest(), self.history.timeline()),
             Some(_) => frame::parts(self.shown(), &self.history.timeline().until(self.shown())),
         }

@@ -1,4 +1,4 @@
-//! What the page says about things that are clicked, as JSON.
+//! What the page shows about things that are clicked, as JSON.
 
 use std::collections::BTreeMap;
 

@@ -5,9 +5,9 @@ use rand::rngs::SysRng;
 
 /// A secret of 128 bits, in hexadecimal digits.
 #[derive(Clone)]
-pub(crate) struct Token(String);
+pub(crate) struct AccessToken(String);
 
-impl Token {
+impl AccessToken {
     /// A new one, from the operating system's random numbers.
     pub(crate) fn new() -> std::io::Result<Self> {
         let mut bytes = [0; 16];
@@ -24,5 +24,23 @@ impl Token {
     /// Its text.
     pub(crate) fn text(&self) -> &str {
         &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_is_known_by_its_whole_text_only() {
+        let [token, other] = [AccessToken::new().unwrap(), AccessToken::new().unwrap()];
+        let text = token.text();
+        assert_eq!(text.len(), 32);
+        assert!(token.is(text) && !token.is(other.text()));
+        for wrong in
+            ["", &text[1..], &format!("{text}0"), &text.to_uppercase().replace(|c: char| c.is_ascii_digit(), "f")]
+        {
+            assert!(!token.is(wrong), "{wrong} for {text}");
+        }
     }
 }

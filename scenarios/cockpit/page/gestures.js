@@ -3,7 +3,7 @@
 
 const STEP = 0.15;
 
-export function grip(floor, place) {
+export function gestures(floor, place) {
   const { hand, svg } = floor;
   const pointers = new Map();
   let press = null;
