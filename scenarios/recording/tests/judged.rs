@@ -1,0 +1,91 @@
+//! Events that were recorded elsewhere, judged by monitors.
+
+use std::time::Duration;
+
+use channels::Verdict;
+use monitors::{Outcome, Property};
+use recording::{Ended, Happening, Judge, Origin, RunView};
+
+use crate::drive::{level, tick, topology};
+
+const TICK: Duration = Duration::from_secs(1);
+
+/// Requires levels of at least 20 %, and an answer to a level below 30 % within three ticks.
+const PROPERTIES: &str = "
+    property phi1 := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 20)
+    property phi2 := always ((BatteryReader, BatteryLevel, m[2] < 30) implies
+        time_until (BatteryLevel, BT, m[1] = <failure>) < 3)";
+
+fn properties() -> Vec<Property> {
+    monitors::load("own.scope", PROPERTIES, &topology(), TICK).unwrap().properties
+}
+
+fn judged(properties: &[Property]) -> (Judge, RunView) {
+    let names = ["log".to_owned(), "a log".to_owned()];
+    let (judge, header, start) = Judge::begin(names, Origin::default(), &topology(), TICK, properties);
+    (judge, RunView::new(header, start).unwrap())
+}
+
+fn verdicts(view: &RunView) -> Vec<(usize, Verdict)> {
+    let verdict = |happening: &Happening| match happening {
+        Happening::Verdict { monitor, decision } => Some((*monitor, decision.verdict)),
+        _ => None,
+    };
+    view.happenings().iter().filter_map(verdict).collect()
+}
+
+#[test]
+fn a_verdict_is_recorded_once_with_the_event_and_the_reason() {
+    let mut properties = properties();
+    let (mut judge, mut view) = judged(&properties);
+    let mut recorded = Vec::new();
+    for second in 1..8 {
+        let time = Duration::from_secs(second);
+        for event in [tick(time), level(time, 35.0 - 10.0 * second as f64)] {
+            view.apply(judge.step(event, &mut properties)).unwrap();
+            recorded.extend(verdicts(&view).into_iter().map(|verdict| (second, verdict)));
+        }
+    }
+    assert_eq!(recorded, [(2, (0, Verdict::False)), (4, (1, Verdict::False))]);
+    let phi1 = view.monitor(0).violation().unwrap();
+    assert_eq!(phi1.event.tick, 2);
+    assert_eq!(phi1.witness.as_ref().unwrap().messages.len(), 1);
+    view.finish(judge.finish(&properties)).unwrap();
+    let end = view.end().unwrap();
+    assert_eq!((&end.ended, view.ticks(), view.communications()), (&Ended::Recorded, 7, 7));
+    assert_eq!(view.monitors().map(|monitor| monitor.outcome()).collect::<Vec<_>>(), [Outcome::Violated; 2]);
+}
+
+#[test]
+fn verdicts_that_missing_messages_could_change_are_unsure() {
+    let mut properties = properties();
+    let (mut judge, mut view) = judged(&properties);
+    view.apply(judge.step(level(TICK, 50.0), &mut properties)).unwrap();
+    judge.miss("a gap of 2 s", None, &properties);
+    // A message can violate a property by itself, whatever is missing; a missing answer may be in the gap.
+    for second in 2..8 {
+        let time = Duration::from_secs(second);
+        for event in [tick(time), level(time, 10.0)] {
+            view.apply(judge.step(event, &mut properties)).unwrap();
+        }
+    }
+    assert_eq!(judge.unsure(), [None, Some("a gap of 2 s".to_owned())]);
+    view.finish(judge.finish(&properties)).unwrap();
+    let outcomes: Vec<Outcome> = view.monitors().map(|monitor| monitor.outcome()).collect();
+    assert_eq!(outcomes, [Outcome::Violated, Outcome::Inconclusive]);
+    assert_eq!(view.monitor(1).ending().unsure.as_deref(), Some("a gap of 2 s"));
+    assert!(view.monitor(1).decision.is_none());
+}
+
+#[test]
+fn the_hash_depends_on_every_event() {
+    let hash = |levels: &[f64]| {
+        let mut properties = properties();
+        let (mut judge, _) = judged(&properties);
+        levels.iter().for_each(|level_pct| drop(judge.step(level(TICK, *level_pct), &mut properties)));
+        judge.finish(&properties).trace_hash
+    };
+    assert_eq!(hash(&[50.0, 49.0]), hash(&[50.0, 49.0]));
+    let others = [hash(&[50.0, 49.0]), hash(&[49.0, 50.0]), hash(&[50.0])];
+    assert!(others[0] != others[1] && others[0] != others[2]);
+}
