@@ -11,7 +11,7 @@ use channels::{
 };
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use explorer::{Closed, Exploration, Limits, Model, Outcome, Reduction, explore, promela};
+use explorer::{Closed, Environment, Exploration, Limits, Model, Outcome, Reduction, explore, promela};
 
 fn main() {
     divan::main();
@@ -75,7 +75,7 @@ fn table(guests: usize) -> (ChannelSystem, GraphMonitor) {
 #[divan::bench(args = [(5, 1), (6, 1), (6, 2)], sample_count = 3)]
 fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
     let (system, rule) = table(guests);
-    let model = Model::new(&system, None, Arc::new(Closed));
+    let model = Model::new(&system, None, Closed.erased());
     let limits = Limits { threads, reduction: Reduction::Off, ..Limits::default() };
     let run = || explore(&model, Some(&rule), &limits, &mut |_| ()).expect("a finite system");
     let Exploration { outcome, progress: found, .. } = run();
@@ -88,7 +88,7 @@ fn philosophers(bencher: Bencher<'_, '_>, (guests, threads): (usize, usize)) {
 #[divan::bench(args = [8], sample_count = 1, sample_size = 1, ignore)]
 fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
     let (system, rule) = table(guests);
-    let model = Model::new(&system, None, Arc::new(Closed));
+    let model = Model::new(&system, None, Closed.erased());
     let limits = Limits { memory: 4 << 30, reduction: Reduction::Off, ..Limits::default() };
     bencher.bench_local(|| {
         let found = explore(&model, Some(&rule), &limits, &mut |_| ()).expect("a finite system");
@@ -103,7 +103,7 @@ fn a_hundred_million_states(bencher: Bencher<'_, '_>, guests: usize) {
 #[divan::bench(args = [5, 6], sample_count = 3)]
 fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
     let (system, rule) = table(guests);
-    let model = Model::new(&system, None, Arc::new(Closed));
+    let model = Model::new(&system, None, Closed.erased());
     let exported = promela(&model, Some(&rule), &Limits::default(), &mut |_| ()).expect("a finite system");
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("model.pml"), exported.text).expect("a file");

@@ -11,7 +11,7 @@ use channels::{
     Capacity, ChannelSystem, Domain, FieldKind, GraphMonitor, GraphProcess, Label, Message, ProgramGraph, Role, Shape,
     TickGenerator, Topology,
 };
-use explorer::{Closed, Limits, MessageFaults, Model, Outcome, Ticks, explore};
+use explorer::{Closed, Environment, Limits, MessageFaults, Model, Outcome, Ticks, explore};
 
 #[expect(clippy::print_stdout, reason = "an example prints its results")]
 fn main() -> Result<(), Box<dyn Error>> {
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ticks = Ticks { generator: clock, period: second, first: second, step: Duration::ZERO };
     for lost in 0..=1 {
         let faults = MessageFaults { lost, channels: vec![asks, answers], ..MessageFaults::default() };
-        let model = Model::new(&system, Some(ticks), Arc::new(Closed)).with_message_faults(faults);
+        let model = Model::new(&system, Some(ticks), Closed.erased()).with_message_faults(faults);
         let found = explore(&model, Some(&property), &Limits::default(), &mut |_| ())?;
         let Outcome::Violated(path) = found.outcome else {
             println!("with {lost} lost messages: proved, {} states", found.progress.states);

@@ -10,7 +10,7 @@
 //! use channels::{
 //!     Capacity, ChannelSystem, Domain, FieldKind, GraphProcess, Message, Process, ProgramGraph, Shape, Topology,
 //! };
-//! use explorer::{Closed, Limits, Model, Outcome, explore};
+//! use explorer::{Closed, Environment, Limits, Model, Outcome, explore};
 //!
 //! let mut topology = Topology::default();
 //! let names = ["Anna", "Ben"];
@@ -32,7 +32,7 @@
 //! let processes = [(anna, first), (ben, second)];
 //! let system = ChannelSystem::new(Arc::new(topology), processes)?;
 //!
-//! let model = Model::new(&system, None, Arc::new(Closed));
+//! let model = Model::new(&system, None, Closed.erased());
 //! let found = explore(&model, None, &Limits::default(), &mut |_| ())?;
 //! assert!(matches!(found.outcome, Outcome::Livelock(_))); // time never passes
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -78,12 +78,13 @@
 //! optimizations (`spin -a -o1 -o2 -o3`, `-DNOREDUCE`), SPIN stores as many states as a search without [`Reduction`].
 //!
 //! # Inside
-//! `model` defines the searched system and its `Environment`; `tables` computes each step of a process once;
+//! `model` defines the searched system, and `environment` what drives it; `tables` computes each step of a process once;
 //! `semantics` applies the rules of channel systems to those tables; `store` keeps each state in a few packed words;
 //! `search` works breadth-first, layer by layer, on several threads; `passage` is the reduction; `path` replays a run
 //! that the search found; `substitute` says whether another process would change nothing in what was explored;
 //! `promela` writes the same model for SPIN.
 
+mod environment;
 mod error;
 mod interner;
 mod local;
@@ -97,8 +98,9 @@ mod store;
 mod substitute;
 mod tables;
 
+pub use environment::{AnyEnvironment, Closed, Environment, EnvironmentState, Instant, Move};
 pub use error::Refused;
-pub use model::{Closed, Damage, Environment, EnvironmentState, Instant, MessageFaults, Model, Move, Onlooker, Ticks};
+pub use model::{Damage, MessageFaults, Model, Onlooker, Ticks};
 pub use path::{Path, PathStep, Performed, Performer, Replay, ReplayError, Update};
 pub use promela::{NotExported, Promela, promela};
 pub use search::{Exploration, Limit, Limits, Order, Outcome, Progress, Reduction, explore};

@@ -36,8 +36,8 @@ pub(crate) struct Local {
     pub(crate) awaits: u64,
     /// Its state after a span of time, by the number of the span.
     pub(crate) later: Vec<Step>,
-    /// Its state after the environment tells it a number, by the number.
-    pub(crate) told: Vec<Step>,
+    /// Its state after the environment reports a number to it, by the number.
+    pub(crate) reported: Vec<Step>,
     /// Its state after the numbers of requests change, by the number of the renaming.
     pub(crate) renamed: Vec<u32>,
     /// The state of a tick generator when a tick is due.

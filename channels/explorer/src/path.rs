@@ -9,7 +9,8 @@ use channels::{
     ProcessId, RunError, TransitionId, Verdict,
 };
 
-use crate::model::{Damage, EnvironmentState, Model};
+use crate::environment::EnvironmentState;
+use crate::model::{Damage, Model};
 
 /// Changes a driven process at this time.
 pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process, Duration) + Send + Sync>;

@@ -11,8 +11,9 @@ use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
 pub(crate) use self::slots::Slots;
 use self::successors::Draft;
 pub(crate) use self::successors::{Fate, Label, Successors};
+use crate::environment::Instant;
 use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, bit, entry};
-use crate::model::{Damage, Instant};
+use crate::model::Damage;
 use crate::path::PathStep;
 use crate::tables::{ENDLESS, Gap, Tables, Transit};
 

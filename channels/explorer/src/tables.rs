@@ -14,10 +14,11 @@ use channels::{
 use foldhash::fast::FixedState;
 use smallvec::SmallVec;
 
+use crate::environment::{AnyEnvironment, EnvironmentState, Instant, Move};
 use crate::error::Refused;
 use crate::interner::Interner;
 use crate::local::{Local, Step, Watching};
-use crate::model::{EnvironmentState, Instant, Model, Move, Onlooker, Ticks};
+use crate::model::{Model, Onlooker, Ticks};
 use crate::path::PathStep;
 
 /// The time, as far as a system's future depends on it.
@@ -164,7 +165,7 @@ pub(crate) struct Tables {
     pub(crate) driven: Vec<usize>,
     /// The processes that send on channels of capacity 0.
     pub(crate) shakers: Vec<usize>,
-    environment: Arc<dyn crate::Environment>,
+    environment: Arc<AnyEnvironment>,
     pub(crate) ticks: Option<Ticks>,
     /// The channel of the ticks.
     pub(crate) tick_channel: usize,
@@ -270,7 +271,7 @@ impl Tables {
     }
 
     /// The moves of the environment. The key is its state and the states of the processes that it drives.
-    pub(crate) fn possible(&self, key: &[u32], instant: Instant) -> Vec<Move> {
+    pub(crate) fn possible(&self, key: &[u32], instant: Instant) -> Vec<Move<EnvironmentState>> {
         self.environment.moves(self.environments.get(key[0]), &self.driven_in(&key[1..]), instant)
     }
 
@@ -281,12 +282,12 @@ impl Tables {
 
     /// A move of the environment as a step of a run.
     pub(crate) fn moved(&self, key: &[u32], instant: Instant, index: usize) -> PathStep {
-        let Move { state, told } = self.possible(key, instant).swap_remove(index);
+        let Move { state, reports } = self.possible(key, instant).swap_remove(index);
         let words = self.words(key, instant).swap_remove(index);
         let environment = Arc::clone(&self.environment);
         let update = move |id: ProcessId, process: &mut dyn Process, now: Duration| {
             let index = environment.driven().iter().position(|driven| *driven == id);
-            index.into_iter().for_each(|index| environment.tell(id, told[index], process, now));
+            index.into_iter().for_each(|index| environment.report(id, reports[index], process, now));
         };
         PathStep::Environment { words, update: Arc::new(update), state }
     }

@@ -8,7 +8,9 @@ use channels::{
     Assignment, Capacity, ChannelId, ChannelSystem, Content, Domain, Envelope, FieldKind, GraphProcess, Label, Message,
     NoNormalForm, NormalForm, Offer, Process, ProgramGraph, Shape, Term, Topology, TransitionId, Use,
 };
-use explorer::{Closed, Limit, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela};
+use explorer::{
+    Closed, Environment, Limit, Limits, Model, NotExported, Outcome, Progress, Reduction, Refused, explore, promela,
+};
 
 /// Two processes with a channel from the first to the second.
 fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
@@ -18,7 +20,7 @@ fn pair(make: impl FnOnce(ChannelId) -> [Box<dyn Process>; 2]) -> Model {
     let channel = topology.channel(from, to, Capacity::One, words).expect("a new channel");
     let [first, second] = make(channel);
     let system = ChannelSystem::new(Arc::new(topology), [(from, first), (to, second)]).expect("a sound system");
-    Model::new(&system, None, Arc::new(Closed))
+    Model::new(&system, None, Closed.erased())
 }
 
 fn run(graph: channels::GraphBuilder, start: channels::LocationId) -> Box<dyn Process> {
@@ -61,7 +63,7 @@ fn a_trillion_states_end_in_an_answer_within_the_memory_limit() {
     let mut topology = Topology::default();
     let ids: Vec<_> = (0..12).map(|index| topology.process(&format!("Counter{index}")).expect("a new name")).collect();
     let system = ChannelSystem::new(Arc::new(topology), ids.into_iter().map(|id| (id, counter(9))));
-    let model = Model::new(&system.expect("a sound system"), None, Arc::new(Closed));
+    let model = Model::new(&system.expect("a sound system"), None, Closed.erased());
     for (reduction, threads) in [(Reduction::Off, 1), (Reduction::WhenNeeded, 2)] {
         let limits = Limits { memory: 20_000_000, reduction, threads, ..Limits::default() };
         let (mut most, mut last) = (0, 0);

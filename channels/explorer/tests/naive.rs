@@ -9,7 +9,7 @@ use channels::{
     ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, Monitor, NormalForm,
     Process, Verdict,
 };
-use explorer::{Environment, EnvironmentState, Instant, MessageFaults, Ticks};
+use explorer::{AnyEnvironment, EnvironmentState, Instant, MessageFaults, Ticks};
 
 /// Which processes are in some state, by their indices.
 pub(crate) type Locations = BTreeSet<(usize, String)>;
@@ -121,7 +121,7 @@ impl State {
 pub(crate) fn enumerate(
     start: &ChannelSystem,
     ticks: Option<Ticks>,
-    environment: &dyn Environment,
+    environment: &AnyEnvironment,
     faults: &MessageFaults,
     monitor: Option<&dyn Monitor>,
 ) -> (Counts, Findings) {
@@ -204,7 +204,7 @@ fn fixed_point(edges: &[Vec<Edge>], good: impl Fn(&Edge, &[bool]) -> bool, first
 fn successors(
     state: &mut State,
     ticks: Option<Ticks>,
-    environment: &dyn Environment,
+    environment: &AnyEnvironment,
     faults: &MessageFaults,
 ) -> (Vec<(State, bool)>, bool) {
     let mut successors = Vec::new();
@@ -274,16 +274,16 @@ fn damaged(state: &State, send: &Enabled, channel: ChannelId, effect: Effect) ->
 }
 
 /// The environment's effect on the system.
-fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<(EnvironmentState, ChannelSystem)> {
+fn moves(state: &State, environment: &AnyEnvironment, instant: Instant) -> Vec<(EnvironmentState, ChannelSystem)> {
     let driven: Vec<Box<dyn Process>> =
         environment.driven().iter().map(|id| state.system.clone_process(*id).expect("a process")).collect();
     let driven: Vec<&dyn Process> = driven.iter().map(AsRef::as_ref).collect();
     let moves = environment.moves(&state.environment, &driven, instant);
-    let apply = |choice: explorer::Move| {
+    let apply = |choice: explorer::Move<EnvironmentState>| {
         let mut system = state.system.fork();
-        for (id, told) in environment.driven().iter().zip(choice.told) {
+        for (id, report) in environment.driven().iter().zip(choice.reports) {
             let mut process = system.clone_process(*id).expect("a process");
-            environment.tell(*id, told, process.as_mut(), NormalForm::NOW);
+            environment.report(*id, report, process.as_mut(), NormalForm::NOW);
             system.replace(*id, process).expect("the same channels");
         }
         (choice.state, system)

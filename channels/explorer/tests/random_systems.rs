@@ -11,7 +11,7 @@ use channels::{
     Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
 };
 use explorer::{
-    Closed, Environment, EnvironmentState, Exploration, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order,
+    AnyEnvironment, Closed, Environment, Exploration, Instant, Limits, MessageFaults, Model, Move, Onlooker, Order,
     Outcome, Progress, Reduction, Ticks, explore,
 };
 use rand::{Rng, RngExt, SeedableRng};
@@ -25,7 +25,7 @@ const PERIOD: Duration = Duration::from_secs(10);
 pub(crate) struct Sample {
     pub(crate) system: ChannelSystem,
     pub(crate) ticks: Ticks,
-    pub(crate) environment: Arc<dyn Environment>,
+    pub(crate) environment: Arc<AnyEnvironment>,
     pub(crate) monitor: Option<GraphMonitor>,
 }
 
@@ -80,7 +80,7 @@ fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> S
         monitor: rng.random_bool(0.7).then(|| monitor(rng, &watched)),
         system,
         ticks: Ticks { generator, period: PERIOD, first, step: Duration::ZERO },
-        environment: Arc::new(Weather { sensor }),
+        environment: Weather { sensor }.erased(),
     }
 }
 
@@ -309,33 +309,36 @@ struct Weather {
 }
 
 impl Environment for Weather {
+    /// The level.
+    type State = i64;
+
     fn driven(&self) -> &[ProcessId] {
         std::slice::from_ref(&self.sensor)
     }
 
-    fn start(&self) -> EnvironmentState {
-        [0].into_iter().collect()
+    fn start(&self) -> i64 {
+        0
     }
 
-    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
+    fn moves(&self, state: &i64, driven: &[&dyn Process], instant: Instant) -> Vec<Move<i64>> {
         let sensor = driven[0].as_any().downcast_ref::<Sensor>().expect("a sensor");
         let to = |level: i64, waits: bool| Move {
-            state: [level].into_iter().collect(),
-            told: [2 * level as u32 + u32::from(waits)].into_iter().collect(),
+            state: level,
+            reports: [2 * level as u32 + u32::from(waits)].into_iter().collect(),
         };
         match instant {
-            Instant::Between => vec![to(sensor.level, false), to(state[0], true)],
-            Instant::Tick => [-1, 0, 1].map(|by| to((state[0] + by).clamp(0, 2), false)).to_vec(),
+            Instant::Between => vec![to(sensor.level, false), to(*state, true)],
+            Instant::Tick => [-1, 0, 1].map(|by| to((state + by).clamp(0, 2), false)).to_vec(),
         }
     }
 
-    fn tell(&self, _id: ProcessId, told: u32, process: &mut dyn Process, _now: Duration) {
+    fn report(&self, _id: ProcessId, report: u32, process: &mut dyn Process, _now: Duration) {
         let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
-        (sensor.level, sensor.waits) = (i64::from(told / 2), sensor.waits || told % 2 == 1);
+        (sensor.level, sensor.waits) = (i64::from(report / 2), sensor.waits || report % 2 == 1);
     }
 
-    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
-        self.moves(state, driven, instant).iter().map(|told| format!("the level is {}", told.state[0])).collect()
+    fn words(&self, state: &i64, driven: &[&dyn Process], instant: Instant) -> Vec<String> {
+        self.moves(state, driven, instant).iter().map(|to| format!("the level is {}", to.state)).collect()
     }
 }
 
@@ -395,7 +398,7 @@ fn without_a_property_the_search_finds_what_a_naive_enumeration_finds() {
     for seed in 0..150 {
         let Sample { system, ticks, environment, .. } = varied(seed, |patience_s| patience_s * (seed % 2), None);
         // A state from which the environment can always wake the system is no deadlock.
-        let environment = if seed % 2 == 0 { Arc::new(Closed) } else { environment };
+        let environment = if seed % 2 == 0 { Closed.erased() } else { environment };
         let faults = message_faults(seed, &system);
         let (_, mut expected) = enumerate(&system, Some(ticks), environment.as_ref(), &faults, None);
         deadlocks += usize::from(expected.deadlock);
@@ -531,8 +534,8 @@ fn random_run(sample: &Sample, rng: &mut ChaCha8Rng, steps: usize) -> bool {
         let mut moves = environment.moves(&state, &views, instant);
         let choice = moves.swap_remove(rng.random_range(0..moves.len()));
         state = choice.state;
-        for ((id, mut process), told) in environment.driven().iter().zip(driven).zip(choice.told) {
-            environment.tell(*id, told, process.as_mut(), until);
+        for ((id, mut process), report) in environment.driven().iter().zip(driven).zip(choice.reports) {
+            environment.report(*id, report, process.as_mut(), until);
             system.replace(*id, process).expect("the same channels");
         }
         if instant == Instant::Tick || until != next_tick {

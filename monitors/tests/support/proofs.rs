@@ -10,7 +10,7 @@ use channels::{
     ChannelId, ChannelSystem, Disturbance, Effect, Enabled, EnabledKind, Event, EventKind, GraphProcess, Label,
     Monitor, Process, ProcessId, ProgramGraph, Slot, TickGenerator, Verdict,
 };
-use explorer::{Closed, Limits, MessageFaults, Model, Order, Outcome, Reduction, Ticks, explore};
+use explorer::{Closed, Environment, Limits, MessageFaults, Model, Order, Outcome, Reduction, Ticks, explore};
 use monitors::{Choice, Formula, ScopeMonitor};
 
 use super::classes::{Class, Topologies};
@@ -88,7 +88,7 @@ pub(crate) fn check_proof(topologies: &Topologies, seed: u64, most: usize, proof
         return Ok(());
     };
     let model = || {
-        let model = Model::new(&case.system, case.ticks, Arc::new(Closed));
+        let model = Model::new(&case.system, case.ticks, Closed.erased());
         model.with_message_faults(case.faults.clone())
     };
     let judge = Judge::new(&case, &monitor);

@@ -27,7 +27,7 @@ pub(crate) struct Bounds {
 }
 
 /// A battery whose level is bounded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Charge {
     pub(super) level: Class,
     /// The level at the last tick or, if it was both charged and drained since then, the highest since then: it has
@@ -39,7 +39,7 @@ pub(super) struct Charge {
 }
 
 /// What a battery has done throughout the time since the last tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Since {
     /// It was not charged.
     #[default]

@@ -17,8 +17,8 @@ use explorer::{Path, PathStep};
 use robot::BatteryState;
 
 use super::battery::{Bounds, Since};
-use super::environment::battery_in;
-use super::faults::{inside_mut, is_out};
+use super::environment::WorldState;
+use super::faults::{inside_mut, is_out, without_faults};
 use super::levels::{Class, FULL, Levels, Micros, Rates};
 
 /// The number of an empty battery, from which all levels are measured.
@@ -78,7 +78,7 @@ fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
     let steps = path.steps();
     let moment = |(step, taken): (usize, &PathStep)| {
         let PathStep::Environment { state, .. } = taken else { return None };
-        let (class, is_charging) = battery_in(state);
+        let (class, is_charging) = without_faults(state).get::<WorldState>()?.battery();
         let is_tick = matches!(steps.get(step + 1..step + 3), Some([PathStep::Wait(_), PathStep::Tick { .. }]));
         Some(Moment { step, class, is_charging, is_tick })
     };

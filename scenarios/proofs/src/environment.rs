@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{Process, ProcessId};
 use components::{BatteryReader, Localization, Navigation, TripStatus};
-use explorer::{Environment, EnvironmentState, Instant, Move};
+use explorer::{Environment, Instant, Move};
 use scenarios::scenario::schedule::DriverData;
 
 use super::battery::{BatteryModel, BatteryUpdate, Charge, Since};
@@ -57,9 +57,9 @@ pub(crate) struct Ground {
 }
 
 /// The state that is remembered from one instant to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct WorldState {
-    /// Whether the drivers have given the processes any data yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct WorldState {
+    /// Whether the drivers have reported anything to the processes yet.
     has_begun: bool,
     at: Option<Spot>,
     /// The number of ticks since the trip began, if trips are bounded.
@@ -69,31 +69,10 @@ struct WorldState {
 }
 
 impl WorldState {
-    fn encoded(self) -> EnvironmentState {
-        let Charge { level, reference, is_charging, since } = self.charge;
-        let at = self.at.map_or(-1, |at| at as i64);
-        let since = [Since::Drained, Since::Charged, Since::Mixed].iter().position(|one| *one == since).unwrap_or(0);
-        let [has_begun, is_charging] = [self.has_begun, is_charging].map(i64::from);
-        let level = [level as i64, reference as i64, is_charging, since as i64];
-        [has_begun, at, self.elapsed].into_iter().chain(level).collect()
+    /// The class of the battery's level, and whether the battery is being charged.
+    pub(super) fn battery(self) -> (Class, bool) {
+        (self.charge.level, self.charge.is_charging)
     }
-
-    fn decoded(numbers: &[i64]) -> Self {
-        let &[has_begun, at, elapsed, level, reference, is_charging, since, ..] = numbers else {
-            unreachable!("states are encoded by `encoded`");
-        };
-        let since = [Since::Drained, Since::Charged, Since::Mixed][since as usize];
-        let charge =
-            Charge { level: level as Class, reference: reference as Class, is_charging: is_charging == 1, since };
-        Self { has_begun: has_begun == 1, at: Spot::try_from(at).ok(), elapsed, charge }
-    }
-}
-
-/// The class of the battery's level in a state of the environment, and whether the battery is being charged. Faults add
-/// numbers of their own to the state.
-pub(super) fn battery_in(state: &[i64]) -> (Class, bool) {
-    let Charge { level, is_charging, .. } = WorldState::decoded(state).charge;
-    (level, is_charging)
 }
 
 /// The progress of a trip after a move.
@@ -183,15 +162,15 @@ impl RobotEnvironment {
         legs.flat_map(move |leg| self.battery_updates(state, leg, instant).into_iter().map(move |update| (leg, update)))
     }
 
-    fn made(&self, leg: Leg, update: Option<BatteryUpdate>) -> Move {
+    fn made(&self, leg: Leg, update: Option<BatteryUpdate>) -> Move<WorldState> {
         let charge = update.map(|update| update.charge).unwrap_or_default();
         let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
-        let numbers = [
+        let reports = [
             update.map(|BatteryUpdate { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
             self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u32)),
             self.trips.process.map(|_| leg.status.map_or(0, |status| 1 + status as u32)),
         ];
-        Move { state: state.encoded(), told: numbers.into_iter().flatten().collect() }
+        Move { state, reports: reports.into_iter().flatten().collect() }
     }
 
     /// The changes for the processes, in words.
@@ -242,45 +221,46 @@ struct Driven<'a> {
 }
 
 impl Environment for RobotEnvironment {
+    type State = WorldState;
+
     fn driven(&self) -> &[ProcessId] {
         &self.driven
     }
 
-    fn start(&self) -> EnvironmentState {
-        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }.encoded()
+    fn start(&self) -> WorldState {
+        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }
     }
 
-    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
-        let choices = self.choices(WorldState::decoded(state), driven, instant);
+    fn moves(&self, state: &WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Move<WorldState>> {
+        let choices = self.choices(*state, driven, instant);
         choices.map(|(leg, update)| self.made(leg, update)).collect()
     }
 
     /// The numbers are those of [`RobotEnvironment::made`].
-    fn tell(&self, id: ProcessId, number: u32, process: &mut dyn Process, _now: Duration) {
+    fn report(&self, id: ProcessId, report: u32, process: &mut dyn Process, _now: Duration) {
         let mut data = DriverData::default();
         match &self.battery {
             Some(battery) if battery.process == id => {
-                data.battery = Some((battery.levels.level_pct(number as Class / 2), number % 2 == 1));
+                data.battery = Some((battery.levels.level_pct(report as Class / 2), report % 2 == 1));
             }
             _ if self.localization == Some(id) => {
-                data.place = number.checked_sub(1).map(|at| self.places[at as Spot].clone());
+                data.place = report.checked_sub(1).map(|at| self.places[at as Spot].clone());
             }
-            _ => data.trip = number.checked_sub(1).map(|status| STATUSES[status as usize]),
+            _ => data.trip = report.checked_sub(1).map(|status| STATUSES[status as usize]),
         }
         data.update(process, &self.known);
     }
 
-    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
-        let state = WorldState::decoded(state);
+    fn words(&self, state: &WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<String> {
         let navigation = self.process(driven, self.trips.process);
         let battery = self.process(driven, self.battery.as_ref().map(|battery| battery.process));
         let known = Driven { battery, navigation };
-        let choices = self.choices(state, driven, instant);
-        choices.map(|(leg, update)| self.in_words(state, leg, update, &known)).collect()
+        let choices = self.choices(*state, driven, instant);
+        choices.map(|(leg, update)| self.in_words(*state, leg, update, &known)).collect()
     }
 
     /// Components move when they receive a request or have an answer to send.
-    fn may_stir(&self, _state: &[i64], driven: &[&dyn Process]) -> bool {
+    fn may_stir(&self, _state: &State, driven: &[&dyn Process]) -> bool {
         driven.iter().map(|process| inside(*process).as_any()).any(|process| {
             process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)
                 && process.downcast_ref::<Localization>().is_none_or(Localization::is_asked)

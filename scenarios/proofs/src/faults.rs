@@ -9,7 +9,7 @@ use channels::{
     Topology, TransitionId, Use,
 };
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
-use explorer::{Environment, EnvironmentState, Instant, Move, Path, PathStep};
+use explorer::{AnyEnvironment, Environment, EnvironmentState, Instant, Move, Path, PathStep};
 use runs::{Switched, SwitchedEffect as Effect, opposite, restart};
 use scenarios::Complaints;
 use scenarios::scenario::Scenario;
@@ -132,11 +132,26 @@ impl Process for Impaired {
 /// An environment in which faults may begin and end, one of them at each instant.
 #[derive(Debug)]
 pub(super) struct WithFaults {
-    inner: Arc<dyn Environment>,
+    inner: Arc<AnyEnvironment>,
     faults: Vec<Switched>,
     /// The number of faults that may begin in a run.
     count: u8,
     driven: Vec<ProcessId>,
+}
+
+/// The state of an environment with faults.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct FaultyState {
+    inner: EnvironmentState,
+    /// How many faults may still begin.
+    left: u8,
+    /// By fault: whether it is active.
+    active: Vec<bool>,
+}
+
+/// The state of an environment without the faults in it.
+pub(super) fn without_faults(state: &EnvironmentState) -> &EnvironmentState {
+    state.get().map_or(state, |FaultyState { inner, .. }| inner)
 }
 
 /// A fault begins or ends.
@@ -157,7 +172,7 @@ struct Impairment {
 }
 
 impl Impairment {
-    /// What the move does to the process, as a number: its driver's number, and this.
+    /// What is reported to the process, as a number: its driver's number, and this.
     fn numbered(self, driver: u32, faults: usize) -> u32 {
         let change = self.change.map_or(0, |Switching { index, begins }| 1 + 2 * index as u32 + u32::from(begins));
         let numbers = [(2, u32::from(self.is_out)), (2, u32::from(self.is_wrong)), (1 + 2 * faults as u32, change)];
@@ -165,8 +180,8 @@ impl Impairment {
     }
 
     /// The driver's number, and what is wrong.
-    fn decoded(number: u32, faults: usize) -> (u32, Self) {
-        let (rest, change) = (number / (1 + 2 * faults as u32), number % (1 + 2 * faults as u32));
+    fn decoded(report: u32, faults: usize) -> (u32, Self) {
+        let (rest, change) = (report / (1 + 2 * faults as u32), report % (1 + 2 * faults as u32));
         let change = change.checked_sub(1).map(|one| Switching { index: one as usize / 2, begins: one % 2 == 1 });
         (rest / 4, Self { is_out: rest / 2 % 2 == 1, is_wrong: rest % 2 == 1, change })
     }
@@ -174,13 +189,13 @@ impl Impairment {
 
 /// What happens to the faults in each step of a run.
 pub(super) fn changes(run: &Path, faults: &[Switched]) -> Vec<Option<Switching>> {
-    let mut active = vec![0; faults.len()];
+    let mut active = vec![false; faults.len()];
     let change = |step: &PathStep| {
         let PathStep::Environment { state, .. } = step else { return None };
-        let now = &state[state.len().checked_sub(faults.len())?..];
+        let now = &state.get::<FaultyState>()?.active;
         let index = active.iter().zip(now).position(|(was, is)| was != is)?;
-        active.copy_from_slice(now);
-        Some(Switching { index, begins: active[index] == 1 })
+        active.clone_from(now);
+        Some(Switching { index, begins: active[index] })
     };
     run.steps().iter().map(change).collect()
 }
@@ -199,7 +214,7 @@ pub(super) fn driver_data(system: &ChannelSystem) -> DriverData {
 }
 
 impl WithFaults {
-    pub(super) fn new(inner: Arc<dyn Environment>, faults: Vec<Switched>, count: u8) -> Self {
+    pub(super) fn new(inner: Arc<AnyEnvironment>, faults: Vec<Switched>, count: u8) -> Self {
         let mut driven = inner.driven().to_vec();
         for fault in &faults {
             if !driven.contains(&fault.process) {
@@ -209,9 +224,9 @@ impl WithFaults {
         Self { inner, faults, count, driven }
     }
 
-    /// What may happen to the faults, given how many may still begin and which are active.
-    fn changes(&self, left: i64, active: &[i64]) -> Vec<Option<Switching>> {
-        let is_active = |index: &usize| active[*index] == 1;
+    /// What may happen to the faults in a state.
+    fn changes(&self, FaultyState { left, active, .. }: &FaultyState) -> Vec<Option<Switching>> {
+        let is_active = |index: &usize| active[*index];
         let machine = |index: usize| matches!(self.faults[index].effect, Effect::Machine { .. });
         // A skill runs one machine at a time.
         let is_free = |index: usize| {
@@ -222,21 +237,21 @@ impl WithFaults {
         for index in 0..self.faults.len() {
             match is_active(&index) {
                 true => changes.push(Some(Switching { index, begins: false })),
-                false if left > 0 && is_free(index) => changes.push(Some(Switching { index, begins: true })),
+                false if *left > 0 && is_free(index) => changes.push(Some(Switching { index, begins: true })),
                 false => {}
             }
         }
         changes
     }
 
-    fn with(&self, inner: &Move, change: Option<Switching>, left: i64, active: &[i64]) -> Move {
-        let (mut active, mut left) = (active.to_vec(), left);
+    fn with(&self, inner: &Move<EnvironmentState>, change: Option<Switching>, before: &FaultyState) -> Move<FaultyState> {
+        let mut state = FaultyState { inner: inner.state.clone(), ..before.clone() };
         if let Some(Switching { index, begins }) = change {
-            active[index] = i64::from(begins);
-            left -= i64::from(begins);
+            state.active[index] = begins;
+            state.left -= u8::from(begins);
         }
         let impairment = |process: ProcessId| {
-            let active = || active.iter().zip(self.faults.iter()).filter(|(active, _)| **active == 1);
+            let active = || state.active.iter().zip(&self.faults).filter(|(active, _)| **active);
             let has = |effect: fn(&Effect) -> bool| {
                 active().any(|(_, fault)| fault.process == process && effect(&fault.effect))
             };
@@ -247,10 +262,9 @@ impl WithFaults {
             }
         };
         let now: Vec<Impairment> = self.driven.iter().map(|process| impairment(*process)).collect();
-        let drivers = inner.told.iter().copied().chain(std::iter::repeat(0));
-        let numbers = drivers.zip(&now).map(|(driver, now)| now.numbered(driver, self.faults.len())).collect();
-        let state = inner.state.iter().copied().chain([left]).chain(active).collect();
-        Move { state, told: numbers }
+        let inner = inner.reports.iter().copied().chain(std::iter::repeat(0));
+        let reports = inner.zip(&now).map(|(inner, now)| now.numbered(inner, self.faults.len())).collect();
+        Move { state, reports }
     }
 
     fn in_words(&self, inner: &str, change: Option<Switching>) -> String {
@@ -262,31 +276,29 @@ impl WithFaults {
 }
 
 impl Environment for WithFaults {
+    type State = FaultyState;
+
     fn driven(&self) -> &[ProcessId] {
         &self.driven
     }
 
-    fn start(&self) -> EnvironmentState {
-        let none = self.faults.iter().map(|_| 0);
-        self.inner.start().into_iter().chain([i64::from(self.count)]).chain(none).collect()
+    fn start(&self) -> FaultyState {
+        FaultyState { inner: self.inner.start(), left: self.count, active: vec![false; self.faults.len()] }
     }
 
-    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
-        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
-        let (left, active) = (faults[0], &faults[1..]);
-        let changes = self.changes(left, active);
-        let moves = self.inner.moves(state, &driven[..self.inner.driven().len()], instant);
-        let with =
-            |inner: &Move| changes.iter().map(|change| self.with(inner, *change, left, active)).collect::<Vec<_>>();
+    fn moves(&self, state: &FaultyState, driven: &[&dyn Process], instant: Instant) -> Vec<Move<FaultyState>> {
+        let changes = self.changes(state);
+        let moves = self.inner.moves(&state.inner, &driven[..self.inner.driven().len()], instant);
+        let with = |inner: &Move<_>| changes.iter().map(|change| self.with(inner, *change, state)).collect::<Vec<_>>();
         moves.iter().flat_map(with).collect()
     }
 
-    fn tell(&self, id: ProcessId, number: u32, process: &mut dyn Process, now: Duration) {
-        let (driver, Impairment { is_out, is_wrong, change }) = Impairment::decoded(number, self.faults.len());
+    fn report(&self, id: ProcessId, report: u32, process: &mut dyn Process, now: Duration) {
+        let (driver, Impairment { is_out, is_wrong, change }) = Impairment::decoded(report, self.faults.len());
         let is_driven = self.inner.driven().contains(&id);
         let drive = |process: &mut dyn Process| {
             if is_driven {
-                self.inner.tell(id, driver, process, now);
+                self.inner.report(id, driver, process, now);
             }
         };
         let changed = change.map(|change| (&self.faults[change.index], change.begins));
@@ -311,16 +323,16 @@ impl Environment for WithFaults {
         }
     }
 
-    fn words(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<String> {
-        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
-        let changes = self.changes(faults[0], &faults[1..]);
-        let words = self.inner.words(state, &driven[..self.inner.driven().len()], instant);
+    fn words(&self, state: &FaultyState, driven: &[&dyn Process], instant: Instant) -> Vec<String> {
+        let changes = self.changes(state);
+        let words = self.inner.words(&state.inner, &driven[..self.inner.driven().len()], instant);
         let with = |inner: &String| changes.iter().map(|change| self.in_words(inner, *change)).collect::<Vec<_>>();
         words.iter().flat_map(with).collect()
     }
 
-    fn may_stir(&self, state: &[i64], driven: &[&dyn Process]) -> bool {
-        let (state, faults) = state.split_at(state.len() - self.faults.len() - 1);
-        faults.iter().any(|more| *more > 0) || self.inner.may_stir(state, &driven[..self.inner.driven().len()])
+    fn may_stir(&self, state: &FaultyState, driven: &[&dyn Process]) -> bool {
+        state.left > 0
+            || state.active.contains(&true)
+            || self.inner.may_stir(&state.inner, &driven[..self.inner.driven().len()])
     }
 }

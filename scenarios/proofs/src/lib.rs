@@ -234,9 +234,9 @@ impl Proof {
 
     /// The system, its environment, and the ticks.
     fn model(&self, battery: Option<BatteryModel>) -> Model {
-        let environment: Arc<dyn Environment> = match self.ids.robot {
-            Some(_) => Arc::new(self.environment(battery)),
-            None => Arc::new(explorer::Closed),
+        let environment = match self.ids.robot {
+            Some(_) => self.environment(battery).erased(),
+            None => explorer::Closed.erased(),
         };
         let execution = &self.scenario.file.execution;
         let ticks = self.ids.tree.map(|ids| Ticks {
@@ -248,9 +248,9 @@ impl Proof {
         // Faults act on drivers as well, so the environment with faults is around the one without.
         let mut system = self.system.fork();
         faults::prepare(&mut system, &self.faults);
-        let environment: Arc<dyn Environment> = match self.faults.as_slice() {
+        let environment = match self.faults.as_slice() {
             [] => environment,
-            faults => Arc::new(WithFaults::new(environment, faults.to_vec(), self.scenario.file.prove.faults.count)),
+            faults => WithFaults::new(environment, faults.to_vec(), self.scenario.file.prove.faults.count).erased(),
         };
         let model = Model::new(&system, ticks, environment);
         let messages = &self.scenario.file.prove.messages;

@@ -6,8 +6,8 @@ use channels::Verdict;
 
 use super::step::Transition;
 use super::{ENVIRONMENT, FOREVER, MONITOR, Writer, any, choice, either, mapping, option, or_skip};
+use crate::environment::Instant;
 use crate::local::{Local, Step, UNKNOWN};
-use crate::model::Instant;
 use crate::tables::{ENDLESS, Moved};
 
 /// The values of the variable `next`, which says what comes next. It is `NOTHING` in every stored state.

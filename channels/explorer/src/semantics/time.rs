@@ -4,8 +4,8 @@ use std::mem;
 use std::time::Duration;
 
 use super::{Draft, Fate, Label, Semantics, Successors};
+use crate::environment::Instant;
 use crate::local::{Step, UNKNOWN, bit, entry};
-use crate::model::Instant;
 use crate::tables::{Clock, Gap, Moved, Situation, Transit};
 
 impl Semantics {
@@ -41,9 +41,9 @@ impl Semantics {
             if !transit.held.is_empty() {
                 self.set_transit(&mut draft, transit.after(span))?;
             }
-            let (delivered, told) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
+            let (delivered, judged) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
             draft.set(self.slots.clock, next);
-            out.finish(Label::Wait { index: index as u32, delivered }, fate.and(told));
+            out.finish(Label::Wait { index: index as u32, delivered }, fate.and(judged));
         }
         Ok(())
     }
@@ -127,11 +127,11 @@ impl Semantics {
             let fate = self.apply(&mut draft, *moved)?;
             let changes = &out.changes[begin..];
             changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-            let is_told = if self.anywhere { vector != state } else { self.is_busy(&vector, *moved, out)? };
+            let counts = if self.anywhere { vector != state } else { self.is_busy(&vector, *moved, out)? };
             for (slot, _) in &out.changes[begin..] {
                 vector[*slot as usize] = state[*slot as usize];
             }
-            if is_told {
+            if counts {
                 out.finish(Label::Drive { index: index as u32 }, fate);
             } else {
                 out.changes.truncate(begin);

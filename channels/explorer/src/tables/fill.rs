@@ -9,10 +9,10 @@ use channels::{
 };
 
 use super::{ENDLESS, Gap, MoveEffect, Moved, Renaming, Situation, Tables, normalize, same_number};
+use crate::environment::Instant;
 use crate::error::Refused;
 use crate::interner::hash_by;
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, entry, set};
-use crate::model::Instant;
 
 /// The maximum number of states of one process.
 const MAX_LOCALS: usize = 1 << 16;
@@ -221,8 +221,8 @@ impl Tables {
                 && later.same_state(process.as_ref())
         };
         let awaits = receives.iter().fold(0, |all, receive| all | bit(receive.channel));
-        let (later, told, renamed) = (Vec::new(), Vec::new(), Vec::new());
-        Local { process, timer, is_timeless, own, receives, awaits, later, told, renamed, ticked: UNKNOWN }
+        let (later, reported, renamed) = (Vec::new(), Vec::new(), Vec::new());
+        Local { process, timer, is_timeless, own, receives, awaits, later, reported, renamed, ticked: UNKNOWN }
     }
 
     /// The number of a channel's contents.
@@ -267,9 +267,9 @@ impl Tables {
         let mut list = Vec::with_capacity(moves.len());
         for choice in moves {
             let mut effect = MoveEffect::new();
-            for (index, (state, told)) in key[1..].iter().zip(&choice.told).enumerate() {
+            for (index, (state, report)) in key[1..].iter().zip(&choice.reports).enumerate() {
                 let process = self.driven[index];
-                let step = self.tell(process, *state, *told)?;
+                let step = self.report(process, *state, *report)?;
                 let is_same = step == Step { next: *state, renaming: 0 };
                 effect.extend((!is_same).then_some((process as u32, step)));
             }
@@ -284,20 +284,20 @@ impl Tables {
         Ok(())
     }
 
-    /// The step of a driven process when the environment tells it a number.
-    fn tell(&mut self, process: usize, state: u32, told: u32) -> Result<Step, Refused> {
+    /// The step of a driven process when the environment reports a number to it.
+    fn report(&mut self, process: usize, state: u32, report: u32) -> Result<Step, Refused> {
         let local = self.locals[process].get(state);
-        let known = entry(&local.told, told, Step::UNKNOWN);
+        let known = entry(&local.reported, report, Step::UNKNOWN);
         if known != Step::UNKNOWN {
             return Ok(known);
         }
         let mut after = local.process.clone();
-        self.environment.tell(self.id(process), told, after.as_mut(), NormalForm::NOW);
+        self.environment.report(self.id(process), report, after.as_mut(), NormalForm::NOW);
         let step = match after.same_state(local.process.as_ref()) {
             true => Step { next: state, renaming: 0 },
             false => self.settle(process, state, after)?,
         };
-        set(&mut self.locals[process].get_mut(state).told, told, step, Step::UNKNOWN);
+        set(&mut self.locals[process].get_mut(state).reported, report, step, Step::UNKNOWN);
         Ok(step)
     }
 }
