@@ -114,7 +114,7 @@ mod tests {
 
     use super::*;
 
-    fn said(text: &str) -> Vec<String> {
+    fn reported(text: &str) -> Vec<String> {
         let problem = problem(text, &Document::parse(text).expect_err(text), |name| name == "state");
         let marked = problem.of(&crate::Source::new("file.xml", text));
         let place = marked.span().map(|span| format!("{}:{} {}", span.line(), span.column(), span.text()));
@@ -125,17 +125,17 @@ mod tests {
     fn text_that_is_not_xml_is_refused_with_its_location() {
         let meant = "<stat> ends as </state>: did you mean <state>?";
         assert_eq!(
-            said("<stat>\n</state>"),
+            reported("<stat>\n</state>"),
             ["2:1 <", "this is not well-formed XML: expected 'stat' tag, not 'state'", meant]
         );
-        assert_eq!(said("<a>"), ["1:4 ", "this is not well-formed XML: the root node was opened but never closed"]);
-        assert_eq!(said("<!DOCTYPE a><a/>")[..2], ["1:1 <!DOCTYPE", "a document type declaration is not accepted"]);
-        assert_eq!(said("\n<?xml version='1.0'?><a/>")[2], "remove the blanks and lines before it");
+        assert_eq!(reported("<a>"), ["1:4 ", "this is not well-formed XML: the root node was opened but never closed"]);
+        assert_eq!(reported("<!DOCTYPE a><a/>")[..2], ["1:1 <!DOCTYPE", "a document type declaration is not accepted"]);
+        assert_eq!(reported("\n<?xml version='1.0'?><a/>")[2], "remove the blanks and lines before it");
     }
 
     #[test]
     fn an_operator_in_an_attribute_is_told_how_to_be_written() {
-        let help = |text: &str| said(text).pop().expect("a help");
+        let help = |text: &str| reported(text).pop().expect("a help");
         for text in ["<a b=\"x < 2\"/>", "<a b='x < 2'/>", "<a b=\"x <= 2\"/>"] {
             assert_eq!(help(text), "write `<` in an attribute as `&lt;`");
         }

@@ -57,7 +57,7 @@ impl Vocabulary {
     }
 
     /// What the events of a part remember when it is checked.
-    pub(crate) fn remembered(&self, part: &Part) -> Vec<Remembered> {
+    pub(crate) fn remembered(&self, part: &LiteralSet) -> Vec<Remembered> {
         let events = part.iter().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(self.get(*event)),
             _ => None,
@@ -82,7 +82,7 @@ impl Vocabulary {
     }
 
     /// The names that a part compares with and that are remembered outside it.
-    fn free_of(&self, part: &Part) -> Vec<Arc<str>> {
+    fn free_of(&self, part: &LiteralSet) -> Vec<Arc<str>> {
         let own = self.remembered(part);
         let is_own = |name: &Arc<str>| own.iter().any(|(known, ..)| known == name);
         part.iter().flat_map(|literal| self.free(literal)).filter(|name| !is_own(name)).collect()
@@ -250,10 +250,10 @@ impl Literal {
 }
 
 /// A set of literals: a clause, or a product.
-pub(crate) type Part = BTreeSet<Literal>;
+pub(crate) type LiteralSet = BTreeSet<Literal>;
 
 /// A set of parts: clauses, all of which must hold, or products, one of which must hold.
-pub(crate) type Form = BTreeSet<Part>;
+pub(crate) type Form = BTreeSet<LiteralSet>;
 
 /// How the parts of a form are combined.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -363,11 +363,11 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
 
 /// True has no clauses, or an empty product; false has an empty clause, or no products.
 fn constant(truth: bool, shape: Shape) -> Form {
-    if truth == (shape == Shape::Clauses) { Form::new() } else { Form::from([Part::new()]) }
+    if truth == (shape == Shape::Clauses) { Form::new() } else { Form::from([LiteralSet::new()]) }
 }
 
 fn single(literal: Literal) -> Form {
-    Form::from([Part::from([literal])])
+    Form::from([LiteralSet::from([literal])])
 }
 
 /// The `and` of forms (or their `or`).
@@ -376,7 +376,7 @@ fn combine(
     and: bool,
     shape: Shape,
 ) -> Result<Form, FormulaError> {
-    let start: Vec<Part> = constant(and, shape).into_iter().collect();
+    let start: Vec<LiteralSet> = constant(and, shape).into_iter().collect();
     let unite = and == (shape == Shape::Clauses);
     let parts = forms.try_fold(start, |mut all, form| {
         let form = form?;
@@ -398,7 +398,7 @@ fn combine(
 }
 
 /// Adds a part and keeps the set free of parts that contain another.
-fn add(parts: &mut Vec<Part>, part: Part) {
+fn add(parts: &mut Vec<LiteralSet>, part: LiteralSet) {
     if parts.iter().any(|smaller| smaller.is_subset(&part)) {
         return;
     }
@@ -408,17 +408,17 @@ fn add(parts: &mut Vec<Part>, part: Part) {
 
 /// When something is checked.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
-pub(crate) struct Clock {
+pub(crate) struct Trigger {
     /// At messages on these channels.
     pub(crate) channels: BTreeSet<ChannelId>,
     /// Also at ticks.
     pub(crate) ticks: bool,
 }
 
-impl Clock {
+impl Trigger {
     /// When parts are checked together: at messages on the channels of their own atoms. If they have none, at every
     /// tick, and at messages on the channels of what they say about the past.
-    pub(crate) fn of<'a>(parts: impl Iterator<Item = &'a Part> + Clone, words: &Vocabulary) -> Self {
+    pub(crate) fn of<'a>(parts: impl Iterator<Item = &'a LiteralSet> + Clone, words: &Vocabulary) -> Self {
         let own = parts.clone().flatten().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(words.get(*event).channel),
             _ => None,
@@ -433,7 +433,7 @@ impl Clock {
         Self { channels, ticks: true }
     }
 
-    pub(crate) fn strikes(&self, kind: &EventKind) -> bool {
+    pub(crate) fn fires(&self, kind: &EventKind) -> bool {
         match kind {
             EventKind::Tick => self.ticks,
             EventKind::Received { channel, .. } => self.channels.contains(channel),
@@ -442,8 +442,8 @@ impl Clock {
 }
 
 /// When a part is checked.
-pub(crate) fn clock(part: &Part, words: &Vocabulary) -> Clock {
-    Clock::of(std::iter::once(part), words)
+pub(crate) fn trigger(part: &LiteralSet, words: &Vocabulary) -> Trigger {
+    Trigger::of(std::iter::once(part), words)
 }
 
 /// Whether a violation of the formula is noticed as soon as nothing can avert it. It is if the formula is `always` of
@@ -514,7 +514,7 @@ mod tests {
             Formula::Or(vec![a, c]),
         ]);
         let words = Vocabulary::of(&formula);
-        let parts: Vec<usize> = clauses(&formula, &words).unwrap().iter().map(Part::len).collect();
+        let parts: Vec<usize> = clauses(&formula, &words).unwrap().iter().map(LiteralSet::len).collect();
         assert_eq!(parts, [1, 1]);
     }
 

@@ -9,25 +9,25 @@ use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
 
 /// The values of names. Names without a value are left out.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
-pub(crate) struct Values(Option<Arc<[Entry]>>);
+pub(crate) struct Values(Option<Arc<[Binding]>>);
 
-type Entry = (Arc<str>, Value);
+type Binding = (Arc<str>, Value);
 
 /// A name, and the field of the last message on a channel that it stands for.
 pub(crate) type Remembered = (Arc<str>, ChannelId, usize);
 
 impl Values {
-    fn entries(&self) -> &[Entry] {
+    fn bindings(&self) -> &[Binding] {
         self.0.as_deref().unwrap_or_default()
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<&Value> {
-        self.entries().iter().find(|(known, _)| **known == *name).map(|(_, value)| value)
+        self.bindings().iter().find(|(known, _)| **known == *name).map(|(_, value)| value)
     }
 
-    fn new(mut entries: Vec<Entry>) -> Self {
-        entries.sort_by(|(a, _), (b, _)| a.cmp(b));
-        Self((!entries.is_empty()).then(|| entries.into()))
+    fn new(mut bindings: Vec<Binding>) -> Self {
+        bindings.sort_by(|(a, _), (b, _)| a.cmp(b));
+        Self((!bindings.is_empty()).then(|| bindings.into()))
     }
 
     /// These values, updated with those that are remembered now; a field may lack a value.
@@ -36,20 +36,20 @@ impl Values {
             return self.clone();
         }
         let is_new = |name: &Arc<str>| remembered.iter().any(|(new, ..)| new == name);
-        let mut entries: Vec<_> = self.entries().iter().filter(|(name, _)| !is_new(name)).cloned().collect();
+        let mut bindings: Vec<_> = self.bindings().iter().filter(|(name, _)| !is_new(name)).cloned().collect();
         let new = remembered
             .iter()
             .filter_map(|(name, channel, field)| Some((Arc::clone(name), last(*channel)?.field(*field)?.clone())));
-        entries.extend(new);
-        Self::new(entries)
+        bindings.extend(new);
+        Self::new(bindings)
     }
 
     /// The values of these names.
     pub(crate) fn only(&self, names: &[Arc<str>]) -> Self {
-        if self.entries().iter().all(|(name, _)| names.contains(name)) {
+        if self.bindings().iter().all(|(name, _)| names.contains(name)) {
             return self.clone();
         }
-        Self::new(self.entries().iter().filter(|(name, _)| names.contains(name)).cloned().collect())
+        Self::new(self.bindings().iter().filter(|(name, _)| names.contains(name)).cloned().collect())
     }
 }
 
@@ -75,10 +75,10 @@ fn order(a: &Value, b: &Value) -> Ordering {
 
 impl Ord for Values {
     fn cmp(&self, other: &Self) -> Ordering {
-        let pairs = self.entries().iter().zip(other.entries());
+        let pairs = self.bindings().iter().zip(other.bindings());
         let mut differences = pairs.map(|((a, x), (b, y))| a.cmp(b).then_with(|| order(x, y)));
         let first = differences.find(|ordering| *ordering != Ordering::Equal);
-        first.unwrap_or_else(|| self.entries().len().cmp(&other.entries().len()))
+        first.unwrap_or_else(|| self.bindings().len().cmp(&other.bindings().len()))
     }
 }
 
@@ -114,11 +114,11 @@ impl Term {
     }
 
     /// The term with values in place of names.
-    fn told(&self, values: &Values) -> Self {
+    fn instantiated(&self, values: &Values) -> Self {
         match self {
             Self::Remembered(name) => values.get(name).map_or_else(|| self.clone(), |value| Self::Value(value.clone())),
             Self::Arithmetic(left, operator, right) => {
-                let (left, right) = (left.told(values), right.told(values));
+                let (left, right) = (left.instantiated(values), right.instantiated(values));
                 let known = match (&left, &right) {
                     (Self::Value(a), Self::Value(b)) => operator.of(a, b),
                     _ => None,
@@ -226,14 +226,16 @@ impl MessageCondition {
     }
 
     /// The condition with values in place of names.
-    fn told(&self, values: &Values) -> Self {
-        let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();
+    fn instantiated(&self, values: &Values) -> Self {
+        let all = |parts: &[Self]| parts.iter().map(|part| part.instantiated(values)).collect();
         match self {
-            Self::Relate { left, relation, right } => Self::relating(left.told(values), *relation, right.told(values)),
-            Self::Not(a) => Self::Not(Box::new(a.told(values))),
+            Self::Relate { left, relation, right } => {
+                Self::relating(left.instantiated(values), *relation, right.instantiated(values))
+            }
+            Self::Not(a) => Self::Not(Box::new(a.instantiated(values))),
             Self::And(parts) => Self::And(all(parts)),
             Self::Or(parts) => Self::Or(all(parts)),
-            Self::Implies(a, b) => Self::Implies(Box::new(a.told(values)), Box::new(b.told(values))),
+            Self::Implies(a, b) => Self::Implies(Box::new(a.instantiated(values)), Box::new(b.instantiated(values))),
             other => other.clone(),
         }
     }
@@ -241,24 +243,24 @@ impl MessageCondition {
 
 impl EventAtom {
     /// The event with values in place of names.
-    pub(crate) fn told(&self, values: &Values) -> Self {
-        Self { channel: self.channel, condition: self.condition.told(values) }
+    pub(crate) fn instantiated(&self, values: &Values) -> Self {
+        Self { channel: self.channel, condition: self.condition.instantiated(values) }
     }
 }
 
 impl Formula {
     /// The formula with values in place of names.
-    pub(crate) fn told(&self, values: &Values) -> Self {
-        let of = |part: &Self| Box::new(part.told(values));
-        let all = |parts: &[Self]| parts.iter().map(|part| part.told(values)).collect();
+    pub(crate) fn instantiated(&self, values: &Values) -> Self {
+        let of = |part: &Self| Box::new(part.instantiated(values));
+        let all = |parts: &[Self]| parts.iter().map(|part| part.instantiated(values)).collect();
         match self {
             Self::True | Self::False => self.clone(),
-            Self::Event(event) => Self::Event(event.told(values)),
+            Self::Event(event) => Self::Event(event.instantiated(values)),
             Self::TimeUntil { event, relation, ticks } => {
-                Self::TimeUntil { event: event.told(values), relation: *relation, ticks: *ticks }
+                Self::TimeUntil { event: event.instantiated(values), relation: *relation, ticks: *ticks }
             }
             Self::Count { event, is_at_most, count, ticks } => {
-                Self::Count { event: event.told(values), is_at_most: *is_at_most, count: *count, ticks: *ticks }
+                Self::Count { event: event.instantiated(values), is_at_most: *is_at_most, count: *count, ticks: *ticks }
             }
             Self::Not(a) => Self::Not(of(a)),
             Self::Next(a) => Self::Next(of(a)),

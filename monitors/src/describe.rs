@@ -2,7 +2,7 @@
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, bounds};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Vocabulary, Window, bounds};
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
 
 /// An event as the language writes it.
@@ -40,23 +40,23 @@ pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocab
 }
 
 /// A clause in the SCOPE language: an implication if it has both negative and positive literals.
-pub(crate) fn clause(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
+pub(crate) fn clause(clause: &LiteralSet, words: &Vocabulary, topology: &Topology) -> String {
     text(any(clause, true, words), words, topology)
 }
 
 /// The antecedent of a clause: the negations of its negative literals, which must hold before it demands anything.
-pub(crate) fn antecedent(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
+pub(crate) fn antecedent(clause: &LiteralSet, words: &Vocabulary, topology: &Topology) -> String {
     let denied = denied(clause).into_iter().map(|denied| literal(denied, false, words));
     text(and(denied.collect()), words, topology)
 }
 
 /// The literals that a clause negates: those under whose opposites it demands something.
-pub(crate) fn denied(clause: &Part) -> Vec<&Literal> {
+pub(crate) fn denied(clause: &LiteralSet) -> Vec<&Literal> {
     split(clause, true).0
 }
 
 /// The events and past formulas that would answer the clause.
-pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) -> Vec<String> {
+pub(crate) fn answers(clause: &LiteralSet, words: &Vocabulary, topology: &Topology) -> Vec<String> {
     let answers = split(clause, true).1.into_iter().filter_map(|wanted| match wanted {
         Literal::Event { event: id, holds: true } | Literal::Time { event: id, holds: true, .. } => {
             Some(event(words.get(*id), topology))
@@ -68,13 +68,13 @@ pub(crate) fn answers(clause: &Part, words: &Vocabulary, topology: &Topology) ->
 
 /// The literals of a clause that are denied, and the others. `historically` and `at most` deny something too, but read
 /// better as they are, unless the clause has no other antecedent.
-fn split(clause: &Part, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
+fn split(clause: &LiteralSet, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
     let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = clause.iter().partition(|literal| match literal {
-        Literal::Event { holds: said, .. } | Literal::Previous { holds: said, .. } => *said != holds,
-        Literal::Since { hold, holds: said, .. } => *said != holds && !hold.is_empty(),
+        Literal::Event { holds: polarity, .. } | Literal::Previous { holds: polarity, .. } => *polarity != holds,
+        Literal::Since { hold, holds: polarity, .. } => *polarity != holds && !hold.is_empty(),
         _ => false,
     });
-    let is_weak = |literal: &&Literal| literal.past().is_some_and(|(_, said)| said != holds);
+    let is_weak = |literal: &&Literal| literal.past().is_some_and(|(_, polarity)| polarity != holds);
     if !denied.is_empty() || wanted.iter().all(is_weak) {
         return (denied, wanted);
     }
@@ -98,12 +98,12 @@ fn products(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
 }
 
 /// All literals of a part, or the negations of all of them.
-fn all(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
+fn all(part: &LiteralSet, holds: bool, words: &Vocabulary) -> Formula {
     and(part.iter().map(|part| literal(part, holds, words)).collect())
 }
 
 /// One literal of a part, or one of their negations: an implication from the negated events to the rest.
-fn any(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
+fn any(part: &LiteralSet, holds: bool, words: &Vocabulary) -> Formula {
     let (denied, wanted) = split(part, holds);
     let wanted: Vec<Formula> = wanted.into_iter().map(|part| literal(part, holds, words)).collect();
     let denied: Vec<Formula> = denied.into_iter().map(|part| literal(part, !holds, words)).collect();
@@ -119,10 +119,12 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
     let boxed = |formula: Formula| Box::new(formula);
     let unless = |negated: bool, formula: Formula| if negated { formula.negated() } else { formula };
     match literal {
-        Literal::Event { event, holds: said } => unless(*said != holds, Formula::Event(words.get(*event).clone())),
-        Literal::Time { event, bound: Bound { relation, ticks }, holds: said } => {
+        Literal::Event { event, holds: polarity } => {
+            unless(*polarity != holds, Formula::Event(words.get(*event).clone()))
+        }
+        Literal::Time { event, bound: Bound { relation, ticks }, holds: polarity } => {
             let event = words.get(*event).clone();
-            unless(*said != holds, Formula::TimeUntil { event, relation: *relation, ticks: *ticks })
+            unless(*polarity != holds, Formula::TimeUntil { event, relation: *relation, ticks: *ticks })
         }
         // A `next` that may never come is the negation of one that must.
         Literal::Next { clauses: inside, strong } => {
@@ -144,20 +146,20 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
             let until = Formula::Until(boxed(products(escape, false, words)), boxed(clauses(hold, false, words)));
             unless(holds, until)
         }
-        Literal::Since { hold, goal, bound, holds: said } if hold.is_empty() => match *said == holds {
+        Literal::Since { hold, goal, bound, holds: polarity } if hold.is_empty() => match *polarity == holds {
             true => Formula::Once(*bound, boxed(products(goal, true, words))),
             false => Formula::Historically(*bound, boxed(products(goal, false, words))),
         },
-        Literal::Since { hold, goal, bound, holds: said } => {
+        Literal::Since { hold, goal, bound, holds: polarity } => {
             let (hold, goal) = (clauses(hold, true, words), products(goal, true, words));
-            unless(*said != holds, Formula::Since(*bound, boxed(hold), boxed(goal)))
+            unless(*polarity != holds, Formula::Since(*bound, boxed(hold), boxed(goal)))
         }
-        Literal::Previous { clauses: inside, bound, holds: said } => {
-            unless(*said != holds, Formula::Previous(*bound, boxed(clauses(inside, true, words))))
+        Literal::Previous { clauses: inside, bound, holds: polarity } => {
+            unless(*polarity != holds, Formula::Previous(*bound, boxed(clauses(inside, true, words))))
         }
-        Literal::Count { event, count, ticks, holds: said } => {
+        Literal::Count { event, count, ticks, holds: polarity } => {
             let (event, ticks) = (words.get(*event).clone(), *ticks);
-            let is_at_most = *said != holds;
+            let is_at_most = *polarity != holds;
             Formula::Count { event, is_at_most, count: count - u64::from(is_at_most), ticks }
         }
     }
@@ -234,7 +236,7 @@ fn is_ok(condition: &MessageCondition) -> bool {
 
 /// The condition under which a clause demands something, in short form: its negated events hold, and its other present
 /// events do not.
-pub(crate) fn brief_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String {
+pub(crate) fn brief_antecedent(clause: &LiteralSet, vocabulary: &Vocabulary) -> String {
     let parts = clause.iter().filter_map(|literal| match literal {
         Literal::Event { event, holds: false } => Some(brief(&vocabulary.get(*event).condition)),
         Literal::Event { event, holds: true } => Some(brief_not(&vocabulary.get(*event).condition)),
@@ -245,7 +247,7 @@ pub(crate) fn brief_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String
 }
 
 /// The condition that a clause without a deadline holds, in short form.
-pub(crate) fn brief_clause(part: &Part, vocabulary: &Vocabulary) -> String {
+pub(crate) fn brief_clause(part: &LiteralSet, vocabulary: &Vocabulary) -> String {
     match part.iter().collect::<Vec<_>>()[..] {
         [Literal::Event { event, holds: true }] => brief(&vocabulary.get(*event).condition),
         [Literal::Event { event, holds: false }] => brief_not(&vocabulary.get(*event).condition),
@@ -362,7 +364,7 @@ mod tests {
                     continue;
                 }
                 let again = clause::clauses(&read(&printed, &topology), &words);
-                assert_eq!(again, Ok(Form::from([Part::from([literal.clone()])])), "{printed}");
+                assert_eq!(again, Ok(Form::from([LiteralSet::from([literal.clone()])])), "{printed}");
                 seen += 1;
             }
         }

@@ -30,6 +30,6 @@ pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub use limits::Limits;
 pub(crate) use obligations::{Clause, Obligation, Obligations};
 pub(crate) use operators::Operators;
-pub(crate) use past::{Memory, Past, Strikes};
+pub(crate) use past::{LetterTrigger, Memory, Past};
 pub(crate) use progression::Progression;
 pub(crate) use situation::Situation;

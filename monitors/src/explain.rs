@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::formula::{Bound, EventAtom, Field, Formula, MessageCondition, Term};
+use crate::formula::{Bound, EventAtom, Formula, MessageCondition, MessageField, Term};
 use crate::wording::{by_name, duration};
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
@@ -60,7 +60,7 @@ impl Explainer<'_> {
     /// A message that must not occur. Without a condition: "never tells anything".
     fn never(&self, event: &EventAtom) -> String {
         if event.condition == MessageCondition::True {
-            return self.told("never tells", "anything", event);
+            return self.statement("never tells", "anything", event);
         }
         let (source, target) = self.topology.ends(event.channel);
         let condition = self.condition(&event.condition, event.channel);
@@ -87,17 +87,17 @@ impl Explainer<'_> {
         match formula {
             Formula::True => "nothing is required".to_owned(),
             Formula::False => "this is impossible".to_owned(),
-            Formula::Event(event) => self.told("tells", "something", event),
+            Formula::Event(event) => self.statement("tells", "something", event),
             Formula::TimeUntil { event, relation, ticks } => {
-                format!("{}, {}", self.time(*relation, *ticks), self.told("tells", "something", event))
+                format!("{}, {}", self.time(*relation, *ticks), self.statement("tells", "something", event))
             }
             Formula::Not(inside) => match &**inside {
                 Formula::TimeUntil { event, relation, ticks } => {
                     let time = self.time(*relation, *ticks);
                     let time = time.trim_start_matches("eventually, ");
-                    format!("it does not happen {time} that {}", self.told("tells", "something", event))
+                    format!("it does not happen {time} that {}", self.statement("tells", "something", event))
                 }
-                Formula::Event(event) => self.told("does not tell", "anything", event),
+                Formula::Event(event) => self.statement("does not tell", "anything", event),
                 inside => format!("it is not the case that {}", self.rest(inside)),
             },
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
@@ -119,7 +119,7 @@ impl Explainer<'_> {
                 format!("{} ever since, {}, {}", self.inside(a), self.ago("at some time", *bound), self.rest(b))
             }
             Formula::Count { event, is_at_most, count, ticks } => {
-                let what = self.told("tells", "something", event);
+                let what = self.statement("tells", "something", event);
                 let most = if *is_at_most { "at most" } else { "at least" };
                 format!(
                     "{most} {count} times {}, {what}",
@@ -162,12 +162,12 @@ impl Explainer<'_> {
         if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
-    /// Who `tells` whom what; `whatever` if it may be any message.
-    fn told(&self, tells: &str, whatever: &str, event: &EventAtom) -> String {
+    /// Who sends what to whom, with this verb; `whatever` if it may be any message.
+    fn statement(&self, verb: &str, whatever: &str, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
         match &event.condition {
-            MessageCondition::True => format!("{source} {tells} {target} {whatever}"),
-            condition => format!("{source} {tells} {target} that {}", self.condition(condition, event.channel)),
+            MessageCondition::True => format!("{source} {verb} {target} {whatever}"),
+            condition => format!("{source} {verb} {target} that {}", self.condition(condition, event.channel)),
         }
     }
 
@@ -288,7 +288,7 @@ impl Explainer<'_> {
 
     /// A field by its name, if the property calls it by name or it has the same in all messages (in which it can be
     /// compared with the value); else by its number.
-    fn field(&self, field: &Field, value: Option<&Value>, channel: ChannelId) -> String {
+    fn field(&self, field: &MessageField, value: Option<&Value>, channel: ChannelId) -> String {
         let shapes = self.topology.get(channel).domain.shapes().iter();
         let fields = shapes.filter_map(|shape| shape.fields().get(field.number - 1));
         let fields = fields.filter(|(_, kind)| value.is_none_or(|value| kind.is_comparable_to(value)));

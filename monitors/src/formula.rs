@@ -122,7 +122,7 @@ pub enum MessageCondition {
     /// `not (m[field] = value)`.
     Compare {
         /// The field.
-        field: Field,
+        field: MessageField,
         /// ⋈
         relation: Relation,
         /// The value that it is compared with.
@@ -148,7 +148,7 @@ pub enum MessageCondition {
     /// The message has the field, and its value is remembered: `m[field] as name`.
     Remember {
         /// The field.
-        field: Field,
+        field: MessageField,
         /// The name of the value.
         name: Arc<str>,
     },
@@ -159,26 +159,26 @@ pub enum MessageCondition {
 /// Its number says which field is meant. The name is a word for people: fields with one number are equal, whatever
 /// they are called.
 #[derive(Clone, Debug, Eq, Serialize, Deserialize)]
-pub struct Field {
+pub struct MessageField {
     /// Its position, counted from 1.
     pub number: usize,
     /// Its name, if the property calls it by name.
     pub name: Option<Arc<str>>,
 }
 
-impl PartialEq for Field {
+impl PartialEq for MessageField {
     fn eq(&self, other: &Self) -> bool {
         self.number == other.number
     }
 }
 
-impl Hash for Field {
+impl Hash for MessageField {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.number.hash(state);
     }
 }
 
-impl From<usize> for Field {
+impl From<usize> for MessageField {
     fn from(number: usize) -> Self {
         Self { number, name: None }
     }
@@ -188,7 +188,7 @@ impl From<usize> for Field {
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Term {
     /// The field of the message.
-    Field(Field),
+    Field(MessageField),
     /// A constant.
     Value(Value),
     /// A value that was remembered from this message or another.

@@ -14,7 +14,7 @@ use std::time::Duration;
 use channels::{ChannelId, Event, EventKind, Message, Monitor, Symbol, Topology, Value};
 
 use crate::monitor::EventTime;
-use scan::{Scanner, Token, Unreadable};
+use scan::{JsonToken, Scanner, Unreadable};
 
 /// Why an event log cannot be read further.
 #[derive(Debug, thiserror::Error)]
@@ -251,11 +251,11 @@ impl<R: BufRead> EventLog<R> {
 
     fn value(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
         Ok(match scanner.token()? {
-            Token::Bool(truth) => Value::Bool(truth),
-            Token::Int(number) => Value::Int(number),
-            Token::Real(number) => Value::Real(number),
-            Token::Text(text) => Value::Text(text.into()),
-            Token::Open => {
+            JsonToken::Bool(truth) => Value::Bool(truth),
+            JsonToken::Int(number) => Value::Int(number),
+            JsonToken::Real(number) => Value::Real(number),
+            JsonToken::Text(text) => Value::Text(text.into()),
+            JsonToken::Open => {
                 let kind = scanner.string()?;
                 if !matches!(kind, b"sym" | b"real") {
                     return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));

@@ -17,7 +17,7 @@ use crate::export::{Format, Picture};
 use crate::formula::{EventAtom, Formula, FormulaError};
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
-use record::{Record, Told};
+use record::{Observation, Record};
 use vacuity::Watch;
 
 pub use vacuity::Vacuity;
@@ -195,12 +195,12 @@ impl ScopeMonitor {
         let open = open.map(|clause| {
             let parts = clause.iter().map(|obligation| match *obligation {
                 Obligation::Goes(operator, ref values) | Obligation::Waits(operator, ref values) => {
-                    describe::operator(operators.literal_of(operator), words).told(values)
+                    describe::operator(operators.literal_of(operator), words).instantiated(values)
                 }
                 Obligation::Passes { event, first, last, ref values, .. } => {
                     let from_now = |tick: u64| if tick == u64::MAX { tick } else { tick.saturating_sub(self.now) };
                     let window = Window { first: from_now(first), last: from_now(last) };
-                    describe::awaited(event, window, &self.synthesis.form, words).told(values)
+                    describe::awaited(event, window, &self.synthesis.form, words).instantiated(values)
                 }
             });
             let what = describe::text(Formula::Or(parts.collect()), words, &self.topology);
@@ -375,8 +375,8 @@ impl ScopeMonitor {
             }
             self.verdict = self.run.verdict();
         }
-        let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start };
-        self.record.follow(&told, &self.run, self.rules.as_ref(), self.verdict);
+        let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
+        self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict);
     }
 }
 
@@ -392,8 +392,9 @@ impl Monitor for ScopeMonitor {
     fn observe(&mut self, event: &Event) {
         match self.verdict {
             Verdict::False if self.record.witness().is_none() => {
-                let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
-                return self.record.doom(&told);
+                let observation =
+                    Observation { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
+                return self.record.doom(&observation);
             }
             Verdict::False => return,
             Verdict::True if self.watches.iter().all(Watch::has_held) => return,

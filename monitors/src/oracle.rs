@@ -3,7 +3,7 @@
 
 use channels::{ChannelId, Event, EventKind, Message};
 
-use crate::clause::{Clock, Form, Literal, Part, Vocabulary, clock, normal_form};
+use crate::clause::{Form, Literal, LiteralSet, Trigger, Vocabulary, normal_form, trigger};
 use crate::data::Values;
 use crate::formula::{self, Bound, Formula, FormulaError};
 
@@ -31,8 +31,8 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
         EventKind::Tick => true,
         EventKind::Received { channel, .. } => channels.contains(channel),
     };
-    let mut states: Vec<State<'_>> =
-        stem.iter().map(|event| State { kind: &event.kind, tick: words.tau(event) }).collect();
+    let mut states: Vec<Position<'_>> =
+        stem.iter().map(|event| Position { kind: &event.kind, tick: words.tau(event) }).collect();
     let unit = if words.is_timed { SECOND } else { 1 };
     let mut tick = states.last().map_or(0, |last| last.tick);
     states.retain(|state| is_seen(state.kind));
@@ -40,7 +40,7 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
         let kinds = cycle.iter().filter(|kind| is_seen(kind));
         let turn = kinds.map(|kind| {
             tick += unit * u64::from(*kind == EventKind::Tick);
-            State { kind, tick }
+            Position { kind, tick }
         });
         turn.collect::<Vec<_>>()
     };
@@ -58,7 +58,7 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
 }
 
 /// A tick, or a message on a channel that the formula mentions.
-struct State<'a> {
+struct Position<'a> {
     kind: &'a EventKind,
     /// τ
     tick: u64,
@@ -78,23 +78,23 @@ const SECOND: u64 = 1_000_000_000;
 
 struct Oracle<'a> {
     words: Vocabulary,
-    states: Vec<State<'a>>,
+    states: Vec<Position<'a>>,
     lap: Lap,
 }
 
 impl Oracle<'_> {
-    fn clause(&self, clause: &Part, i: usize, values: &Values) -> bool {
+    fn clause(&self, clause: &LiteralSet, i: usize, values: &Values) -> bool {
         let values = self.remembered(clause, i, values);
         clause.iter().any(|literal| self.literal(literal, i, &values))
     }
 
-    fn product(&self, product: &Part, i: usize, values: &Values) -> bool {
+    fn product(&self, product: &LiteralSet, i: usize, values: &Values) -> bool {
         let values = self.remembered(product, i, values);
         product.iter().all(|literal| self.literal(literal, i, &values))
     }
 
     /// The values, with those that are remembered where a part is checked.
-    fn remembered(&self, part: &Part, i: usize, values: &Values) -> Values {
+    fn remembered(&self, part: &LiteralSet, i: usize, values: &Values) -> Values {
         values.with(&self.words.remembered(part), |channel| self.last(channel, i))
     }
 
@@ -112,8 +112,8 @@ impl Oracle<'_> {
                 (0..self.states.len()).any(|j| self.passes(event, j, values) && self.in_time(*bound, i, j)) == *holds
             }
             Literal::Next { clauses, strong } => {
-                let clock = Clock::of(clauses.iter(), &self.words);
-                let next = self.onwards(i).skip(1).find(|j| clock.strikes(self.states[*j].kind));
+                let trigger = Trigger::of(clauses.iter(), &self.words);
+                let next = self.onwards(i).skip(1).find(|j| trigger.fires(self.states[*j].kind));
                 next.map_or(!strong, |j| clauses.iter().all(|clause| self.clause(clause, j, values)))
             }
             Literal::Until { hold, goal } => {
@@ -145,8 +145,8 @@ impl Oracle<'_> {
                 self.until(i).any(|j| self.ago(*bound, i, j) && since(j)) == *holds
             }
             Literal::Previous { clauses, bound, holds } => {
-                let clock = Clock::of(clauses.iter(), &self.words);
-                let before = self.until(i).rev().find(|j| *j < i && clock.strikes(self.states[*j].kind));
+                let trigger = Trigger::of(clauses.iter(), &self.words);
+                let before = self.until(i).rev().find(|j| *j < i && trigger.fires(self.states[*j].kind));
                 let held =
                     |j: usize| self.ago(*bound, i, j) && clauses.iter().all(|clause| self.clause(clause, j, values));
                 before.is_some_and(held) == *holds
@@ -180,8 +180,8 @@ impl Oracle<'_> {
     }
 
     /// Whether a part is checked at state j.
-    fn asked(&self, part: &Part, j: usize) -> bool {
-        clock(part, &self.words).strikes(self.states[j].kind)
+    fn asked(&self, part: &LiteralSet, j: usize) -> bool {
+        trigger(part, &self.words).fires(self.states[j].kind)
     }
 
     /// Whether the message that passes at state j, if any, satisfies the event.

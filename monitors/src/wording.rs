@@ -117,21 +117,21 @@ pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<Messa
     if !comparison.calls_by_name() {
         return None;
     }
-    let said = spelled(&comparison, shapes, &called);
+    let by_name = spelled(&comparison, shapes, &called);
     let mut remembered = Vec::new();
     comparison.names(&mut |name| remembered.push(&**name));
     let says_all = match shapes {
         [] => *from == comparison,
-        shapes => meaning(&said, &remembered, shapes).as_ref() == Some(from),
+        shapes => meaning(&by_name, &remembered, shapes).as_ref() == Some(from),
     };
     says_all.then_some(comparison)
 }
 
-fn called(field: &formula::Field) -> FieldName {
+fn called(field: &formula::MessageField) -> FieldName {
     field.name.as_ref().map_or(FieldName::Number(field.number), |name| FieldName::Named(name.to_string()))
 }
 
-fn spelled(from: &MessageCondition, shapes: &[Shape], name: &dyn Fn(&formula::Field) -> FieldName) -> Condition {
+fn spelled(from: &MessageCondition, shapes: &[Shape], name: &dyn Fn(&formula::MessageField) -> FieldName) -> Condition {
     let of = |part: &MessageCondition| Box::new(condition(part, shapes));
     let list = |parts: &[MessageCondition]| parts.iter().map(|part| condition(part, shapes)).collect();
     let kind = match from {
@@ -167,7 +167,7 @@ fn named(name: FieldName) -> Field {
 }
 
 /// A term in the words of the language.
-fn term(from: &Term, name: &dyn Fn(&formula::Field) -> FieldName) -> syntax::Term {
+fn term(from: &Term, name: &dyn Fn(&formula::MessageField) -> FieldName) -> syntax::Term {
     match from {
         Term::Field(field) => syntax::Term::Field(named(name(field))),
         Term::Value(value) => syntax::Term::Operand(operand(literal(value))),

@@ -144,8 +144,8 @@ fn a_monitor_and_its_normal_form_are_indistinguishable() {
             normal.normalize().expect("it has a normal form");
             let mut of_plain = plain.clone();
             of_plain.normalize().expect("it has a normal form");
-            let says = |monitor: &ScopeMonitor| (monitor.verdict(), monitor.is_open(), monitor.holds_so_far());
-            assert_eq!(says(&plain), says(&normal), "seed {seed}, {choice:?}\n{formula:#?}");
+            let reported = |monitor: &ScopeMonitor| (monitor.verdict(), monitor.is_open(), monitor.holds_so_far());
+            assert_eq!(reported(&plain), reported(&normal), "seed {seed}, {choice:?}\n{formula:#?}");
             assert!(of_plain.same_state(&normal), "seed {seed}, {choice:?}\n{of_plain:#?}\n{normal:#?}");
             assert_eq!(hash(&of_plain), hash(&normal));
         }
@@ -215,12 +215,12 @@ fn messages_outside_the_domains_are_judged_too() {
             for length in 0..=sequence.len() {
                 let prefix = &sequence[..length];
                 prefix.last().into_iter().for_each(|event| monitor.observe(event));
-                let says = match monitor.verdict() {
+                let reported = match monitor.verdict() {
                     Verdict::Inconclusive => monitor.holds_so_far(),
                     settled => settled == Verdict::True,
                 };
                 let truth = holds(&formula, prefix).expect("small");
-                assert_eq!(says, truth, "{choice:?}, seed {seed}, after {length}\n{formula:#?}\n{sequence:#?}");
+                assert_eq!(reported, truth, "{choice:?}, seed {seed}, after {length}\n{formula:#?}\n{sequence:#?}");
                 if monitor.verdict() != Verdict::Inconclusive {
                     // A verdict assumes messages within the domains.
                     break;

@@ -14,7 +14,7 @@ fn render(diagnostic: &dyn Diagnostic) -> String {
 }
 
 /// The problems or warnings of a file.
-fn said_of(text: &str) -> (usize, String) {
+fn problems_of(text: &str) -> (usize, String) {
     match monitors::load("wrong.scope", text, &topology(), Duration::from_secs(1)) {
         Ok(file) => (0, if file.warnings.is_empty() { String::new() } else { render(&file.warnings) }),
         Err(error) => (error.problems().iter().filter(|problem| problem.is_error()).count(), render(&error)),
@@ -36,8 +36,8 @@ property p8 := (BatteryReader, BatteryLevel, m[2] >= 20)
 property p9 := always (BatteryReader, BatteryLevel, m[2] >= limt)
 property p10 := time_until (BatteryReader, BatteryLevel, m[2] >= 20) = 2.5 s
 "#;
-    let (errors, said) = said_of(text);
-    insta::assert_snapshot!(said);
+    let (errors, reported) = problems_of(text);
+    insta::assert_snapshot!(reported);
     assert_eq!(errors, 10);
 }
 
@@ -57,7 +57,7 @@ property w := always ((always (BatteryReader, BatteryLevel, m[1] = <ok>)
 property x := time_until (BatteryReader, BatteryLevel, m[1] = <ok>)
 # property y
 "#;
-    insta::assert_snapshot!(said_of(text).1);
+    insta::assert_snapshot!(problems_of(text).1);
 }
 
 #[test]
@@ -69,10 +69,10 @@ fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
         ("<root/>", "XML"),
     ];
     for (text, language) in files {
-        let (errors, said) = said_of(text);
-        assert_eq!(errors, 1, "{said}");
-        assert!(said.contains(&format!("this is {language}, not a file of SCOPE properties")), "{said}");
-        assert!(said.contains("property NAME := always"), "{said}");
+        let (errors, reported) = problems_of(text);
+        assert_eq!(errors, 1, "{reported}");
+        assert!(reported.contains(&format!("this is {language}, not a file of SCOPE properties")), "{reported}");
+        assert!(reported.contains("property NAME := always"), "{reported}");
     }
 }
 
@@ -80,12 +80,14 @@ fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
 fn operators_of_other_logics_are_refused_with_a_suggestion() {
     const FIRST: &str = "not, next, always, eventually, once, historically, previous, true, false, time_until";
     let q = "(BatteryReader, BatteryLevel, true)";
-    let said = |formula: &str| said_of(&format!("property p := {formula}")).1;
-    assert!(said(&format!("sometime {q}")).contains(FIRST));
-    assert!(said(&format!("always (sometime {q})")).contains(FIRST));
-    assert!(said(&format!("always {q} while {q}")).contains("the binary operators: and, or, implies, until, since"));
-    assert!(said(&format!("always ({q} implise {q})")).contains("did you mean `implies`?"));
-    assert!(said(&format!("alwys {q}")).contains("did you mean `always`?"));
+    let reported = |formula: &str| problems_of(&format!("property p := {formula}")).1;
+    assert!(reported(&format!("sometime {q}")).contains(FIRST));
+    assert!(reported(&format!("always (sometime {q})")).contains(FIRST));
+    assert!(
+        reported(&format!("always {q} while {q}")).contains("the binary operators: and, or, implies, until, since")
+    );
+    assert!(reported(&format!("always ({q} implise {q})")).contains("did you mean `implies`?"));
+    assert!(reported(&format!("alwys {q}")).contains("did you mean `always`?"));
 }
 
 #[test]
@@ -103,7 +105,7 @@ property i := always at 3 (BatteryReader, BatteryLevel, true) in 10
 property j := always at most 3 BatteryReader in 10
 property k := always ((BatteryReader, BatteryLevel, true) since[< 3] time_until (BatteryReader, BatteryLevel, true) < 2)
 "#;
-    insta::assert_snapshot!(said_of(text).1);
+    insta::assert_snapshot!(problems_of(text).1);
 }
 
 #[test]
@@ -124,7 +126,7 @@ timed property l := always time_until (BatteryReader, BatteryLevel, true) < 3
 timed const m := 3
 property n := always (BatteryReader, BatteryLevel, level = status)
 "#;
-    insta::assert_snapshot!(said_of(text).1);
+    insta::assert_snapshot!(problems_of(text).1);
 }
 
 /// Five thousand mistakes give five thousand problems, and no more.
@@ -154,7 +156,7 @@ property i := always (AtRechargingStation, Navigation, true)
 property j := always (GoToDestination, Navigation, m[1] = <start>)
 property j := always (GoToDestination, Navigation, always = <start>)
 "#;
-    insta::assert_snapshot!(said_of(text).1);
+    insta::assert_snapshot!(problems_of(text).1);
 }
 
 #[test]
@@ -168,5 +170,5 @@ property large := always ((BatteryReader, BatteryLevel, m[2] < 20) implies
     time_until (Navigation, GoToDestination, m[2] = <running>) = 40)
 property fine := always (BatteryReader, BatteryLevel, m[2] < 20)
 "#;
-    insta::assert_snapshot!(said_of(text).1);
+    insta::assert_snapshot!(problems_of(text).1);
 }

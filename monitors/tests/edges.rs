@@ -180,8 +180,8 @@ fn a_name_is_not_remembered_again_where_it_has_a_value() {
     };
     let event = |condition: &str| format!("(Ask, Arm, {condition})");
     let [named, below, other] = ["n as x", "n < x", "n as y"].map(event);
-    let said = load(&format!("always ({named} implies next ({named} or {below}))")).unwrap_err();
-    assert!(said.contains("two values named `x` are remembered at the same time"), "{said}");
+    let reported = load(&format!("always ({named} implies next ({named} or {below}))")).unwrap_err();
+    assert!(reported.contains("two values named `x` are remembered at the same time"), "{reported}");
     assert!(load(&format!("always ({named} implies next ({other} or {below}))")).is_ok());
 }
 

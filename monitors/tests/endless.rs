@@ -17,7 +17,7 @@ fn verdicts(formula: &str, run: &str) -> (Vec<Verdict>, ScopeMonitor) {
     let topology = topology();
     let file = load("p", &format!("property p := {formula}"), &topology, Duration::from_secs(1)).expect("it loads");
     let mut monitor = scope_monitor(file.properties[0].monitor.as_ref()).expect("made from text").clone();
-    let mut said = vec![monitor.verdict()];
+    let mut reported = vec![monitor.verdict()];
     let mut ticks = 0;
     for (step, letter) in run.chars().enumerate() {
         let received = |source, target, value: Value| EventKind::Received {
@@ -32,9 +32,9 @@ fn verdicts(formula: &str, run: &str) -> (Vec<Verdict>, ScopeMonitor) {
         ticks += u64::from(kind == EventKind::Tick);
         let (step, tick) = (step as u64, ticks.max(1) - 1);
         monitor.observe(&Event { step, tick, time: Duration::from_secs(tick), kind });
-        said.push(monitor.verdict());
+        reported.push(monitor.verdict());
     }
-    (said, monitor)
+    (reported, monitor)
 }
 
 #[test]
@@ -49,8 +49,8 @@ fn a_recurrence_is_open_while_the_run_continues() {
         format!("not eventually always not {Q}"),
         "always next true".to_owned(),
     ] {
-        let (said, monitor) = verdicts(&formula, "tqtqtq");
-        assert_eq!(said, vec![Verdict::Inconclusive; 7], "{formula}");
+        let (reported, monitor) = verdicts(&formula, "tqtqtq");
+        assert_eq!(reported, vec![Verdict::Inconclusive; 7], "{formula}");
         let (denied, _) = verdicts(&format!("not ({formula})"), "tqtqtq");
         assert_eq!(denied, vec![Verdict::Inconclusive; 7], "not {formula}");
         // At the end of the run, whatever is open counts as false.
@@ -78,12 +78,12 @@ fn a_property_that_no_endless_run_satisfies_is_violated_at_once() {
         // Only ticks advance time: without another one, nothing comes later.
         (format!("time_until {Q} > 0 and not next true"), ""),
     ] {
-        let (said, _) = verdicts(&formula, run);
-        assert_eq!(said.last(), Some(&Verdict::False), "{formula}");
+        let (reported, _) = verdicts(&formula, run);
+        assert_eq!(reported.last(), Some(&Verdict::False), "{formula}");
         let (denied, _) = verdicts(&format!("not ({formula})"), run);
         assert_eq!(denied.last(), Some(&Verdict::True), "not ({formula})");
-        if let Some(before) = said.len().checked_sub(2) {
-            assert_eq!(said[before], Verdict::Inconclusive, "{formula}");
+        if let Some(before) = reported.len().checked_sub(2) {
+            assert_eq!(reported[before], Verdict::Inconclusive, "{formula}");
         }
     }
 }

@@ -327,8 +327,8 @@ fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
         }
     }
     let formula = spoken("m.percent + 1 < m.percent * 2 or m.level != 5").unwrap();
-    let said = monitors::explain(&formula, &speaker());
-    assert!(said.ends_with("that `percent` + 1 is less than `percent` * 2 or `level` is not 5."), "{said}");
+    let reported = monitors::explain(&formula, &speaker());
+    assert!(reported.ends_with("that `percent` + 1 is less than `percent` * 2 or `level` is not 5."), "{reported}");
 }
 
 #[test]

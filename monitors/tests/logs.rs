@@ -128,7 +128,7 @@ fn a_log_with_lines_out_of_order_is_refused_at_the_line() {
         let topology = topology();
         let mut log = EventLog::new(text.as_bytes(), &topology, Channels::All);
         assert!(log.next_event().unwrap().is_some() && log.next_event().unwrap().is_some());
-        let said = log.next_event().unwrap_err().to_string();
-        assert!(said.starts_with("line 3 of the log goes back"), "{said}");
+        let reported = log.next_event().unwrap_err().to_string();
+        assert!(reported.starts_with("line 3 of the log goes back"), "{reported}");
     }
 }

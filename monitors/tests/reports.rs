@@ -331,8 +331,8 @@ fn a_past_event_that_never_happened_is_reported() {
     watch.level(50.0);
     watch.running();
     let vacuous = watch.monitor().vacuous();
-    let said: Vec<_> = vacuous.iter().map(|found| (found.antecedent.as_str(), found.asked)).collect();
-    assert_eq!(said, [("once (BatteryReader, BatteryLevel, m.level < 30)", 1)]);
+    let reported: Vec<_> = vacuous.iter().map(|found| (found.antecedent.as_str(), found.asked)).collect();
+    assert_eq!(reported, [("once (BatteryReader, BatteryLevel, m.level < 30)", 1)]);
 }
 
 #[test]
@@ -445,11 +445,11 @@ fn properties_that_look_back_read_as_english() {
         SAME_PLACE.to_owned(),
         "always ((BatteryReader, BatteryLevel, level as l) implies next (BatteryReader, BatteryLevel, not level > (l + 3) * 2))".to_owned(),
     ];
-    let said = formulas.iter().map(|formula| {
+    let reported = formulas.iter().map(|formula| {
         let watch = Watch::new(formula);
         explain(watch.monitor().formula(), &watch.topology)
     });
-    insta::assert_snapshot!(said.collect::<Vec<_>>().join("\n"));
+    insta::assert_snapshot!(reported.collect::<Vec<_>>().join("\n"));
 }
 
 #[test]
@@ -485,9 +485,9 @@ fn properties_with_different_meanings_read_differently() {
         (format!("always (next {a} and {b})"), format!("always next ({a} and {b})")),
     ];
     for (one, other) in pairs {
-        let [said, of_other] =
+        let [reported, of_other] =
             [&one, &other].map(|formula| explain(Watch::new(formula).monitor().formula(), &topology()));
-        assert_ne!(said, of_other, "{one} / {other}");
+        assert_ne!(reported, of_other, "{one} / {other}");
     }
 }
 
@@ -509,11 +509,11 @@ fn properties_read_as_english() {
             ),
         ),
     ];
-    let said: Vec<String> = formulas
+    let reported: Vec<String> = formulas
         .iter()
         .map(|(name, watch)| format!("{name}: {}", explain(watch.monitor().formula(), &watch.topology)))
         .collect();
-    insta::assert_snapshot!(said.join("\n"));
+    insta::assert_snapshot!(reported.join("\n"));
     let both = Watch::new(TWO_ANSWERS);
     insta::assert_snapshot!(explain(both.monitor().formula(), &both.topology));
     assert_eq!(explain(&Formula::True, &topology()), "Nothing is required.");

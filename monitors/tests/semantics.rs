@@ -87,7 +87,7 @@ fn or(a: Formula, b: Formula) -> Formula {
 }
 
 #[track_caller]
-fn says(formula: &Formula, yes: &[&str], no: &[&str]) {
+fn check(formula: &Formula, yes: &[&str], no: &[&str]) {
     for words in yes {
         assert!(holds(formula, &run(words)).expect("small"), "should hold on: {words}");
     }
@@ -98,89 +98,89 @@ fn says(formula: &Formula, yes: &[&str], no: &[&str]) {
 
 #[test]
 fn always_is_checked_at_messages_on_its_channel() {
-    says(&is("a").always(), &["", "t", "t b- t", "a+ t a+"], &["a-", "t a+ t a-", "a- a+"]);
-    says(&is("a").negated().always(), &["", "t b+", "a- t"], &["a+", "a- b- a+"]);
+    check(&is("a").always(), &["", "t", "t b- t", "a+ t a+"], &["a-", "t a+ t a-", "a- a+"]);
+    check(&is("a").negated().always(), &["", "t b+", "a- t"], &["a+", "a- b- a+"]);
 }
 
 #[test]
 fn a_clause_of_two_channels_is_checked_at_messages_on_either() {
     let both = or(is("a"), is("b")).always();
-    says(&both, &["a+", "a+ b-", "b+ a-", "t t"], &["a-", "b+ a- b-", "a+ b- a-"]);
+    check(&both, &["a+", "a+ b-", "b+ a-", "t t"], &["a-", "b+ a- b-", "a+ b- a-"]);
     let implied = is("a").implies(is("b")).always();
     // Before its first message an event is false: `a+` finds b false; `a-` and `b-` violate nothing.
-    says(&implied, &["a-", "b- a-", "b+ a+"], &["a+", "b+ a+ b-", "a+ b+"]);
+    check(&implied, &["a-", "b- a-", "b+ a+"], &["a+", "b+ a+ b-", "a+ b+"]);
 }
 
 #[test]
 fn a_part_without_atoms_of_its_own_is_checked_at_ticks() {
-    says(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
-    says(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);
-    says(&eventually(is("a").always()), &["t", "a- t a+", "t a- t"], &["a+", "", "t a-"]);
-    says(&soon("a", Relation::Less, 2).always(), &["", "t a+", "t t a+", "t a+ t a+"], &["t", "t a+ t", "t t t a+"]);
+    check(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
+    check(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);
+    check(&eventually(is("a").always()), &["t", "a- t a+", "t a- t"], &["a+", "", "t a-"]);
+    check(&soon("a", Relation::Less, 2).always(), &["", "t a+", "t t a+", "t a+ t a+"], &["t", "t a+ t", "t t t a+"]);
 }
 
 #[test]
 fn clauses_are_checked_separately() {
     // `always (a and b)` checks a at messages on A and b at messages on B, not both at once.
-    says(&and(is("a"), is("b")).always(), &["a+", "b+", "a+ b+ a+"], &["a-", "a+ b-", "b+ a-"]);
-    says(&eventually(or(is("a"), is("b"))), &["a+", "b+", "a- b+"], &["", "a- b-", "t"]);
+    check(&and(is("a"), is("b")).always(), &["a+", "b+", "a+ b+ a+"], &["a-", "a+ b-", "b+ a-"]);
+    check(&eventually(or(is("a"), is("b"))), &["a+", "b+", "a- b+"], &["", "a- b-", "t"]);
     // One product: checked at messages on either channel.
-    says(&eventually(and(is("a"), is("b"))), &["a+ b+", "b+ a+", "a+ b- b+"], &["a+", "b+", "a+ b-", "a+ a- b+"]);
+    check(&eventually(and(is("a"), is("b"))), &["a+ b+", "b+ a+", "a+ b- b+"], &["a+", "b+", "a+ b-", "a+ a- b+"]);
 }
 
 #[test]
 fn next_is_the_next_message_on_its_own_channels() {
-    says(&next(is("a")), &["t a+", "a- a+", "t b+ t a+ a-"], &["", "t", "a+", "t a- a+"]);
+    check(&next(is("a")), &["t a+", "a- a+", "t b+ t a+ a-"], &["", "t", "a+", "t a- a+"]);
     // At the end of the run a `next` is false, and its negation true.
-    says(&next(is("a")).negated(), &["", "t", "a+", "t a-"], &["t a+"]);
-    says(&next(and(is("a"), is("b"))), &["b+ a+", "a+ b+"], &["t a+", "t b+ a+", "a- a+ b+"]);
+    check(&next(is("a")).negated(), &["", "t", "a+", "t a-"], &["t a+"]);
+    check(&next(and(is("a"), is("b"))), &["b+ a+", "a+ b+"], &["t a+", "t b+ a+", "a- a+ b+"]);
     // Without own atoms it is the next tick: the first state is not the next one.
-    says(&next(Formula::True), &["t t", "a+ t t"], &["", "t", "t a+", "a+ t"]);
-    says(&next(soon("a", Relation::Less, 1)), &["t t a+", "t a- t a+"], &["t a+ t", "t t t a+", "a+"]);
-    says(&is("a").implies(next(is("b"))).always(), &["t", "a+ b+", "a- b-", "a+ a+ b+"], &["a+", "a+ b-", "a+ b- b+"]);
+    check(&next(Formula::True), &["t t", "a+ t t"], &["", "t", "t a+", "a+ t"]);
+    check(&next(soon("a", Relation::Less, 1)), &["t t a+", "t a- t a+"], &["t a+ t", "t t t a+", "a+"]);
+    check(&is("a").implies(next(is("b"))).always(), &["t", "a+ b+", "a- b-", "a+ a+ b+"], &["a+", "a+ b-", "a+ b- b+"]);
 }
 
 #[test]
 fn once_covers_the_present_and_the_past() {
     let formula = is("a").implies(once(Bound::NONE, is("b"))).always();
-    says(&formula, &["", "tick a-", "b+ tick a+", "b+ b- tick a+ a+", "tick b+"], &["a+", "tick a+ b+", "b- a+"]);
+    check(&formula, &["", "tick a-", "b+ tick a+", "b+ b- tick a+ a+", "tick b+"], &["a+", "tick a+ b+", "b- a+"]);
     let recent = is("a").implies(once(within(Relation::Less, 2), is("b"))).always();
-    says(&recent, &["tick b+ tick a+", "tick b+ a+"], &["tick b+ tick tick a+"]);
+    check(&recent, &["tick b+ tick a+", "tick b+ a+"], &["tick b+ tick tick a+"]);
     let exactly = is("a").implies(once(within(Relation::Equal, 1), is("b"))).always();
-    says(&exactly, &["tick b+ tick a+"], &["tick b+ a+", "tick b+ tick tick a+"]);
+    check(&exactly, &["tick b+ tick a+"], &["tick b+ a+", "tick b+ tick tick a+"]);
     // It is checked whenever a message that it mentions passes, and at ticks.
-    says(&once(within(Relation::Less, 1), is("b")).always(), &["b+ c- b+", "b+ tick"], &["b-", "b+ tick tick"]);
+    check(&once(within(Relation::Less, 1), is("b")).always(), &["b+ c- b+", "b+ tick"], &["b-", "b+ tick tick"]);
 }
 
 #[test]
 fn historically_covers_every_earlier_check() {
     let formula = is("a").implies(Formula::Historically(within(Relation::LessOrEqual, 1), Box::new(is("b")))).always();
-    says(&formula, &["a+", "b+ a+", "b- tick tick tick b+ a+"], &["b- a+", "tick b- tick b+ a+"]);
+    check(&formula, &["a+", "b+ a+", "b- tick tick tick b+ a+"], &["b- a+", "tick b- tick b+ a+"]);
 }
 
 #[test]
 fn since_needs_its_condition_after_its_goal() {
     let since = Formula::Since(Bound::NONE, Box::new(is("b")), Box::new(is("c")));
     let formula = is("a").implies(since).always();
-    says(&formula, &["c+ a+", "b- c+ b+ b+ a+", "c+ b- c+ a+"], &["a+", "b+ a+", "c+ b- a+", "c+ b- b+ a+"]);
+    check(&formula, &["c+ a+", "b- c+ b+ b+ a+", "c+ b- c+ a+"], &["a+", "b+ a+", "c+ b- a+", "c+ b- b+ a+"]);
 }
 
 #[test]
 fn previous_is_the_last_message_before_on_its_own_channels() {
     let formula = is("a").implies(Formula::Previous(Bound::NONE, Box::new(is("a")))).always();
-    says(&formula, &["a-", "a- a-"], &["a+", "a- tick a+", "a- a+"]);
+    check(&formula, &["a-", "a- a-"], &["a+", "a- tick a+", "a- a+"]);
     let other = is("a").implies(Formula::Previous(within(Relation::LessOrEqual, 1), Box::new(is("b")))).always();
-    says(&other, &["b+ a+", "tick b+ tick a+"], &["b+ b- a+", "tick b+ tick tick a+"]);
+    check(&other, &["b+ a+", "tick b+ tick a+"], &["b+ b- a+", "tick b+ tick tick a+"]);
 }
 
 #[test]
 fn messages_are_counted_in_a_window_that_ends_now() {
     let count = |is_at_most, count| Formula::Count { event: atom("a"), is_at_most, count, ticks: 2 };
-    says(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
+    check(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
     let enough = is("b").implies(count(false, 2)).always();
-    says(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
+    check(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
     // At ticks, too, since there may be no messages.
-    says(&count(false, 1).always(), &["a+ tick tick"], &["tick", "a+ tick tick tick"]);
+    check(&count(false, 1).always(), &["a+ tick tick"], &["tick", "a+ tick tick tick"]);
 }
 
 #[test]
@@ -192,44 +192,44 @@ fn operators_that_look_ahead_are_not_allowed_inside_those_that_look_back() {
 #[test]
 fn until_needs_its_goal_and_its_condition() {
     let way = until(is("a"), is("b"));
-    says(&way, &["b+", "a+ b+", "a+ a+ t b+ a-", "t b+"], &["", "a+", "a- b+", "a+ b-", "a+ a- b+"]);
+    check(&way, &["b+", "a+ b+", "a+ a+ t b+ a-", "t b+"], &["", "a+", "a- b+", "a+ b-", "a+ a- b+"]);
     // The goal counts only when it is checked, the condition only before it.
-    says(&until(is("a"), is("a").negated()), &["a-", "a+ a-"], &["", "a+", "t"]);
-    says(&until(Formula::False, is("b")), &["b+", "a- b+"], &["t b+", "t", ""]);
-    says(&way.negated(), &["", "a- b+", "a+ b-"], &["b+", "a+ b+"]);
-    says(&until(is("a"), or(is("b"), is("c"))), &["c+", "a+ b- c+"], &["a- c+", "b- c-"]);
-    says(&until(and(is("a"), is("c")), is("b")), &["b+", "a+ c+ b+"], &["a+ c- b+", "c+ a- b+"]);
+    check(&until(is("a"), is("a").negated()), &["a-", "a+ a-"], &["", "a+", "t"]);
+    check(&until(Formula::False, is("b")), &["b+", "a- b+"], &["t b+", "t", ""]);
+    check(&way.negated(), &["", "a- b+", "a+ b-"], &["b+", "a+ b+"]);
+    check(&until(is("a"), or(is("b"), is("c"))), &["c+", "a+ b- c+"], &["a- c+", "b- c-"]);
+    check(&until(and(is("a"), is("c")), is("b")), &["b+", "a+ c+ b+"], &["a+ c- b+", "c+ a- b+"]);
 }
 
 #[test]
 fn time_until_is_about_any_message_that_passes() {
     let at_first = |relation, ticks| soon("a", relation, ticks);
     // j = i counts.
-    says(&at_first(Relation::Less, 1), &["a+", "t a+", "a- a+"], &["", "t", "t t a+", "a-"]);
-    says(&at_first(Relation::Less, 0), &[], &["a+", "t a+"]);
-    says(&at_first(Relation::LessOrEqual, 0), &["a+", "t a- a+"], &["t t a+"]);
-    says(&at_first(Relation::LessOrEqual, 1), &["t t a+"], &["t t t a+"]);
+    check(&at_first(Relation::Less, 1), &["a+", "t a+", "a- a+"], &["", "t", "t t a+", "a-"]);
+    check(&at_first(Relation::Less, 0), &[], &["a+", "t a+"]);
+    check(&at_first(Relation::LessOrEqual, 0), &["a+", "t a- a+"], &["t t a+"]);
+    check(&at_first(Relation::LessOrEqual, 1), &["t t a+"], &["t t t a+"]);
     // Any message, not the first one.
-    says(&at_first(Relation::Equal, 1), &["t t a+", "t a+ t a+"], &["t a+", "t a+ t t a+", "t t a-"]);
-    says(&at_first(Relation::NotEqual, 1), &["t a+", "t t t a+", "t t a+ t a+"], &["t t a+", "t"]);
-    says(&at_first(Relation::NotEqual, 1).negated(), &["t t a+", "t", ""], &["t a+", "t t t a+"]);
-    says(&at_first(Relation::GreaterOrEqual, 2), &["t t t a+", "t a+ t t t a+"], &["t t a+", "t"]);
-    says(&at_first(Relation::Greater, 1), &["t t t a+"], &["t t a+", "a+"]);
+    check(&at_first(Relation::Equal, 1), &["t t a+", "t a+ t a+"], &["t a+", "t a+ t t a+", "t t a-"]);
+    check(&at_first(Relation::NotEqual, 1), &["t a+", "t t t a+", "t t a+ t a+"], &["t t a+", "t"]);
+    check(&at_first(Relation::NotEqual, 1).negated(), &["t t a+", "t", ""], &["t a+", "t t t a+"]);
+    check(&at_first(Relation::GreaterOrEqual, 2), &["t t t a+", "t a+ t t t a+"], &["t t a+", "t"]);
+    check(&at_first(Relation::Greater, 1), &["t t t a+"], &["t t a+", "a+"]);
     // The last message counts only when it passes.
-    says(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
-    says(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
+    check(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
+    check(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
 }
 
 /// The part that contains a bound is checked in the same states for any bound: `< 0` is never true, but not a constant.
 #[test]
 fn a_bound_that_nothing_can_meet_is_not_special() {
     let never = soon("a", Relation::Less, 0).implies(is("a"));
-    says(&next(never), &["t a+", "t a-"], &["t", "t t"]);
-    says(&soon("a", Relation::Less, 0).negated().always(), &["", "t", "t a+"], &[]);
-    says(&eventually(or(soon("a", Relation::Greater, u64::MAX), is("b"))), &["b+"], &["a+ t", "b-"]);
+    check(&next(never), &["t a+", "t a-"], &["t", "t t"]);
+    check(&soon("a", Relation::Less, 0).negated().always(), &["", "t", "t a+"], &[]);
+    check(&eventually(or(soon("a", Relation::Greater, u64::MAX), is("b"))), &["b+"], &["a+ t", "b-"]);
     // `!=` is one atom: it is checked at messages on its own channel.
     let other = and(soon("a", Relation::Less, 3), or(soon("a", Relation::NotEqual, 3), is("b")));
-    says(&other.always(), &["", "t a+", "t a+ b- a+", "t b+ a+"], &["t a+ b-"]);
+    check(&other.always(), &["", "t a+", "t a+ b- a+", "t b+ a+"], &["t a+ b-"]);
 }
 
 /// The verdict of a formula on endless runs: a stem, then a repeated cycle.
@@ -296,7 +296,7 @@ fn conditions_follow_boolean_logic() {
     let both = MessageCondition::And(vec![yes.clone(), no.clone()]);
     let either = MessageCondition::Or(vec![yes.clone(), no.clone()]);
     // Each with its value on `[true]` and on `[false]`.
-    let said = [
+    let expected_of = [
         (&yes, [true, false]),
         (&not(&yes), [false, true]),
         (&both, [false, false]),
@@ -307,7 +307,7 @@ fn conditions_follow_boolean_logic() {
         (&implies(&MessageCondition::True, &yes), [true, false]),
         (&MessageCondition::False, [false, false]),
     ];
-    for (condition, expected) in said {
+    for (condition, expected) in expected_of {
         assert_eq!([&plus, &minus].map(|message| condition.holds(message)), expected, "{condition:?}");
     }
     // A field that is absent or of another type: only `!=` holds, as the negation of `=`.
@@ -324,5 +324,5 @@ fn conditions_follow_boolean_logic() {
 #[test]
 fn unmentioned_channels_do_not_exist() {
     // The first state is the first one visible to the property: `b` is not mentioned.
-    says(&next(is("a")), &["b+ a- a+"], &["b+ a+"]);
+    check(&next(is("a")), &["b+ a- a+"], &["b+ a+"]);
 }

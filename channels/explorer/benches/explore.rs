@@ -112,9 +112,9 @@ fn philosophers_in_spin(bencher: Bencher<'_, '_>, guests: usize) {
         return eprintln!("not run here: spin or cc is not installed");
     }
     let search = || run(folder.path(), "./pan -m4000000 -n").expect("an answer from SPIN");
-    let said = search();
+    let output = search();
     let number = |words: &str| {
-        let line = said.lines().find(|line| line.contains(words));
+        let line = output.lines().find(|line| line.contains(words));
         line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).expect("a number")
     };
     let (states, megabytes) = (number("states, stored"), number("actual memory usage for states"));

@@ -20,11 +20,11 @@
 //! let to_anna = topology.channel(ben, anna, Capacity::One, domain())?;
 //! let hello = Message::symbols(["hello"]);
 //! // Each of them answers every message, forever.
-//! let polite = |name, hears, says, is_first| -> Result<Box<dyn Process>, channels::WiringError> {
+//! let polite = |name, from, to, is_first| -> Result<Box<dyn Process>, channels::WiringError> {
 //!     let mut graph = ProgramGraph::builder(name);
 //!     let [waiting, answering] = ["waiting", "answering"].map(|name| graph.location(name));
-//!     graph.receive(waiting, hears, hello.clone(), answering);
-//!     graph.send(answering, says, hello.clone(), waiting);
+//!     graph.receive(waiting, from, hello.clone(), answering);
+//!     graph.send(answering, to, hello.clone(), waiting);
 //!     let graph = graph.initial(if is_first { answering } else { waiting }).build()?;
 //!     Ok(Box::new(GraphProcess::new(Arc::new(graph))))
 //! };

@@ -1,7 +1,7 @@
 //! The reduction: states with a single successor are passed through.
 
 use crate::semantics::{Fate, Label, Semantics, Successors};
-use crate::store::Change;
+use crate::store::Assignment;
 use crate::tables::Gap;
 
 /// How many states are passed through before one is stored again. This bounds how much is repeated when a walk meets
@@ -12,7 +12,7 @@ const LONGEST: usize = 64;
 #[derive(Debug, Default)]
 pub(crate) struct Passage {
     /// How the end differs from the beginning.
-    pub(crate) changes: Vec<Change>,
+    pub(crate) changes: Vec<Assignment>,
     slots: Vec<u32>,
     successors: Successors,
     /// How many states it has passed through since this was last set to 0.
@@ -28,7 +28,7 @@ impl Passage {
         &mut self,
         semantics: &Semantics,
         from: &[u32],
-        changes: &[Change],
+        changes: &[Assignment],
         mut visit: impl FnMut(&[u32], &Label),
     ) -> Result<Fate, Gap> {
         let Self { slots, successors, passed, .. } = self;
@@ -56,6 +56,6 @@ impl Passage {
     }
 }
 
-fn apply(slots: &mut [u32], changes: &[Change]) {
+fn apply(slots: &mut [u32], changes: &[Assignment]) {
     changes.iter().for_each(|(slot, value)| slots[*slot as usize] = *value);
 }

@@ -166,7 +166,7 @@ impl Writer<'_> {
             let meanings = tables.locals[process].iter().map(|local| local.process.location()).collect();
             declare(self.process(process), slots.processes[process], meanings);
         }
-        for (channel, line) in tables.lines.iter().enumerate() {
+        for (channel, line) in tables.links.iter().enumerate() {
             let words = |content: &Option<Envelope>| content.as_ref().map_or("empty".to_owned(), in_words);
             declare(self.channel(channel), slots.channels[channel], line.contents.iter().map(words).collect());
         }
@@ -182,7 +182,7 @@ impl Writer<'_> {
         lines.extend(
             allowed.iter().filter(|(_, count)| **count > 0).map(|(name, count)| format!("byte {name} = {count};")),
         );
-        let holding = (0..tables.lines.len()).filter(|channel| self.may_hold(*channel));
+        let holding = (0..tables.links.len()).filter(|channel| self.may_hold(*channel));
         lines.extend(holding.map(|channel| format!("int {} = -1;", self.held(channel))));
         lines.extend(self.clocks());
         lines
@@ -194,10 +194,10 @@ impl Writer<'_> {
         let define = |(renaming, mover): &(u32, usize)| {
             let (mut changes, mut receivers) = (Vec::new(), BTreeSet::new());
             for (channel, _) in tables.renamings.get(*renaming) {
-                let line = &tables.lines[*channel];
+                let line = &tables.links[*channel];
                 receivers.extend(line.receivers.iter().copied().filter(|process| process != mover));
                 for channel in std::iter::once(*channel).chain(line.opposite) {
-                    let renamed = tables.lines[channel].renamed.get(*renaming as usize);
+                    let renamed = tables.links[channel].renamed.get(*renaming as usize);
                     changes.extend(mapping(&self.channel(channel), renamed.into_iter().flatten().copied()));
                 }
             }
@@ -231,7 +231,7 @@ impl Writer<'_> {
     /// The variable of a channel.
     fn channel(&self, channel: usize) -> String {
         let topology = &self.tables().topology;
-        let ends = topology.get(self.tables().lines[channel].id);
+        let ends = topology.get(self.tables().links[channel].id);
         format!("c{channel}_{}_{}", identifier(topology.name(ends.source)), identifier(topology.name(ends.target)))
     }
 
@@ -241,7 +241,7 @@ impl Writer<'_> {
     }
 
     fn may_hold(&self, channel: usize) -> bool {
-        self.tables().lines[channel].may_fail && self.tables().transits.get(0).delays > 0
+        self.tables().links[channel].may_fail && self.tables().transits.get(0).delays > 0
     }
 
     /// A time in these units.

@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::passage::Passage;
 use crate::path::Path;
 use crate::semantics::{Fate, Semantics, Slots, Successors};
-use crate::store::{AHEAD, Change, Packed, Store};
+use crate::store::{AHEAD, Assignment, Packed, Store};
 use crate::tables::{Gap, Tables};
 
 /// How far a search may go, and how it proceeds.
@@ -262,7 +262,7 @@ struct Search<'a> {
 
 /// The results for states that were expanded without changing the tables.
 #[derive(Debug, Default)]
-struct Harvest {
+struct Expansions {
     states: Vec<Expanded>,
     /// Their successors. As far as they were looked up, only those that are new.
     found: Packed,
@@ -289,7 +289,7 @@ struct Expanded {
 enum Obstacle {
     Gap(Gap),
     /// This number does not fit.
-    TooNarrow(Change),
+    TooNarrow(Assignment),
 }
 
 impl From<Gap> for Obstacle {
@@ -298,7 +298,7 @@ impl From<Gap> for Obstacle {
     }
 }
 
-impl Harvest {
+impl Expansions {
     fn clear(&mut self, store: &Store) {
         self.states.clear();
         store.clear(&mut self.found);
@@ -329,7 +329,7 @@ impl Harvest {
 
 /// Working memory of a thread.
 #[derive(Debug, Default)]
-struct Desk {
+struct Scratch {
     state: Vec<u32>,
     successors: Successors,
     passage: Passage,
@@ -392,15 +392,15 @@ impl<'a> Search<'a> {
 
     /// Searches layer by layer.
     fn run(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
-        let mut desks: Vec<Desk> = (0..self.limits.threads.max(1)).map(|_| Desk::default()).collect();
+        let mut scratches: Vec<Scratch> = (0..self.limits.threads.max(1)).map(|_| Scratch::default()).collect();
         let mut next = 0;
         while next < self.store.len() {
             let end_of_layer = self.store.len();
             while next < end_of_layer {
                 let batch = next..end_of_layer.min(next + BATCH);
-                let harvests = self.expand_all(batch.clone(), &mut desks);
-                for harvest in harvests {
-                    if let Some(end) = self.take_in(&mut next, &harvest, &mut desks[0])? {
+                let shares_done = self.expand_all(batch.clone(), &mut scratches);
+                for expansions in shares_done {
+                    if let Some(end) = self.take_in(&mut next, &expansions, &mut scratches[0])? {
                         return Ok(end);
                     }
                 }
@@ -421,73 +421,73 @@ impl<'a> Search<'a> {
     }
 
     /// Expands some states on all threads, without changing the tables.
-    fn expand_all(&self, batch: Range<u32>, desks: &mut [Desk]) -> Vec<Harvest> {
-        let share = (batch.end - batch.start).div_ceil(desks.len() as u32).max(64);
-        let shares = (0..desks.len() as u32).map(|index| {
+    fn expand_all(&self, batch: Range<u32>, scratches: &mut [Scratch]) -> Vec<Expansions> {
+        let share = (batch.end - batch.start).div_ceil(scratches.len() as u32).max(64);
+        let shares = (0..scratches.len() as u32).map(|index| {
             let begin = batch.start.saturating_add(index * share).min(batch.end);
             begin..begin.saturating_add(share).min(batch.end)
         });
-        let expand = |share: Range<u32>, desk: &mut Desk| {
-            let mut harvest = Harvest::default();
-            harvest.clear(&self.store);
+        let expand = |share: Range<u32>, scratch: &mut Scratch| {
+            let mut expansions = Expansions::default();
+            expansions.clear(&self.store);
             for number in share {
-                let found = harvest.found.len();
-                let expanded = self.expand(number, desk, &mut harvest.found).unwrap_or_else(|_| {
-                    harvest.found.truncate(found);
+                let found = expansions.found.len();
+                let expanded = self.expand(number, scratch, &mut expansions.found).unwrap_or_else(|_| {
+                    expansions.found.truncate(found);
                     Expanded { is_incomplete: true, end: found, ..Expanded::default() }
                 });
-                harvest.states.push(expanded);
-                if harvest.found.len() >= harvest.looked_up.1 + AHEAD {
-                    harvest.keep_new(&self.store);
+                expansions.states.push(expanded);
+                if expansions.found.len() >= expansions.looked_up.1 + AHEAD {
+                    expansions.keep_new(&self.store);
                 }
             }
-            harvest.keep_new(&self.store);
-            harvest
+            expansions.keep_new(&self.store);
+            expansions
         };
-        let mut work = shares.zip(desks).filter(|(share, _)| !share.is_empty());
-        let Some((mine, my_desk)) = work.next() else { return Vec::new() };
+        let mut work = shares.zip(scratches).filter(|(share, _)| !share.is_empty());
+        let Some((mine, my_scratch)) = work.next() else { return Vec::new() };
         std::thread::scope(|scope| {
-            let others: Vec<_> = work.map(|(share, desk)| scope.spawn(move || expand(share, desk))).collect();
-            let join = |other: ScopedJoinHandle<'_, Harvest>| {
+            let others: Vec<_> = work.map(|(share, scratch)| scope.spawn(move || expand(share, scratch))).collect();
+            let join = |other: ScopedJoinHandle<'_, Expansions>| {
                 other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };
-            std::iter::once(expand(mine, my_desk)).chain(others.into_iter().map(join)).collect()
+            std::iter::once(expand(mine, my_scratch)).chain(others.into_iter().map(join)).collect()
         })
     }
 
     /// Expands a state.
-    fn expand(&self, number: u32, desk: &mut Desk, found: &mut Packed) -> Result<Expanded, Obstacle> {
-        self.store.unpack(number, &mut desk.state);
-        self.semantics.expand(&desk.state, &mut desk.successors)?;
-        desk.passage.passed = 0;
+    fn expand(&self, number: u32, scratch: &mut Scratch, found: &mut Packed) -> Result<Expanded, Obstacle> {
+        self.store.unpack(number, &mut scratch.state);
+        self.semantics.expand(&scratch.state, &mut scratch.successors)?;
+        scratch.passage.passed = 0;
         let mut bad = None;
-        for index in 0..desk.successors.len() {
-            bad = self.follow(number, index, desk, found)?;
+        for index in 0..scratch.successors.len() {
+            bad = self.follow(number, index, scratch, found)?;
             if bad.is_some() {
                 break;
             }
         }
         Ok(Expanded {
             is_incomplete: false,
-            is_quiet: desk.successors.is_quiet,
-            is_stuck: self.semantics.is_stuck(&desk.state, &desk.successors),
-            transitions: desk.successors.len() as u32,
-            passed: desk.passage.passed,
+            is_quiet: scratch.successors.is_quiet,
+            is_stuck: self.semantics.is_stuck(&scratch.state, &scratch.successors),
+            transitions: scratch.successors.len() as u32,
+            passed: scratch.passage.passed,
             bad,
             end: found.len(),
         })
     }
 
-    /// Follows one of the successors of the state on the desk: adds it to what was found, or reports what is wrong with
+    /// Follows one of the successors of the state on the scratch: adds it to what was found, or reports what is wrong with
     /// it.
     fn follow(
         &self,
         number: u32,
         index: usize,
-        desk: &mut Desk,
+        scratch: &mut Scratch,
         found: &mut Packed,
     ) -> Result<Option<(Option<u32>, Bad)>, Obstacle> {
-        let Desk { state, successors, passage, .. } = desk;
+        let Scratch { state, successors, passage, .. } = scratch;
         let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
         if self.reduce && fate == Fate::GoOn {
             fate = passage.follow(&self.semantics, state, changes, |_, _| ())?;
@@ -506,18 +506,23 @@ impl<'a> Search<'a> {
     }
 
     /// Stores what was found, starting with the state `next`. Returns how the search ends, if it does.
-    fn take_in(&mut self, next: &mut u32, harvest: &Harvest, desk: &mut Desk) -> Result<Option<End>, Refused> {
+    fn take_in(
+        &mut self,
+        next: &mut u32,
+        expansions: &Expansions,
+        scratch: &mut Scratch,
+    ) -> Result<Option<End>, Refused> {
         let mut begin = 0;
-        for expanded in &harvest.states {
+        for expanded in &expansions.states {
             let number = *next;
             *next += 1;
             let found = begin..expanded.end;
             begin = expanded.end;
-            if expanded.is_incomplete || !self.store.is_current(&harvest.found) {
-                let mut again = Harvest::default();
-                self.complete(number, desk, &mut again)?;
+            if expanded.is_incomplete || !self.store.is_current(&expansions.found) {
+                let mut again = Expansions::default();
+                self.complete(number, scratch, &mut again)?;
                 let mut same = number;
-                if let Some(end) = self.take_in(&mut same, &again, desk)? {
+                if let Some(end) = self.take_in(&mut same, &again, scratch)? {
                     return Ok(Some(end));
                 }
                 continue;
@@ -526,7 +531,7 @@ impl<'a> Search<'a> {
             self.visited += 1 + u64::from(expanded.passed);
             self.stuck.extend(expanded.is_stuck.then_some(number));
             self.transitions += u64::from(expanded.transitions);
-            self.store.insert(&harvest.found, found);
+            self.store.insert(&expansions.found, found);
             if let Some((index, kind)) = expanded.bad {
                 return Ok(Some(End::Bad { from: Some((number, index)), kind }));
             }
@@ -534,17 +539,17 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Expands a state, and computes what is not known yet. The harvest is this state alone.
-    fn complete(&mut self, number: u32, desk: &mut Desk, harvest: &mut Harvest) -> Result<(), Refused> {
+    /// Expands a state, and computes what is not known yet. The expansions is this state alone.
+    fn complete(&mut self, number: u32, scratch: &mut Scratch, expansions: &mut Expansions) -> Result<(), Refused> {
         let expanded = loop {
-            harvest.clear(&self.store);
-            match self.expand(number, desk, &mut harvest.found) {
+            expansions.clear(&self.store);
+            match self.expand(number, scratch, &mut expansions.found) {
                 Ok(expanded) => break expanded,
                 Err(Obstacle::Gap(gap)) => self.semantics.tables.fill(&gap)?,
                 Err(Obstacle::TooNarrow(change)) => self.store.widen(change),
             }
         };
-        harvest.states.push(expanded);
+        expansions.states.push(expanded);
         Ok(())
     }
 

@@ -71,10 +71,10 @@ impl Semantics {
             else {
                 continue;
             };
-            let line = &self.tables.lines[*channel];
-            let is_safe = !line.may_fail || (transit.losses == 0 && transit.delays == 0);
-            let is_free = line.has_sole_sender && state[self.slots.channels[*channel] as usize] == 0;
-            if line.capacity == Capacity::One && is_safe && is_free {
+            let link = &self.tables.links[*channel];
+            let is_safe = !link.may_fail || (transit.losses == 0 && transit.delays == 0);
+            let is_free = link.has_sole_sender && state[self.slots.channels[*channel] as usize] == 0;
+            if link.capacity == Capacity::One && is_safe && is_free {
                 if *step == Step::UNKNOWN {
                     return Err(Gap::Own { process, state: number, own: 0 });
                 }
@@ -101,7 +101,7 @@ impl Semantics {
         let moved =
             |instant, index: u32| self.tables.moved(&self.key(state).collect::<Vec<u32>>(), instant, index as usize);
         let local = |process: u32| self.local(state, process as usize);
-        let channel = |channel: usize| self.tables.lines[channel].id;
+        let channel = |channel: usize| self.tables.links[channel].id;
         let take = |process: u32, transition, kind, damage| {
             let enabled = Enabled { process: self.tables.ids[process as usize], transition, kind };
             vec![PathStep::Take { enabled, damage }]
@@ -156,12 +156,12 @@ impl Semantics {
         let Some((channel, content)) = offer.sends else {
             return self.push(state, out, label(Damage::None), |draft| self.follow(draft, process, step()?));
         };
-        let line = &self.tables.lines[channel];
+        let link = &self.tables.links[channel];
         let slot = self.slots.channels[channel];
-        match line.capacity {
+        match link.capacity {
             Capacity::One => {
                 let waiting = state[slot as usize];
-                let may_replace = line.gives_way(waiting, content) && !transit.holds(channel);
+                let may_replace = link.gives_way(waiting, content) && !transit.holds(channel);
                 if waiting != 0 && !may_replace {
                     return Ok(());
                 }
@@ -169,14 +169,14 @@ impl Semantics {
                     draft.set(slot, content);
                     self.follow(draft, process, step()?)
                 })?;
-                if line.may_fail && transit.losses > 0 {
+                if link.may_fail && transit.losses > 0 {
                     self.push(state, out, label(Damage::Lost), |draft| {
                         draft.set(slot, 0);
                         self.set_transit(draft, Transit { losses: transit.losses - 1, ..transit.clone() })?;
                         self.follow(draft, process, step()?)
                     })?;
                 }
-                if line.may_fail && transit.delays > 0 {
+                if link.may_fail && transit.delays > 0 {
                     self.push(state, out, label(Damage::Held), |draft| {
                         draft.set(slot, content);
                         self.set_transit(draft, transit.holding(channel, self.hold))?;
@@ -186,7 +186,7 @@ impl Semantics {
                 Ok(())
             }
             Capacity::Zero => {
-                for receiver in line.receivers.iter().copied().filter(|receiver| *receiver != process) {
+                for receiver in link.receivers.iter().copied().filter(|receiver| *receiver != process) {
                     let on = state[self.slots.processes[receiver] as usize];
                     let other = self.tables.locals[receiver].get(on);
                     for (receive, taken) in
@@ -238,14 +238,14 @@ impl Semantics {
             Step::REFUSED => return Ok(()),
             step => step,
         };
-        let line = &self.tables.lines[channel];
+        let link = &self.tables.links[channel];
         let label = |damage| Label::Receive { process: process as u32, receive: receive as u32, damage };
         self.push(state, out, label(Damage::None), |draft| {
             draft.set(slot, 0);
             self.follow(draft, process, step)?;
             self.observe(draft, channel, content)
         })?;
-        if line.may_fail && transit.repeats > 0 {
+        if link.may_fail && transit.repeats > 0 {
             self.push(state, out, label(Damage::Repeated), |draft| {
                 self.set_transit(draft, Transit { repeats: transit.repeats - 1, ..transit.clone() })?;
                 self.follow(draft, process, step)?;
@@ -285,21 +285,21 @@ impl Semantics {
     fn rename(&self, draft: &mut Draft<'_>, mover: usize, renaming: u32) -> Result<(), Gap> {
         let changes = self.tables.renamings.get(renaming);
         for (channel, _) in changes {
-            let line = &self.tables.lines[*channel];
-            for channel in std::iter::once(*channel).chain(line.opposite) {
+            let link = &self.tables.links[*channel];
+            for channel in std::iter::once(*channel).chain(link.opposite) {
                 let slot = self.slots.channels[channel];
                 let content = draft.get(slot);
                 if content == 0 {
                     continue;
                 }
-                let renamed = self.tables.lines[channel].renamed.get(renaming as usize);
+                let renamed = self.tables.links[channel].renamed.get(renaming as usize);
                 match renamed.map_or(UNKNOWN, |renamed| entry(renamed, content, UNKNOWN)) {
                     UNKNOWN => return Err(Gap::RenamedContent { channel, content, renaming }),
                     renamed => draft.set(slot, renamed),
                 }
             }
         }
-        let receives = |process| changes.iter().any(|(on, _)| self.tables.lines[*on].receivers.contains(&process));
+        let receives = |process| changes.iter().any(|(on, _)| self.tables.links[*on].receivers.contains(&process));
         for process in self.populated().filter(|process| *process != mover && receives(*process)) {
             let slot = self.slots.processes[process];
             let state = draft.get(slot);
@@ -313,7 +313,7 @@ impl Semantics {
 
     /// The monitor observes a message as it is received.
     fn observe(&self, draft: &mut Draft<'_>, channel: usize, content: u32) -> Result<Fate, Gap> {
-        if !self.has_monitor || self.tables.lines[channel].is_internal {
+        if !self.has_monitor || self.tables.links[channel].is_internal {
             return Ok(Fate::GoOn);
         }
         let state = draft.get(self.slots.monitor);

@@ -7,18 +7,18 @@ use std::ops::Range;
 use std::{hint, mem};
 
 /// A slot of a vector, and its new number.
-pub(crate) type Change = (u32, u32);
+pub(crate) type Assignment = (u32, u32);
 
 /// The position of a slot's bits.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct BitField {
     word: usize,
     shift: u32,
     /// The largest number that fits: all bits are ones.
     mask: u64,
 }
 
-impl Place {
+impl BitField {
     #[inline]
     fn get(self, words: &[u64]) -> u32 {
         (words[self.word] >> self.shift & self.mask) as u32
@@ -34,7 +34,7 @@ impl Place {
 /// The positions of the bits of all slots.
 #[derive(Clone, Debug)]
 struct Layout {
-    places: Vec<Place>,
+    fields: Vec<BitField>,
     /// The number of words in a vector.
     words: usize,
     /// Which bit of the last word is the first that no slot has used.
@@ -45,20 +45,20 @@ impl Layout {
     /// Slots of these widths in bits, one after the other; none extends over two words.
     fn new(widths: &[u32]) -> Self {
         let (mut word, mut shift) = (0, 0);
-        let places = widths.iter().map(|&width| {
+        let fields = widths.iter().map(|&width| {
             if shift + width > u64::BITS {
                 (word, shift) = (word + 1, 0);
             }
             let begin = if width == 0 { 0 } else { shift };
             shift += width;
-            Place { word, shift: begin, mask: (1 << width) - 1 }
+            BitField { word, shift: begin, mask: (1 << width) - 1 }
         });
-        Self { places: places.collect(), words: word + 1, free: shift }
+        Self { fields: fields.collect(), words: word + 1, free: shift }
     }
 
     /// A place behind all slots, if so many bits are free there.
-    fn reserve(&mut self, width: u32) -> Option<Place> {
-        let place = Place { word: self.words - 1, shift: self.free, mask: (1 << width) - 1 };
+    fn reserve(&mut self, width: u32) -> Option<BitField> {
+        let place = BitField { word: self.words - 1, shift: self.free, mask: (1 << width) - 1 };
         self.free += width;
         (self.free <= u64::BITS).then_some(place)
     }
@@ -82,7 +82,7 @@ impl Store {
         let width = |value: &u32| u32::BITS - value.leading_zeros();
         let layout = Layout::new(&first.iter().map(width).collect::<Vec<_>>());
         let mut words = vec![0; layout.words];
-        layout.places.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
+        layout.fields.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
         let mut store = Self { layout, widenings: 0, words, len: 1, index: Index::default() };
         store.build_index();
         store
@@ -101,19 +101,19 @@ impl Store {
     pub(crate) fn unpack(&self, number: u32, slots: &mut Vec<u32>) {
         let words = self.vector(number);
         slots.clear();
-        slots.extend(self.layout.places.iter().map(|place| place.get(words)));
+        slots.extend(self.layout.fields.iter().map(|place| place.get(words)));
     }
 
     /// Packs the state that differs in these slots from the state with the number `from`.
     ///
     /// # Errors
     /// A change with a number that is too large for its slot.
-    pub(crate) fn pack(&self, from: u32, changes: &[Change], packed: &mut Packed) -> Result<(), Change> {
+    pub(crate) fn pack(&self, from: u32, changes: &[Assignment], packed: &mut Packed) -> Result<(), Assignment> {
         let begin = packed.words.len();
         packed.words.extend_from_slice(self.vector(from));
         let words = &mut packed.words[begin..];
         for &(slot, value) in changes {
-            let place = self.layout.places[slot as usize];
+            let place = self.layout.fields[slot as usize];
             if u64::from(value) > place.mask {
                 packed.words.truncate(begin);
                 return Err((slot, value));
@@ -193,17 +193,17 @@ impl Store {
     /// Widens a slot so that a number fits: it moves behind the others or, if there is no room there, all states are
     /// repacked.
     #[cold]
-    pub(crate) fn widen(&mut self, (slot, value): Change) {
+    pub(crate) fn widen(&mut self, (slot, value): Assignment) {
         let width = u32::BITS - value.leading_zeros();
         if let Some(place) = self.layout.reserve(width) {
-            let old = mem::replace(&mut self.layout.places[slot as usize], place);
+            let old = mem::replace(&mut self.layout.fields[slot as usize], place);
             for vector in self.words.chunks_exact_mut(self.layout.words) {
                 let value = old.get(vector);
                 old.set(vector, 0);
                 place.set(vector, value);
             }
         } else {
-            let mut widths: Vec<u32> = self.layout.places.iter().map(|place| place.mask.count_ones()).collect();
+            let mut widths: Vec<u32> = self.layout.fields.iter().map(|place| place.mask.count_ones()).collect();
             widths[slot as usize] = width;
             let old = mem::replace(&mut self.layout, Layout::new(&widths));
             let packed = mem::take(&mut self.words);
@@ -211,7 +211,7 @@ impl Store {
             let mut words = vec![0; self.layout.words];
             for vector in packed.chunks_exact(old.words) {
                 words.fill(0);
-                old.places.iter().zip(&self.layout.places).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
+                old.fields.iter().zip(&self.layout.fields).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
                 self.words.extend_from_slice(&words);
             }
         }
@@ -329,8 +329,8 @@ mod tests {
         let vector = |number: u32| [number % 7, number / 7 % 101, 5, number / 707, number];
         let mut store = Store::new(&vector(0));
         let mut packed = Packed::default();
-        let changes = |number: u32| (0..).zip(vector(number)).collect::<Vec<Change>>();
-        let add = |store: &mut Store, from, changes: &[Change], packed: &mut Packed| {
+        let changes = |number: u32| (0..).zip(vector(number)).collect::<Vec<Assignment>>();
+        let add = |store: &mut Store, from, changes: &[Assignment], packed: &mut Packed| {
             while let Err(misfit) = store.pack(from, changes, packed) {
                 store.insert(packed, 0..packed.len());
                 store.widen(misfit);

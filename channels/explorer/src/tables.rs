@@ -23,7 +23,7 @@ use crate::path::PathStep;
 
 /// The time, as far as a system's future depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Clock {
+pub(crate) struct ClockState {
     /// Whether there has been a tick.
     pub(crate) has_ticked: bool,
     pub(crate) until_tick: Duration,
@@ -44,7 +44,7 @@ pub(crate) type Renaming = Vec<(usize, Vec<u64>)>;
 
 /// A channel, with the messages that it may hold.
 #[derive(Debug)]
-pub(crate) struct Line {
+pub(crate) struct Link {
     pub(crate) id: ChannelId,
     pub(crate) capacity: Capacity,
     pub(crate) is_internal: bool,
@@ -137,7 +137,7 @@ pub(crate) enum Gap {
         state: u32,
         has_ticked: bool,
     },
-    Clock(Clock),
+    Clock(ClockState),
     Transit(Transit),
     Moves {
         key: Vec<u32>,
@@ -151,10 +151,10 @@ pub(crate) struct Tables {
     pub(crate) ids: Vec<ProcessId>,
     pub(crate) names: Vec<String>,
     pub(crate) locals: Vec<Interner<Local>>,
-    pub(crate) lines: Vec<Line>,
+    pub(crate) links: Vec<Link>,
     pub(crate) renamings: Interner<Renaming>,
     pub(crate) spans: Interner<Duration>,
-    pub(crate) clocks: Interner<Clock>,
+    pub(crate) clocks: Interner<ClockState>,
     pub(crate) transits: Interner<Transit>,
     pub(crate) environments: Interner<EnvironmentState>,
     effects: Interner<MoveEffect>,
@@ -191,9 +191,9 @@ impl Tables {
             let uses = parts.filter_map(|id| Some(model.start.clone_process(id)?.uses()));
             uses.filter(|uses| uses.iter().any(|used| matches!(used, Use::Sends(on, _) if *on == channel))).count() <= 1
         };
-        let lines = topology.channels().map(|id| {
+        let links = topology.channels().map(|id| {
             let channel = topology.get(id);
-            Line {
+            Link {
                 id,
                 capacity: channel.capacity,
                 is_internal: topology.is_internal(id),
@@ -208,7 +208,7 @@ impl Tables {
             }
         });
         let mut tables = Self {
-            lines: lines.collect(),
+            links: links.collect(),
             locals: names.iter().map(|_| Interner::default()).collect(),
             tick_channel: model.ticks.map_or(0, |ticks| output(model, ticks)),
             ids: topology.processes().collect(),
@@ -235,7 +235,7 @@ impl Tables {
 
     fn start(&mut self, model: &Model, monitor: Option<&dyn Monitor>) -> Result<Start, Refused> {
         self.renamings.intern(Renaming::new());
-        for channel in 0..self.lines.len() {
+        for channel in 0..self.links.len() {
             self.content(channel, None);
         }
         let mut system = model.start.fork();
@@ -259,7 +259,7 @@ impl Tables {
         Ok(Start {
             processes,
             contents,
-            clock: self.clocks.intern(Clock { has_ticked: false, until_tick }),
+            clock: self.clocks.intern(ClockState { has_ticked: false, until_tick }),
             transit: self.transits.intern(transit),
             environment: self.environments.intern(model.environment.start()),
             monitor: monitor.unwrap_or_default(),
@@ -324,7 +324,7 @@ impl Tables {
     /// The approximate memory used by the tables.
     pub(crate) fn bytes(&self) -> usize {
         let locals: usize = self.locals.iter().map(Interner::len).sum();
-        let contents: usize = self.lines.iter().map(|line| line.contents.len()).sum();
+        let contents: usize = self.links.iter().map(|link| link.contents.len()).sum();
         let environment = 8 * self.move_count + 128 * (self.situations.len() + self.environments.len());
         2048 * locals + 512 * contents + environment + 1024 * self.monitors.len()
     }
@@ -381,7 +381,7 @@ fn output(model: &Model, ticks: Ticks) -> usize {
     generator.expect("ticks come from a TickGenerator").output().index()
 }
 
-impl Line {
+impl Link {
     /// Whether a waiting message gives way to a newer one.
     pub(crate) fn gives_way(&self, waiting: u32, newer: u32) -> bool {
         let (waiting, newer) = (&self.heads[waiting as usize], &self.heads[newer as usize]);

@@ -49,7 +49,7 @@ fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> S
     let answered = topology.channel(server, client, Capacity::One, words(Role::Reply)).expect("a new channel");
     let level = Domain::new([Shape::new([("level", FieldKind::Int)]).with_role(Role::Topic)]);
     let sensed = topology.channel(sensor, graphs[0], Capacity::One, level).expect("a new channel");
-    let told = topology.channel(server, graphs[0], Capacity::One, words(Role::Request)).expect("a new channel");
+    let notified = topology.channel(server, graphs[0], Capacity::One, words(Role::Request)).expect("a new channel");
     let mut lines = Vec::new();
     for from in &graphs {
         for to in graphs.iter().filter(|to| *to != from) {
@@ -64,12 +64,22 @@ fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> S
     let mut processes: Vec<(ProcessId, Box<dyn Process>)> = vec![
         (generator, Box::new(TickGenerator::new(ticks))),
         (client, Box::new(Client::new(ticks, asked, answered, patience_s(rng.random_range(3..=14))))),
-        (server, Box::new(Server { asked, answered, told, pending: None, says: None, forgets: rng.random_bool(0.5) })),
+        (
+            server,
+            Box::new(Server {
+                asked,
+                answered,
+                notified,
+                pending: None,
+                announces: None,
+                forgets: rng.random_bool(0.5),
+            }),
+        ),
         (sensor, Box::new(Sensor { sensed, level: 0, waits: false })),
     ];
     for (index, id) in graphs.iter().enumerate() {
         let sends: Vec<ChannelId> = lines.iter().filter(|line| line.0 == *id).map(|line| line.2).collect();
-        let mut receives: Vec<ChannelId> = (index == 0).then_some([sensed, told]).into_iter().flatten().collect();
+        let mut receives: Vec<ChannelId> = (index == 0).then_some([sensed, notified]).into_iter().flatten().collect();
         receives.extend(lines.iter().filter(|line| line.1 == *id).map(|line| line.2));
         let another = another.filter(|_| index == 0);
         processes.push((*id, Box::new(GraphProcess::new(graph(rng, &sends, &receives, another)))));
@@ -224,25 +234,25 @@ impl Process for Client {
 struct Server {
     asked: ChannelId,
     answered: ChannelId,
-    told: ChannelId,
+    notified: ChannelId,
     pending: Option<RequestNumber>,
-    says: Option<RequestNumber>,
+    announces: Option<RequestNumber>,
     forgets: bool,
 }
 
 impl Process for Server {
     fn offers(&self, offers: &mut Vec<Offer>) {
         let mut offer = |number, action| offers.push(Offer { transition: TransitionId(number), action });
-        if self.pending.is_none() && self.says.is_none() {
+        if self.pending.is_none() && self.announces.is_none() {
             offer(0, Action::Receive(self.asked, Pattern::Any));
         }
         if self.pending.is_some() {
-            offer(1, Action::Send(self.told, Message::symbols(["b"]).into()));
+            offer(1, Action::Send(self.notified, Message::symbols(["b"]).into()));
             if self.forgets {
                 offer(2, Action::Internal);
             }
         }
-        if let Some(request) = self.says {
+        if let Some(request) = self.announces {
             offer(3, Action::Send(self.answered, Envelope { message: Message::symbols(["b"]), request }));
         }
     }
@@ -250,18 +260,18 @@ impl Process for Server {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         match transition.0 {
             0 => self.pending = received.map(|envelope| envelope.request),
-            1 => self.says = self.pending.take(),
+            1 => self.announces = self.pending.take(),
             2 => self.pending = None,
-            _ => self.says = None,
+            _ => self.announces = None,
         }
     }
 
     fn uses(&self) -> Vec<Use> {
-        vec![Use::Receives(self.asked, None), Use::Sends(self.answered, None), Use::Sends(self.told, None)]
+        vec![Use::Receives(self.asked, None), Use::Sends(self.answered, None), Use::Sends(self.notified, None)]
     }
 
     fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
-        self.pending.iter_mut().chain(&mut self.says).for_each(|number| form.number(self.asked, number));
+        self.pending.iter_mut().chain(&mut self.announces).for_each(|number| form.number(self.asked, number));
         Ok(())
     }
 

@@ -11,11 +11,12 @@ use crate::random_systems::{message_faults, sample};
 
 /// Runs a program in a folder and returns its output.
 fn run(folder: &Path, program: &str, arguments: &[&str]) -> String {
-    let output = Command::new(program).args(arguments).current_dir(folder).output().expect("a program that can be run");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let complains = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{program} {}: {said}{complains}", arguments.join(" "));
-    said
+    let finished =
+        Command::new(program).args(arguments).current_dir(folder).output().expect("a program that can be run");
+    let output = String::from_utf8_lossy(&finished.stdout).into_owned();
+    let complains = String::from_utf8_lossy(&finished.stderr);
+    assert!(finished.status.success(), "{program} {}: {output}{complains}", arguments.join(" "));
+    output
 }
 
 /// The number of states that SPIN stores, and the number of errors that it finds.
@@ -25,11 +26,11 @@ fn ask(text: &str) -> (u64, u64) {
     run(folder.path(), "spin", &["-a", "-o1", "-o2", "-o3", "model.pml"]);
     run(folder.path(), "cc", &["-w", "-DSAFETY", "-DNOREDUCE", "-o", "pan", "pan.c"]);
     let pan = folder.path().join("pan");
-    let said = run(folder.path(), pan.to_str().expect("a path"), &["-c0", "-m200000", "-w18", "-n"]);
-    assert!(!said.contains("max search depth too small"), "{said}");
+    let output = run(folder.path(), pan.to_str().expect("a path"), &["-c0", "-m200000", "-w18", "-n"]);
+    assert!(!output.contains("max search depth too small"), "{output}");
     let number = |words: &mut dyn Iterator<Item = &str>| words.next().and_then(|word| word.parse().ok());
-    let stored = said.lines().find(|line| line.contains("states, stored")).map(str::split_whitespace);
-    let errors = said.split("errors:").nth(1).map(str::split_whitespace);
+    let stored = output.lines().find(|line| line.contains("states, stored")).map(str::split_whitespace);
+    let errors = output.split("errors:").nth(1).map(str::split_whitespace);
     let [stored, errors] = [stored, errors].map(|words| words.and_then(|mut words| number(&mut words)));
     (stored.expect("states"), errors.expect("errors"))
 }

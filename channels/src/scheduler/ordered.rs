@@ -52,14 +52,14 @@ impl Precedence {
 /// quiet under every other policy also becomes quiet under this one.
 #[derive(Debug)]
 pub struct Ordered {
-    rules: Vec<Rule>,
+    rules: Vec<TrackedPrecedence>,
     others: Box<dyn Scheduler>,
     /// The transitions that do not wait, and their indices among all.
     rest: (Vec<Enabled>, Vec<usize>),
 }
 
 #[derive(Debug)]
-struct Rule {
+struct TrackedPrecedence {
     precedence: Precedence,
     /// Whether a `first` was received after the last `then`.
     satisfied: bool,
@@ -68,12 +68,12 @@ struct Rule {
 impl Ordered {
     /// The policy that enforces these orders and leaves the other choices to `others`.
     pub fn new(orders: impl IntoIterator<Item = Precedence>, others: Box<dyn Scheduler>) -> Self {
-        let rules = orders.into_iter().map(|precedence| Rule { precedence, satisfied: false }).collect();
+        let rules = orders.into_iter().map(|precedence| TrackedPrecedence { precedence, satisfied: false }).collect();
         Self { rules, others, rest: (Vec::new(), Vec::new()) }
     }
 
     fn note(&mut self, system: &ChannelSystem, taken: &Enabled) {
-        for Rule { precedence, satisfied } in &mut self.rules {
+        for TrackedPrecedence { precedence, satisfied } in &mut self.rules {
             if precedence.is_then(system, taken) {
                 *satisfied = false;
             }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::disturbances::{Armed, DisturbanceId, Entry, Passage};
+use super::disturbances::{ActiveDisturbance, Armed, DisturbanceId, Passage};
 use super::{ChannelSystem, Enabled, EnabledKind};
 use crate::{ChannelId, Disturbance, Effect, Envelope, Message, RunError, Topology, TransitionId};
 
@@ -16,7 +16,7 @@ impl ChannelSystem {
         assert!(checked.is_ok(), "a disturbance is checked before it begins: {checked:?}");
         let id = DisturbanceId(self.disturbances.begun);
         self.disturbances.begun += 1;
-        self.disturbances.entries.push(Entry { id, disturbance, hits: 0 });
+        self.disturbances.entries.push(ActiveDisturbance { id, disturbance, hits: 0 });
         id
     }
 

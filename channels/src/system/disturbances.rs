@@ -20,7 +20,7 @@ impl DisturbanceId {
 
 /// An active disturbance and its effects so far.
 #[derive(Clone, Debug)]
-pub(super) struct Entry {
+pub(super) struct ActiveDisturbance {
     pub(super) id: DisturbanceId,
     pub(super) disturbance: Disturbance,
     pub(super) hits: u64,
@@ -49,7 +49,7 @@ pub(super) struct Armed {
 #[derive(Clone, Debug)]
 pub(super) struct Disturbances {
     /// The active ones, in the order in which they began, which is the order of their ids.
-    pub(super) entries: Vec<Entry>,
+    pub(super) entries: Vec<ActiveDisturbance>,
     /// How many have begun.
     pub(super) begun: usize,
     /// By channel.
@@ -85,7 +85,7 @@ impl Disturbances {
 
     /// Arms the message with the first disturbance from this index on that hits it.
     pub(super) fn arm(&mut self, channel: ChannelId, first: usize, message: &Message, sent: Duration) {
-        let hit = self.entries[first..].iter_mut().find_map(|Entry { id, disturbance, .. }| {
+        let hit = self.entries[first..].iter_mut().find_map(|ActiveDisturbance { id, disturbance, .. }| {
             (disturbance.channel == channel && disturbance.hits(message)).then_some(*id)
         });
         self.passages[channel.0].armed = hit.map(|by| Armed { by, sent });

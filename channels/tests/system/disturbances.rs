@@ -327,7 +327,7 @@ struct Asker {
     requests: ChannelId,
     replies: ChannelId,
     asked: bool,
-    told: Option<Envelope>,
+    answer: Option<Envelope>,
 }
 
 impl Process for Asker {
@@ -340,7 +340,7 @@ impl Process for Asker {
 
     fn take(&mut self, _transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         self.asked = true;
-        self.told = received.or(self.told.take());
+        self.answer = received.or(self.answer.take());
     }
 
     fn uses(&self) -> Vec<Use> {
@@ -362,7 +362,7 @@ fn asking() -> (Topology, [ProcessId; 2], [ChannelId; 2]) {
 #[test]
 fn a_forged_answer_carries_the_number_of_the_request() {
     let (topology, [p, q], [requests, replies]) = asking();
-    let asker = Asker { requests, replies, asked: false, told: None };
+    let asker = Asker { requests, replies, asked: false, answer: None };
     let processes = [(p, Box::new(asker) as Box<dyn Process>), (q, sender(replies, 5))];
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
     let id = system.disturb(Disturbance::all(requests, Effect::Answer(number(9))));
@@ -373,8 +373,8 @@ fn a_forged_answer_carries_the_number_of_the_request() {
     system.take(&ask).unwrap();
     assert_eq!(kinds(&mut system), [EnabledKind::Receive(replies)]);
     let _ = system.run(&mut RoundRobin::default(), 9).count();
-    let told = system.process::<Asker>(p).and_then(|asker| asker.told.clone());
-    assert_eq!(told, Some(Envelope { message: number(9), request: RequestNumber(42) }));
+    let answer = system.process::<Asker>(p).and_then(|asker| asker.answer.clone());
+    assert_eq!(answer, Some(Envelope { message: number(9), request: RequestNumber(42) }));
     assert_eq!((system.hits(id), system.content(requests)), (Some(1), None));
 }
 

@@ -28,11 +28,11 @@ struct Scenario {
     seed: u64,
     charge_pct: f64,
     record: bool,
-    faults: Vec<(Kind, Option<f64>)>,
+    faults: Vec<(FaultKind, Option<f64>)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum FaultKind {
     Battery,
     Drop,
 }
@@ -48,8 +48,8 @@ fn read(root: Table<'_>) -> Option<Scenario> {
     Some(Scenario { name: name?, duration: duration?, seed, charge_pct: charge_pct?, record, faults })
 }
 
-fn read_fault(fault: Table<'_>) -> Option<(Kind, Option<f64>)> {
-    let kind = fault.one_of("kind", &[("battery", Kind::Battery), ("drop", Kind::Drop)]).required();
+fn read_fault(fault: Table<'_>) -> Option<(FaultKind, Option<f64>)> {
+    let kind = fault.one_of("kind", &[("battery", FaultKind::Battery), ("drop", FaultKind::Drop)]).required();
     let charge_pct = fault.number("charge_pct").optional();
     Some((kind?, charge_pct))
 }
@@ -71,7 +71,7 @@ fn typed_values_arrive() {
             seed: 7,
             charge_pct: 80.0,
             record: false,
-            faults: vec![(Kind::Battery, Some(10.0)), (Kind::Drop, None)],
+            faults: vec![(FaultKind::Battery, Some(10.0)), (FaultKind::Drop, None)],
         }
     );
 }
@@ -129,8 +129,8 @@ fn a_text_that_is_not_toml_is_refused_with_advice() {
         "{ \"key\": 1 }",
         "<key/>",
     ];
-    let said = |text: &str| format!("{text}\n{}", Document::parse_toml("a", text).unwrap_err().plain());
-    insta::assert_snapshot!(texts.map(said).join("\n"));
+    let reported = |text: &str| format!("{text}\n{}", Document::parse_toml("a", text).unwrap_err().plain());
+    insta::assert_snapshot!(texts.map(reported).join("\n"));
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn overrides_replace_values_and_make_tables() {
     assert_eq!((scenario.charge_pct, scenario.faults[1].1), (35.0, Some(5.0)));
     assert_eq!((scenario.name.as_str(), scenario.record), ("rainy-day", true));
     let made = load("duration_s = 1", &["name=\"a b\"", "battery.charge_pct=1", "faults=[{kind='drop'}]"]).unwrap();
-    assert_eq!((made.name.as_str(), made.faults), ("a b", vec![(Kind::Drop, None)]));
+    assert_eq!((made.name.as_str(), made.faults), ("a b", vec![(FaultKind::Drop, None)]));
 }
 
 #[test]

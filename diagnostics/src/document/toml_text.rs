@@ -99,8 +99,8 @@ const LINE: &str = "a line is `KEY = VALUE`, `[TABLE]` or `# comment`";
 
 /// The parser's message, with advice. For a bare word, the parser reports that it is not `true`, `false`, `inf` or
 /// `nan`, whichever begins with the same letter.
-fn problem(span: &Span, said: &str) -> Problem {
-    let is_word = ["string values", "invalid float", "invalid boolean"].iter().any(|begin| said.starts_with(begin));
+fn problem(span: &Span, reported: &str) -> Problem {
+    let is_word = ["string values", "invalid float", "invalid boolean"].iter().any(|begin| reported.starts_with(begin));
     if is_word && span.text().is_empty() {
         return span.problem("a value is missing").with_label("after the `=`").with_help("an empty string is `\"\"`");
     }
@@ -112,9 +112,9 @@ fn problem(span: &Span, said: &str) -> Problem {
         let help = format!("write `\"{}\"`", span.text());
         return span.problem("a string must be in quotes").with_label("not TOML").with_help(help);
     }
-    let said = said.trim_end_matches(", expected nothing");
-    let advice = ADVICE.iter().find(|(begins, _)| begins.iter().any(|begin| said.starts_with(begin)));
-    span.problem(said).with_label("not TOML").with_help(advice.map_or(LINE, |(_, help)| help))
+    let reported = reported.trim_end_matches(", expected nothing");
+    let advice = ADVICE.iter().find(|(begins, _)| begins.iter().any(|begin| reported.starts_with(begin)));
+    span.problem(reported).with_label("not TOML").with_help(advice.map_or(LINE, |(_, help)| help))
 }
 
 fn convert(value: Spanned<DeValue>, place: &dyn Fn(Range<usize>) -> Span) -> Node {

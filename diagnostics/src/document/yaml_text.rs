@@ -21,8 +21,8 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     let mut documents = MarkedYaml::load_from_str(source.text()).map_err(|error| {
         let at = places.byte(error.marker());
         // saphyr notices only at the next line that a line without a colon is not a key.
-        let said = if error.info().contains("expect ':'") { "no `:` in the line before" } else { error.info() };
-        source.span(at..at + 1).problem(said).with_label("not YAML").with_help("a line is `KEY: VALUE`")
+        let reported = if error.info().contains("expect ':'") { "no `:` in the line before" } else { error.info() };
+        source.span(at..at + 1).problem(reported).with_label("not YAML").with_help("a line is `KEY: VALUE`")
     })?;
     if let Some(second) = documents.get(1) {
         return Err(places.span(second).problem("a second YAML document").with_label("begins here").into());

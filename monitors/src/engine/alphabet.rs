@@ -56,7 +56,7 @@ impl Symbol {
 pub(crate) struct Alphabet {
     /// For each channel of the topology, by index, its index in `readers`; `DEAF` if the formula does not mention it.
     by_channel: Vec<u16>,
-    readers: Vec<Reader>,
+    readers: Vec<ChannelAlphabet>,
     /// The number of symbols; `None` if there are too many for tables.
     symbols: Option<u16>,
     pub(crate) limits: Limits,
@@ -64,7 +64,7 @@ pub(crate) struct Alphabet {
 
 /// Reads the messages of one channel.
 #[derive(Clone, Debug)]
-struct Reader {
+struct ChannelAlphabet {
     channel: ChannelId,
     mask: u64,
     /// The position of the channel's events among all events.
@@ -87,8 +87,8 @@ impl Alphabet {
         for (place, channel) in channels.iter().enumerate() {
             by_channel[channel.index()] = place as u16;
         }
-        let mut readers: Vec<Reader> =
-            channels.into_iter().map(|channel| Reader::new(channel, vocabulary, topology, limits)).collect();
+        let mut readers: Vec<ChannelAlphabet> =
+            channels.into_iter().map(|channel| ChannelAlphabet::new(channel, vocabulary, topology, limits)).collect();
         let most = limits.symbols.min(usize::from(u16::MAX));
         let mut symbols = usize::from(Symbol::MESSAGES);
         for reader in &mut readers {
@@ -104,7 +104,7 @@ impl Alphabet {
         self.reader(channel).map(|reader| reader.read(message))
     }
 
-    fn reader(&self, channel: ChannelId) -> Option<&Reader> {
+    fn reader(&self, channel: ChannelId) -> Option<&ChannelAlphabet> {
         let place = self.by_channel.get(channel.index()).copied().filter(|place| *place != DEAF)?;
         self.readers.get(usize::from(place))
     }
@@ -140,7 +140,7 @@ impl Alphabet {
     /// Whether every possible letter is known: conditions compare with constants only, and their combinations could be
     /// found.
     pub(crate) fn is_exact(&self) -> bool {
-        self.readers.iter().all(Reader::is_exact)
+        self.readers.iter().all(ChannelAlphabet::is_exact)
     }
 
     /// Whether a channel has too many combinations of conditions to find all its letters.
@@ -160,7 +160,7 @@ impl Alphabet {
     }
 }
 
-impl Reader {
+impl ChannelAlphabet {
     fn new(channel: ChannelId, vocabulary: &Vocabulary, topology: &Topology, limits: Limits) -> Self {
         let events: Vec<EventId> = vocabulary.ids().filter(|event| vocabulary.get(*event).channel == channel).collect();
         let conditions: Vec<MessageCondition> =

@@ -36,7 +36,7 @@ enum Delay {
 
 /// A set of obligations to be met, or broken; sorted, without redundant ones.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Node {
+struct Vertex {
     owed: Clause,
     memory: Memory,
 }
@@ -56,8 +56,8 @@ pub(crate) struct Anticipation<'a> {
     /// Whether obligations are to be met or to be broken.
     meet: bool,
     limits: Limits,
-    known: HashMap<Node, usize>,
-    nodes: Vec<Node>,
+    known: HashMap<Vertex, usize>,
+    nodes: Vec<Vertex>,
     edges: Vec<Vec<Edge>>,
     delays: HashMap<Delay, u32>,
 }
@@ -137,7 +137,7 @@ impl<'a> Anticipation<'a> {
 
     fn roots(&mut self, owed: &Obligations, memory: &Memory) -> Result<Vec<usize>, TooManyWays> {
         let ways = self.ways(owed)?;
-        ways.into_iter().map(|owed| self.number(Node { owed, memory: memory.clone() })).collect()
+        ways.into_iter().map(|owed| self.number(Vertex { owed, memory: memory.clone() })).collect()
     }
 
     /// The alternatives: products, one of which must be met, or clauses, one of which must be broken.
@@ -145,7 +145,7 @@ impl<'a> Anticipation<'a> {
         if self.meet { products(owed, self.limits.ways) } else { Ok(owed.clauses().to_vec()) }
     }
 
-    fn number(&mut self, node: Node) -> Result<usize, TooManyWays> {
+    fn number(&mut self, node: Vertex) -> Result<usize, TooManyWays> {
         if let Some(known) = self.known.get(&node) {
             return Ok(*known);
         }
@@ -176,7 +176,7 @@ impl<'a> Anticipation<'a> {
                 self.operators.forget(&mut memory);
                 for way in self.ways(&owed)? {
                     let delays = self.put_off(&way, letter)?;
-                    let to = self.number(Node { owed: way, memory: memory.clone() })?;
+                    let to = self.number(Vertex { owed: way, memory: memory.clone() })?;
                     edges.push(Edge { symbol, to, delays });
                 }
             }

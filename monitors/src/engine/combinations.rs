@@ -20,14 +20,14 @@ pub(crate) fn combinations(domain: &Domain, conditions: &[MessageCondition], wor
     let mut work = work;
     let mut messages = Vec::new();
     for shape in domain.shapes() {
-        let fields: Vec<Field<'_>> = shape.fields().iter().map(|(_, kind)| Field::Of(kind)).collect();
+        let fields: Vec<FieldDomain<'_>> = shape.fields().iter().map(|(_, kind)| FieldDomain::Of(kind)).collect();
         messages.extend(constants.messages(conditions, &fields, &mut work)?);
     }
     if domain.shapes().is_empty() {
         // Without shapes, a message has any number of fields, each with any value.
         let lengths: BTreeSet<usize> = constants.0.iter().map(|(field, _)| *field).chain([0]).collect();
         for length in lengths {
-            messages.extend(constants.messages(conditions, &vec![Field::Any; length], &mut work)?);
+            messages.extend(constants.messages(conditions, &vec![FieldDomain::Any; length], &mut work)?);
         }
     }
     Some(messages)
@@ -35,7 +35,7 @@ pub(crate) fn combinations(domain: &Domain, conditions: &[MessageCondition], wor
 
 /// The possible values of a field.
 #[derive(Clone, Copy)]
-enum Field<'a> {
+enum FieldDomain<'a> {
     Of(&'a FieldKind),
     Any,
 }
@@ -65,7 +65,7 @@ impl<'a> Constants<'a> {
     fn messages(
         &self,
         conditions: &[MessageCondition],
-        fields: &[Field<'_>],
+        fields: &[FieldDomain<'_>],
         work: &mut usize,
     ) -> Option<Vec<Message>> {
         let mut nodes: Vec<(Vec<MessageCondition>, Beginning)> = vec![(conditions.to_vec(), Vec::new())];
@@ -92,7 +92,7 @@ impl<'a> Constants<'a> {
 }
 
 /// The message with these samples, and any value in the other fields.
-fn message(fields: &[Field<'_>], samples: &Beginning) -> Message {
+fn message(fields: &[FieldDomain<'_>], samples: &Beginning) -> Message {
     let values = fields.iter().enumerate().map(|(index, kind)| {
         let decided = samples.iter().find(|(field, _)| *field == index + 1).map(|(_, value)| value.clone());
         decided.or_else(|| kind.samples(&[]).into_iter().next())
@@ -100,7 +100,7 @@ fn message(fields: &[Field<'_>], samples: &Beginning) -> Message {
     Message::new(values.map_while(|value| value))
 }
 
-impl Field<'_> {
+impl FieldDomain<'_> {
     /// Values of the field, one for each region that comparisons with the constants distinguish.
     fn samples(self, constants: &[&Value]) -> Vec<Value> {
         match self {

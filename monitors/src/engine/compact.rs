@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use channels::Verdict;
 
-use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, clock};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Vocabulary, Window, trigger};
 use crate::data::Values;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Obligation, Obligations};
-use crate::engine::past::{Memory, Past, Strikes};
+use crate::engine::past::{LetterTrigger, Memory, Past};
 use crate::engine::situation::Situation;
 use crate::engine::table::Table;
 
@@ -24,8 +24,8 @@ use crate::engine::table::Table;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Rule {
     /// The clause itself.
-    pub(crate) clause: Part,
-    clock: Strikes,
+    pub(crate) clause: LiteralSet,
+    trigger: LetterTrigger,
     /// The events whose last messages must be remembered.
     remembered: u64,
     /// Events and operators that look back, as bits: the clause holds if one in `hold` holds or one in `hold_not` does
@@ -49,7 +49,7 @@ pub(crate) enum Timing {
 
 /// The effect of a letter on the rules in a state: one bit each.
 #[derive(Clone, Copy, Debug, Default)]
-struct Step {
+struct RuleStep {
     next: u16,
     /// The rules whose literals fail here.
     strikes: u16,
@@ -63,7 +63,7 @@ pub(crate) struct Compact {
     rules: Vec<Rule>,
     past: Arc<Past>,
     /// `None` if a rule looks back.
-    table: Option<Table<Step>>,
+    table: Option<Table<RuleStep>>,
     /// The states from which a violation is still possible.
     live: Vec<bool>,
     /// The rules that an event answers.
@@ -116,7 +116,7 @@ impl Compact {
         let mut edges = Vec::new();
         let mut at = 0;
         while at < states.len() {
-            table.push_row(Step { next: at as u16, ..Step::default() });
+            table.push_row(RuleStep { next: at as u16, ..RuleStep::default() });
             for symbol in (Symbol::MESSAGES..alphabet.symbols()?).map(Symbol) {
                 let letter = alphabet.letter(symbol);
                 let last = letter.after(states[at]);
@@ -147,14 +147,14 @@ impl Compact {
         Some(())
     }
 
-    fn step(&self, letter: Letter, last: u64, next: u16) -> Step {
-        let mut step = Step { next, ..Step::default() };
+    fn step(&self, letter: Letter, last: u64, next: u16) -> RuleStep {
+        let mut step = RuleStep { next, ..RuleStep::default() };
         for (index, rule) in self.rules.iter().enumerate() {
             // A clause is a disjunction: it fails if none of its positive events holds and all of its negated events
             // hold.
-            let struck = rule.clock.at(letter);
+            let triggered = rule.trigger.at(letter);
             let failed = last & rule.hold == 0 && !last & rule.hold_not == 0;
-            step.strikes |= u16::from(struck && failed) << index;
+            step.strikes |= u16::from(triggered && failed) << index;
             step.passes |= u16::from(letter.satisfied & rule.timing.events() != 0) << index;
         }
         step
@@ -171,10 +171,11 @@ impl Timing {
 }
 
 impl Rule {
-    fn new(clause: &Part, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past) -> Option<Self> {
-        let clock = Strikes::new(&clock(clause, vocabulary), alphabet);
-        let remembered = clock.remembered(clause, vocabulary, alphabet);
-        let mut rule = Self { clause: clause.clone(), clock, remembered, hold: 0, hold_not: 0, timing: Timing::Never };
+    fn new(clause: &LiteralSet, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past) -> Option<Self> {
+        let trigger = LetterTrigger::new(&trigger(clause, vocabulary), alphabet);
+        let remembered = trigger.remembered(clause, vocabulary, alphabet);
+        let mut rule =
+            Self { clause: clause.clone(), trigger, remembered, hold: 0, hold_not: 0, timing: Timing::Never };
         for literal in clause {
             match literal {
                 Literal::Event { event: EventId(event), holds: true } => rule.hold |= 1 << event,
@@ -356,7 +357,7 @@ impl CompactRun {
         }
     }
 
-    fn apply(&mut self, step: Step) {
+    fn apply(&mut self, step: RuleStep) {
         for (index, rule) in self.compact.rules.iter().enumerate() {
             let (struck, passed) = (step.strikes >> index & 1 == 1, step.passes >> index & 1 == 1);
             let (ticks, fine) = rule.timing.after(self.ticks[index], self.now, struck, passed);
@@ -381,7 +382,7 @@ impl CompactRun {
         }
     }
 
-    fn run_safety(&mut self, symbols: &[Symbol], table: &Table<Step>) {
+    fn run_safety(&mut self, symbols: &[Symbol], table: &Table<RuleStep>) {
         let mut state = self.state;
         for symbol in symbols {
             let step = table.get(state, *symbol);
@@ -394,7 +395,7 @@ impl CompactRun {
         self.state = state;
     }
 
-    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &Table<Step>) {
+    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &Table<RuleStep>) {
         let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
         for symbol in symbols {
             now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);

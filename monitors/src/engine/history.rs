@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use channels::{ChannelId, Message};
 
-use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, clock};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
 use crate::data::{Remembered, Values};
 use crate::formula::Bound;
 
@@ -57,8 +57,8 @@ impl Moment {
         self.messages.iter().find(|(known, _)| *known == channel).map(|(_, message)| message)
     }
 
-    fn is_struck(&self, clock: &Clock) -> bool {
-        self.channel.map_or(clock.ticks, |channel| clock.channels.contains(&channel))
+    fn is_triggered(&self, trigger: &Trigger) -> bool {
+        self.channel.map_or(trigger.ticks, |channel| trigger.channels.contains(&channel))
     }
 }
 
@@ -88,8 +88,8 @@ impl Data {
         kept[within(known.open.iter().filter_map(horizon).max(), self.now)..].fill(true);
         for literal in &known.open {
             if let Literal::Previous { clauses, .. } = literal {
-                let clock = Clock::of(clauses.iter(), &known.words);
-                if let Some(before) = moments.iter().rposition(|moment| moment.is_struck(&clock)) {
+                let trigger = Trigger::of(clauses.iter(), &known.words);
+                if let Some(before) = moments.iter().rposition(|moment| moment.is_triggered(&trigger)) {
                     let first = within(horizon_inside(literal), moments[before].at);
                     kept[first.min(before)..=before].fill(true);
                 }
@@ -150,8 +150,8 @@ impl Data {
                 (0..=i).rev().find_map(decides).unwrap_or(false) == *holds
             }
             Literal::Previous { clauses, bound, holds } => {
-                let clock = Clock::of(clauses.iter(), &known.words);
-                let before = (0..i).rev().find(|j| self.moments[*j].is_struck(&clock));
+                let trigger = Trigger::of(clauses.iter(), &known.words);
+                let before = (0..i).rev().find(|j| self.moments[*j].is_triggered(&trigger));
                 let held = |j: usize| clauses.iter().all(|clause| self.clause(clause, values, j, known));
                 before.is_some_and(|j| ago(j, bound) && held(j)) == *holds
             }
@@ -164,17 +164,17 @@ impl Data {
         }
     }
 
-    fn asked<'f>(&self, form: &'f Form, k: usize, known: &'f Known) -> impl Iterator<Item = &'f Part> {
+    fn asked<'f>(&self, form: &'f Form, k: usize, known: &'f Known) -> impl Iterator<Item = &'f LiteralSet> {
         let moment = &self.moments[k];
-        form.iter().filter(move |part| moment.is_struck(&clock(part, &known.words)))
+        form.iter().filter(move |part| moment.is_triggered(&trigger(part, &known.words)))
     }
 
-    fn clause(&self, clause: &Part, values: &Values, i: usize, known: &Known) -> bool {
+    fn clause(&self, clause: &LiteralSet, values: &Values, i: usize, known: &Known) -> bool {
         let values = values.with(&known.words.remembered(clause), |channel| self.moments[i].message(channel));
         clause.iter().any(|literal| self.literal(literal, &values, i, known))
     }
 
-    fn product(&self, product: &Part, values: &Values, i: usize, known: &Known) -> bool {
+    fn product(&self, product: &LiteralSet, values: &Values, i: usize, known: &Known) -> bool {
         let values = values.with(&known.words.remembered(product), |channel| self.moments[i].message(channel));
         product.iter().all(|literal| self.literal(literal, &values, i, known))
     }

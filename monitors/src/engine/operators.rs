@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Message};
 
-use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, clock};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, trigger};
 use crate::data::{Remembered, Values};
 use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::history::Data;
 use crate::engine::obligations::{Obligation, Obligations};
-use crate::engine::past::{Memory, Past, Strikes};
+use crate::engine::past::{LetterTrigger, Memory, Past};
 use crate::formula::Bound;
 
 /// A state of the run, as the operators see it.
@@ -28,7 +28,7 @@ pub(crate) struct State<'m> {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Asked {
-    clock: Strikes,
+    trigger: LetterTrigger,
     part: CompiledPart,
 }
 
@@ -61,7 +61,7 @@ enum Compiled {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Operator {
-    Next { clock: Strikes, clauses: Vec<CompiledPart>, strong: bool },
+    Next { trigger: LetterTrigger, clauses: Vec<CompiledPart>, strong: bool },
     Until { hold: Vec<Asked>, goal: Vec<Asked> },
     Release { escape: Vec<Asked>, hold: Vec<Asked> },
 }
@@ -138,7 +138,7 @@ impl Operators {
         obligations.replace(|obligation| match obligation {
             Obligation::Goes(operator, values) => self.unfold(*operator, state, values),
             Obligation::Waits(operator, values) => match &self.operators[*operator as usize] {
-                Operator::Next { clock, clauses, .. } if clock.at(state.letter) => {
+                Operator::Next { trigger, clauses, .. } if trigger.at(state.letter) => {
                     Some(self.all(clauses, state, values))
                 }
                 _ => None,
@@ -192,7 +192,7 @@ impl Operators {
     /// Whether a letter checks an obligation that waits for a message on its own channels.
     pub(crate) fn is_asked(&self, operator: u32, letter: Letter) -> bool {
         match &self.operators[operator as usize] {
-            Operator::Next { clock, .. } => clock.at(letter),
+            Operator::Next { trigger, .. } => trigger.at(letter),
             Operator::Until { .. } | Operator::Release { .. } => false,
         }
     }
@@ -270,9 +270,9 @@ impl Operators {
     /// The obligation of an `until` or a release from this state on; `None` if it is only itself, as in states that
     /// concern none of its parts.
     fn unfold(&self, operator: u32, state: State<'_>, values: &Values) -> Option<Obligations> {
-        let struck = |parts: &[Asked]| parts.iter().any(|part| part.clock.at(state.letter));
+        let is_triggered = |parts: &[Asked]| parts.iter().any(|part| part.trigger.at(state.letter));
         let asked = |parts: &[Asked]| -> Vec<usize> {
-            (0..parts.len()).filter(|part| parts[*part].clock.at(state.letter)).collect()
+            (0..parts.len()).filter(|part| parts[*part].trigger.at(state.letter)).collect()
         };
         let later = || Obligations::one(Obligation::Goes(operator, values.clone()));
         let all = |hold: &[Asked]| {
@@ -286,10 +286,10 @@ impl Operators {
                 .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].part, state, values)))
         };
         match &self.operators[operator as usize] {
-            Operator::Until { hold, goal } if struck(hold) || struck(goal) => {
+            Operator::Until { hold, goal } if is_triggered(hold) || is_triggered(goal) => {
                 Some(any(goal).or(all(hold).and(later())))
             }
-            Operator::Release { escape, hold } if struck(escape) || struck(hold) => {
+            Operator::Release { escape, hold } if is_triggered(escape) || is_triggered(hold) => {
                 Some(all(hold).and(any(escape).or(later())))
             }
             _ => None,
@@ -322,22 +322,22 @@ impl Compiler<'_> {
         form.iter().map(|part| self.part(part)).collect()
     }
 
-    fn part(&mut self, part: &Part) -> CompiledPart {
+    fn part(&mut self, part: &LiteralSet) -> CompiledPart {
         let remembered = self.vocabulary.remembered(part);
         CompiledPart { literals: part.iter().map(|literal| self.literal(literal)).collect(), remembered }
     }
 
     fn asked(&mut self, form: &Form) -> Vec<Asked> {
         let parts = form.iter().map(|part| {
-            let clock = Strikes::new(&clock(part, self.vocabulary), self.alphabet);
-            self.remember(clock, part);
-            Asked { clock, part: self.part(part) }
+            let trigger = LetterTrigger::new(&trigger(part, self.vocabulary), self.alphabet);
+            self.remember(trigger, part);
+            Asked { trigger, part: self.part(part) }
         });
         parts.collect()
     }
 
-    fn remember(&mut self, clock: Strikes, part: &Part) {
-        self.remembered |= clock.remembered(part, self.vocabulary, self.alphabet);
+    fn remember(&mut self, trigger: LetterTrigger, part: &LiteralSet) {
+        self.remembered |= trigger.remembered(part, self.vocabulary, self.alphabet);
     }
 
     fn literal(&mut self, literal: &Literal) -> Compiled {
@@ -366,9 +366,9 @@ impl Compiler<'_> {
         }
         let operator = match literal {
             Literal::Next { clauses, strong } => {
-                let clock = Strikes::new(&Clock::of(clauses.iter(), self.vocabulary), self.alphabet);
-                clauses.iter().for_each(|clause| self.remember(clock, clause));
-                Operator::Next { clock, clauses: self.parts(clauses), strong: *strong }
+                let trigger = LetterTrigger::new(&Trigger::of(clauses.iter(), self.vocabulary), self.alphabet);
+                clauses.iter().for_each(|clause| self.remember(trigger, clause));
+                Operator::Next { trigger, clauses: self.parts(clauses), strong: *strong }
             }
             Literal::Until { hold, goal } => Operator::Until { hold: self.asked(hold), goal: self.asked(goal) },
             Literal::Release { escape, hold } => {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Message};
 
-use crate::clause::{Clock, EventId, Form, Literal, Part, Vocabulary, Window, clock};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, Window, trigger};
 use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::history::{Data, Known};
 use crate::formula::Bound;
@@ -33,16 +33,16 @@ impl Memory {
 
 /// When something is checked: at messages on these events' channels, and at ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Strikes {
+pub(crate) struct LetterTrigger {
     /// The events of these channels.
     pub(crate) channels: u64,
     pub(crate) ticks: bool,
 }
 
-impl Strikes {
-    pub(crate) fn new(clock: &Clock, alphabet: &Alphabet) -> Self {
-        let channels = clock.channels.iter().fold(0, |mask, channel| mask | alphabet.mask_of(*channel));
-        Self { channels, ticks: clock.ticks }
+impl LetterTrigger {
+    pub(crate) fn new(trigger: &Trigger, alphabet: &Alphabet) -> Self {
+        let channels = trigger.channels.iter().fold(0, |mask, channel| mask | alphabet.mask_of(*channel));
+        Self { channels, ticks: trigger.ticks }
     }
 
     pub(crate) fn at(self, letter: Letter) -> bool {
@@ -51,7 +51,7 @@ impl Strikes {
 
     /// The events of a part checked at these times whose last messages must be remembered, because several channels
     /// trigger it.
-    pub(crate) fn remembered(self, part: &Part, words: &Vocabulary, alphabet: &Alphabet) -> u64 {
+    pub(crate) fn remembered(self, part: &LiteralSet, words: &Vocabulary, alphabet: &Alphabet) -> u64 {
         let events = part.iter().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(*event),
             _ => None,
@@ -74,20 +74,20 @@ pub(crate) struct Past {
 
 #[derive(Clone, Debug)]
 struct Operator {
-    kind: Kind,
+    kind: PastOperator,
     windows: Vec<Window>,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum PastOperator {
     Since { hold: Vec<Asked>, goal: Vec<Asked> },
-    Previous { strikes: Strikes, clauses: Vec<Bits> },
+    Previous { trigger: LetterTrigger, clauses: Vec<Bits> },
     Count { event: u64, count: usize },
 }
 
 #[derive(Clone, Debug)]
 struct Asked {
-    strikes: Strikes,
+    trigger: LetterTrigger,
     bits: Bits,
 }
 
@@ -146,7 +146,7 @@ impl Past {
     /// For each operator, its bit, and how many states in which its operand held can explain it.
     pub(crate) fn reasons(&self) -> impl Iterator<Item = (u64, usize)> {
         self.operators.iter().enumerate().map(|(number, operator)| {
-            let states = if let Kind::Count { count, .. } = operator.kind { count } else { 1 };
+            let states = if let PastOperator::Count { count, .. } = operator.kind { count } else { 1 };
             (1 << (self.known.first + number as u32), states)
         })
     }
@@ -214,7 +214,7 @@ impl Past {
     }
 
     fn keep(&mut self, form: &Form) {
-        let channels = Clock::of(form.iter(), &self.known.words).channels;
+        let channels = Trigger::of(form.iter(), &self.known.words).channels;
         if channels.len() > 1 {
             self.kept.extend(channels);
         }
@@ -233,19 +233,25 @@ impl Past {
         let (kind, bound) = match literal {
             Literal::Since { hold, goal, bound, .. } => {
                 let [hold, goal] = [hold, goal].map(|form| self.asked(form, words, alphabet));
-                (Kind::Since { hold, goal }, *bound)
+                (PastOperator::Since { hold, goal }, *bound)
             }
             Literal::Previous { clauses, bound, .. } => {
-                let strikes = Strikes::new(&Clock::of(clauses.iter(), words), alphabet);
+                let trigger = LetterTrigger::new(&Trigger::of(clauses.iter(), words), alphabet);
                 for clause in clauses {
-                    self.remembered |= strikes.remembered(clause, words, alphabet);
+                    self.remembered |= trigger.remembered(clause, words, alphabet);
                 }
-                (Kind::Previous { strikes, clauses: clauses.iter().map(|clause| self.bits(clause)).collect() }, *bound)
+                (
+                    PastOperator::Previous {
+                        trigger,
+                        clauses: clauses.iter().map(|clause| self.bits(clause)).collect(),
+                    },
+                    *bound,
+                )
             }
             Literal::Count { event, count, ticks, .. } => {
                 let count = usize::try_from(*count).unwrap_or(usize::MAX);
                 let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
-                (Kind::Count { event: 1 << event.0, count }, bound)
+                (PastOperator::Count { event: 1 << event.0, count }, bound)
             }
             _ => return None,
         };
@@ -254,14 +260,14 @@ impl Past {
 
     fn asked(&mut self, form: &Form, words: &Vocabulary, alphabet: &Alphabet) -> Vec<Asked> {
         let parts = form.iter().map(|part| {
-            let strikes = Strikes::new(&clock(part, words), alphabet);
-            self.remembered |= strikes.remembered(part, words, alphabet);
-            Asked { strikes, bits: self.bits(part) }
+            let trigger = LetterTrigger::new(&trigger(part, words), alphabet);
+            self.remembered |= trigger.remembered(part, words, alphabet);
+            Asked { trigger, bits: self.bits(part) }
         });
         parts.collect()
     }
 
-    fn bits(&self, part: &Part) -> Bits {
+    fn bits(&self, part: &LiteralSet) -> Bits {
         let mut bits = Bits { yes: 0, no: 0 };
         for literal in part {
             let (bit, holds) = match literal {
@@ -282,25 +288,25 @@ impl Operator {
             windows.any(|(window, ages)| ages.iter().any(|age| (window.first..=window.last).contains(age)))
         };
         match &self.kind {
-            Kind::Since { hold, goal } => {
-                if hold.iter().any(|part| part.strikes.at(letter) && !part.bits.one_holds(last)) {
+            PastOperator::Since { hold, goal } => {
+                if hold.iter().any(|part| part.trigger.at(letter) && !part.bits.one_holds(last)) {
                     ages.iter_mut().for_each(Vec::clear);
                 }
-                let begins = goal.iter().any(|part| part.strikes.at(letter) && part.bits.all_hold(last));
+                let begins = goal.iter().any(|part| part.trigger.at(letter) && part.bits.all_hold(last));
                 if begins {
                     self.windows.iter().zip(&mut *ages).for_each(|(window, ages)| begin(*window, ages));
                 }
                 (within(ages), begins)
             }
-            Kind::Previous { strikes, clauses } => {
+            PastOperator::Previous { trigger, clauses } => {
                 let held = within(ages);
                 let holds = clauses.iter().all(|clause| clause.one_holds(last));
-                if strikes.at(letter) {
+                if trigger.at(letter) {
                     ages.iter_mut().for_each(|ages| *ages = if holds { vec![0] } else { Vec::new() });
                 }
-                (held, strikes.at(letter) && holds)
+                (held, trigger.at(letter) && holds)
             }
-            Kind::Count { event, count } => {
+            PastOperator::Count { event, count } => {
                 let passes = letter.satisfied & event != 0;
                 for ages in ages.iter_mut().filter(|_| passes) {
                     ages.push(0);

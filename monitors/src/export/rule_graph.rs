@@ -7,7 +7,7 @@ use channels::{
     Value, VariableId,
 };
 
-use crate::clause::{EventId, Literal, Vocabulary, clock};
+use crate::clause::{EventId, Literal, Vocabulary, trigger};
 use crate::describe;
 use crate::engine::{Compact, Rule, Timing};
 use crate::export::picture::{Picture, any, channel_name, translate};
@@ -67,7 +67,7 @@ impl<'a> Draft<'a> {
             let asked: Vec<&Rule> = compact
                 .rules()
                 .iter()
-                .filter(|rule| clock(&rule.clause, self.words).channels.contains(&channel))
+                .filter(|rule| trigger(&rule.clause, self.words).channels.contains(&channel))
                 .collect();
             let kept = all(asked.iter().map(|rule| self.kept(rule)).collect());
             let list = |captions: Vec<String>, word: &str| captions.join(word);
@@ -93,7 +93,7 @@ impl<'a> Draft<'a> {
             Timing::Never => return None,
         };
         let places = Places::new(&mut self.graph, answered);
-        let own = clock(&rule.clause, self.words).channels;
+        let own = trigger(&rule.clause, self.words).channels;
         self.clock(&places, i64::try_from(ticks).unwrap_or(i64::MAX), own.is_empty());
         let passing = self.channels_of(events);
         for channel in &own {
@@ -193,7 +193,7 @@ impl<'a> Draft<'a> {
 
     /// The condition that one of a rule's literals holds.
     fn kept(&self, rule: &Rule) -> Condition {
-        let spoken = clock(&rule.clause, self.words).channels.len() == 1;
+        let spoken = trigger(&rule.clause, self.words).channels.len() == 1;
         let literals = rule.clause.iter().filter_map(|literal| match literal {
             Literal::Event { event, holds } => {
                 let condition = self.event(*event, spoken);
@@ -262,7 +262,7 @@ fn bits(words: &Vocabulary, events: u64) -> impl Iterator<Item = EventId> + use<
 }
 
 fn channels_of(rules: &[Rule], words: &Vocabulary) -> Vec<ChannelId> {
-    let mut channels: Vec<ChannelId> = rules.iter().flat_map(|rule| clock(&rule.clause, words).channels).collect();
+    let mut channels: Vec<ChannelId> = rules.iter().flat_map(|rule| trigger(&rule.clause, words).channels).collect();
     channels.sort_unstable();
     channels.dedup();
     channels

@@ -12,7 +12,7 @@ pub(super) struct Unreadable {
 
 /// A value, or the brace that opens one.
 #[derive(Debug, PartialEq)]
-pub(super) enum Token<'a> {
+pub(super) enum JsonToken<'a> {
     Bool(bool),
     Int(i64),
     Real(f64),
@@ -116,26 +116,26 @@ impl<'a> Scanner<'a> {
     }
 
     /// The value that begins here.
-    pub(super) fn token(&mut self) -> Result<Token<'a>, Unreadable> {
+    pub(super) fn token(&mut self) -> Result<JsonToken<'a>, Unreadable> {
         self.skip_blank();
         match self.bytes.get(self.at) {
             Some(b'{') => {
                 self.at += 1;
-                Ok(Token::Open)
+                Ok(JsonToken::Open)
             }
             Some(b'"') => {
                 let raw = self.string()?;
                 let text = unescaped(raw).ok_or_else(|| self.unreadable("this string is not valid text"))?;
-                Ok(Token::Text(text))
+                Ok(JsonToken::Text(text))
             }
-            Some(b't') => self.word("true").map(|()| Token::Bool(true)),
-            Some(b'f') => self.word("false").map(|()| Token::Bool(false)),
+            Some(b't') => self.word("true").map(|()| JsonToken::Bool(true)),
+            Some(b'f') => self.word("false").map(|()| JsonToken::Bool(false)),
             _ => {
                 let text = self.number()?;
                 let number = if text.contains(['.', 'e', 'E']) {
-                    text.parse().ok().filter(|number: &f64| number.is_finite()).map(Token::Real)
+                    text.parse().ok().filter(|number: &f64| number.is_finite()).map(JsonToken::Real)
                 } else {
-                    text.parse().ok().map(Token::Int)
+                    text.parse().ok().map(JsonToken::Int)
                 };
                 number.ok_or_else(|| self.unreadable("this is not a number"))
             }
@@ -255,10 +255,10 @@ mod tests {
     #[test]
     fn values_are_read_as_json_defines_them() {
         let token = |text: &'static str| Scanner::new(text.as_bytes()).token().ok();
-        assert_eq!(token("-12"), Some(Token::Int(-12)));
-        assert_eq!(token("8.5e1"), Some(Token::Real(85.0)));
-        assert_eq!(token("false"), Some(Token::Bool(false)));
-        assert_eq!(token(r#""a\"\u00e9\ud83d\ude00\n""#), Some(Token::Text("a\"é😀\n".into())));
+        assert_eq!(token("-12"), Some(JsonToken::Int(-12)));
+        assert_eq!(token("8.5e1"), Some(JsonToken::Real(85.0)));
+        assert_eq!(token("false"), Some(JsonToken::Bool(false)));
+        assert_eq!(token(r#""a\"\u00e9\ud83d\ude00\n""#), Some(JsonToken::Text("a\"é😀\n".into())));
         for wrong in ["", "nul", "\"open", r#""\q""#, r#""\ud83d""#, "1e999", "tru"] {
             assert_eq!(token(wrong), None, "{wrong}");
         }

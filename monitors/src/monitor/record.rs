@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Message, Topology, Verdict};
 
-use crate::clause::{EventId, Form, Literal, Part, bounds, clock};
+use crate::clause::{EventId, Form, Literal, LiteralSet, bounds, trigger};
 use crate::describe;
 use crate::engine::{Anticipation, Clause, CompactRun, Letter, Memory, Obligation, Obligations, Operators, Past};
 use crate::formula::Bound;
@@ -15,7 +15,7 @@ use crate::synthesis::{RunningMonitor, Synthesis};
 
 /// A state of the run, with everything needed to describe it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Told<'a> {
+pub(crate) struct Observation<'a> {
     pub(crate) event: &'a Event,
     pub(crate) synthesis: &'a Synthesis,
     pub(crate) topology: &'a Topology,
@@ -37,7 +37,7 @@ pub(crate) struct Record {
     witness: Option<Box<Witness>>,
 }
 
-impl Told<'_> {
+impl Observation<'_> {
     /// The tick that contains the moment `tau`, which counts from the first state.
     fn tick(&self, tau: u64) -> u64 {
         let tau = tau.saturating_add(self.start);
@@ -108,13 +108,19 @@ impl Record {
     }
 
     /// Notes why a formula that no run can satisfy is violated, in the very first state.
-    pub(crate) fn doom(&mut self, told: &Told) {
-        self.witness = Some(Box::new(self.explain(None, told)));
+    pub(crate) fn doom(&mut self, observation: &Observation) {
+        self.witness = Some(Box::new(self.explain(None, observation)));
     }
 
     /// Notes which obligations began or ended, and why a verdict was reached. `rules` are the clauses of a machine that
     /// does not distinguish them.
-    pub(crate) fn follow(&mut self, told: &Told, run: &RunningMonitor, rules: Option<&CompactRun>, verdict: Verdict) {
+    pub(crate) fn follow(
+        &mut self,
+        observation: &Observation,
+        run: &RunningMonitor,
+        rules: Option<&CompactRun>,
+        verdict: Verdict,
+    ) {
         let rules = match run {
             RunningMonitor::Compact(run) => Some(run),
             _ => rules,
@@ -123,21 +129,23 @@ impl Record {
             Some(rules) => {
                 for rule in 0..rules.compact().rules().len() {
                     let clause = &rules.compact().rules()[rule].clause;
-                    self.note_cause(rule, rules.is_armed(rule), |record| record.of_clause(clause, told));
+                    self.note_cause(rule, rules.is_armed(rule), |record| record.of_clause(clause, observation));
                 }
             }
             None => {
-                self.note_beginnings(told, run);
-                self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| record.everything(told.event))
+                self.note_beginnings(observation, run);
+                self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| {
+                    record.everything(observation.event)
+                })
             }
         }
         if verdict == Verdict::False {
             let witness = match rules {
                 Some(rules) => match rules.broken() {
-                    Some(rule) => self.blame(rule, &rules.compact().rules()[rule].clause, told),
-                    None => self.contradiction(rules, told),
+                    Some(rule) => self.blame(rule, &rules.compact().rules()[rule].clause, observation),
+                    None => self.contradiction(rules, observation),
                 },
-                None => self.explain(run.missed(), told),
+                None => self.explain(run.missed(), observation),
             };
             self.witness = Some(Box::new(witness));
         }
@@ -145,16 +153,16 @@ impl Record {
 
     /// Notes the messages from which the obligations of remembered values began; those of obligations that have ended
     /// are kept until the next state, where they may explain a verdict.
-    fn note_beginnings(&mut self, told: &Told, run: &RunningMonitor) {
+    fn note_beginnings(&mut self, observation: &Observation, run: &RunningMonitor) {
         let RunningMonitor::Progression(run) = run else { return };
-        if !told.synthesis.vocabulary.has_data() || run.verdict() != Verdict::Inconclusive {
+        if !observation.synthesis.vocabulary.has_data() || run.verdict() != Verdict::Inconclusive {
             return;
         }
         let pending: Vec<Clause> = run.owed().into_iter().flat_map(Obligations::clauses).map(begun).collect();
         self.begun.retain(|(clause, _)| pending.contains(clause));
         for clause in pending {
             if !self.begun.iter().any(|(known, _)| *known == clause) {
-                let messages = self.everything(told.event);
+                let messages = self.everything(observation.event);
                 self.begun.push((clause, messages));
             }
         }
@@ -175,19 +183,20 @@ impl Record {
     }
 
     /// The last messages on a clause's own channels; the event itself if it has none.
-    fn of_clause(&self, clause: &Part, told: &Told) -> Vec<Event> {
-        let own = clock(clause, &told.synthesis.vocabulary).channels;
+    fn of_clause(&self, clause: &LiteralSet, observation: &Observation) -> Vec<Event> {
+        let own = trigger(clause, &observation.synthesis.vocabulary).channels;
         if own.is_empty() {
-            return vec![told.event.clone()];
+            return vec![observation.event.clone()];
         }
         let own = self.messages.iter().filter(|message| channel(message).is_some_and(|channel| own.contains(&channel)));
         let mut messages: Vec<Event> = own.cloned().collect();
-        if channel(told.event).is_none() {
-            messages.push(told.event.clone());
+        if channel(observation.event).is_none() {
+            messages.push(observation.event.clone());
         }
         for literal in clause {
             // Facts about the past that the clause denies.
-            let denied = told.synthesis.past.bit(literal).filter(|(bit, holds)| !holds && self.last() & bit != 0);
+            let denied =
+                observation.synthesis.past.bit(literal).filter(|(bit, holds)| !holds && self.last() & bit != 0);
             let seen = self.reasons.iter().filter(|(bit, _)| denied.is_some_and(|(denied, _)| denied == *bit));
             messages.extend(seen.flat_map(|(_, seen)| seen.iter().cloned()));
         }
@@ -204,39 +213,39 @@ impl Record {
 
     /// Why a formula without distinguishable clauses is violated: the messages when an obligation began, the last
     /// messages, and what did not happen in time.
-    fn explain(&self, missed: Option<&Clause>, told: &Told) -> Witness {
-        let words = &told.synthesis.vocabulary;
+    fn explain(&self, missed: Option<&Clause>, observation: &Observation) -> Witness {
+        let words = &observation.synthesis.vocabulary;
         let cause = missed.and_then(|missed| self.beginning(missed)).or(self.causes[0].as_ref());
         let cause = cause.cloned().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
         let since = match missed.map(Vec::as_slice) {
             // The missed obligation need not be the first pending one: its window decides.
             Some([Obligation::Passes { event, last, .. }]) => {
-                let window = length(&told.synthesis.form, *event);
-                let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + told.start);
+                let window = length(&observation.synthesis.form, *event);
+                let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + observation.start);
                 cause.last().filter(|first| Some(words.tau(first)) == begun)
             }
             Some(_) => None,
             None => cause.last(),
         };
-        let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, told)).collect();
+        let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, observation)).collect();
         let mut messages = cause.clone();
-        messages.extend(self.everything(told.event).into_iter().filter(|event| !cause.contains(event)));
+        messages.extend(self.everything(observation.event).into_iter().filter(|event| !cause.contains(event)));
         Witness {
-            clause: describe::form(&told.synthesis.form, words, told.topology),
+            clause: describe::form(&observation.synthesis.form, words, observation.topology),
             since: since.map(EventTime::of),
-            messages: sightings(&sorted(messages), told.topology),
-            deadline_tick: deadline.map(|last| told.tick(last)),
+            messages: sightings(&sorted(messages), observation.topology),
+            deadline_tick: deadline.map(|last| observation.tick(last)),
             missing: (!missing.is_empty()).then(|| missing.join(" or ")),
-            settled: told.settled(deadline),
+            settled: observation.settled(deadline),
         }
     }
 
     /// Why no continuation can meet all clauses although none of them is violated yet: the clauses that contradict each
     /// other.
-    fn contradiction(&self, rules: &CompactRun, told: &Told) -> Witness {
+    fn contradiction(&self, rules: &CompactRun, observation: &Observation) -> Witness {
         let known = rules.compact().rules();
-        let core = self.contradicting(rules, told.synthesis);
+        let core = self.contradicting(rules, observation.synthesis);
         let clauses: Form = core.iter().map(|rule| known[*rule].clause.clone()).collect();
         let causes = core.iter().filter_map(|rule| self.causes[*rule].as_ref());
         let since = causes.clone().filter_map(|cause| cause.last()).min_by_key(|event| (event.step, event.tick));
@@ -248,12 +257,12 @@ impl Record {
         }
         let due = rules.owed().filter(|(rule, _)| core.contains(rule)).map(|(_, due)| due).min();
         Witness {
-            clause: describe::form(&clauses, &told.synthesis.vocabulary, told.topology),
+            clause: describe::form(&clauses, &observation.synthesis.vocabulary, observation.topology),
             since: since.map(EventTime::of),
-            messages: sightings(&sorted(messages), told.topology),
-            deadline_tick: due.map(|due| told.start.saturating_add(due).saturating_sub(1)),
+            messages: sightings(&sorted(messages), observation.topology),
+            deadline_tick: due.map(|due| observation.start.saturating_add(due).saturating_sub(1)),
             missing: None,
-            settled: EventTime::of(told.event),
+            settled: EventTime::of(observation.event),
         }
     }
 
@@ -262,7 +271,7 @@ impl Record {
         let known = rules.compact().rules();
         let always = |rule: &usize| {
             let hold = Form::from([known[*rule].clause.clone()]);
-            Part::from([Literal::Release { escape: Form::new(), hold }])
+            LiteralSet::from([Literal::Release { escape: Form::new(), hold }])
         };
         let can_be_kept = |kept: &[usize]| {
             let form: Form = kept.iter().map(always).collect();
@@ -282,10 +291,10 @@ impl Record {
     }
 
     /// Why a clause is violated.
-    fn blame(&self, rule: usize, clause: &Part, told: &Told) -> Witness {
-        let &Told { event, synthesis, topology, start } = told;
+    fn blame(&self, rule: usize, clause: &LiteralSet, observation: &Observation) -> Witness {
+        let &Observation { event, synthesis, topology, start } = observation;
         let words = &synthesis.vocabulary;
-        let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, told));
+        let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, observation));
         let since = messages.last().cloned();
         let window = clause.iter().find_map(|literal| match literal {
             Literal::Time { bound, holds, .. } => bound.end().map(|end| (end, *holds)),
@@ -305,10 +314,10 @@ impl Record {
             clause: describe::clause(clause, words, topology),
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
-            deadline_tick: due.map(|last| told.tick(last)),
+            deadline_tick: due.map(|last| observation.tick(last)),
             // If a clause has a single literal, what is missing is the clause itself.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
-            settled: told.settled(due),
+            settled: observation.settled(due),
         }
     }
 
@@ -351,11 +360,12 @@ fn end(obligation: &Obligation) -> Option<u64> {
 }
 
 /// The event that an obligation waits for.
-fn name(obligation: &Obligation, told: &Told) -> Option<String> {
+fn name(obligation: &Obligation, observation: &Observation) -> Option<String> {
     match obligation {
-        Obligation::Passes { event, values, .. } => {
-            Some(describe::event(&told.synthesis.vocabulary.get(*event).told(values), told.topology))
-        }
+        Obligation::Passes { event, values, .. } => Some(describe::event(
+            &observation.synthesis.vocabulary.get(*event).instantiated(values),
+            observation.topology,
+        )),
         _ => None,
     }
 }

@@ -5,9 +5,9 @@ use std::fmt;
 use channels::{Event, EventKind, Topology};
 use serde::{Deserialize, Serialize};
 
-use crate::clause::{Literal, Part, Vocabulary, clock};
+use crate::clause::{Literal, LiteralSet, Vocabulary, trigger};
 use crate::describe;
-use crate::engine::{Letter, Strikes};
+use crate::engine::{Letter, LetterTrigger};
 use crate::formula::{self, MessageCondition};
 use crate::synthesis::Synthesis;
 
@@ -31,10 +31,10 @@ impl fmt::Display for Vacuity {
 /// Watches whether the antecedent of a clause holds.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
-    clause: Part,
+    clause: LiteralSet,
     antecedent: Antecedent,
     /// When the clause is checked.
-    clock: Strikes,
+    trigger: LetterTrigger,
     asked: u64,
     held: bool,
 }
@@ -57,7 +57,7 @@ impl Watch {
         always.flatten().filter_map(|clause| Self::new(clause, synthesis)).collect()
     }
 
-    fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
+    fn new(clause: &LiteralSet, synthesis: &Synthesis) -> Option<Self> {
         let words = &synthesis.vocabulary;
         let denied = describe::denied(clause).into_iter().fold(0_u64, |bits, literal| match literal {
             // Clauses that compare values are not counted.
@@ -79,13 +79,13 @@ impl Watch {
             },
             _ => return None,
         };
-        let clock = Strikes::new(&clock(clause, words), &synthesis.alphabet);
-        Some(Self { clause: clause.clone(), antecedent, clock, asked: 0, held: false })
+        let trigger = LetterTrigger::new(&trigger(clause, words), &synthesis.alphabet);
+        Some(Self { clause: clause.clone(), antecedent, trigger, asked: 0, held: false })
     }
 
     /// Processes a state. `last` is the set of events that the last messages satisfy.
     pub(crate) fn see(&mut self, event: &Event, letter: Letter, last: u64) {
-        if self.held || !self.clock.at(letter) {
+        if self.held || !self.trigger.at(letter) {
             return;
         }
         self.asked += 1;

@@ -74,8 +74,8 @@ impl<'a> Resolver<'a> {
     ) -> Option<(formula::Term, Kinds<'a>)> {
         Some(match term {
             Term::Field(field) => {
-                let (place, telling) = self.place(field, channel?)?;
-                guards.extend(telling.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
+                let (place, distinguishing) = self.place(field, channel?)?;
+                guards.extend(distinguishing.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
                 (formula::Term::Field(place.called(field)), Some(place.kinds().map(|(_, kind)| kind).collect()))
             }
             Term::Operand(Operand::Constant(name)) if self.remembered.contains(&name.text) => {
@@ -108,7 +108,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The only position of a field, and conditions that select the messages that have it there.
-    fn place(&mut self, field: &Field, channel: ChannelId) -> Option<(Place<'a>, Vec<MessageCondition>)> {
+    fn place(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, Vec<MessageCondition>)> {
         let mut places = self.places(field, channel)?;
         let guards = match &places[..] {
             [place] => {
@@ -123,13 +123,13 @@ impl<'a> Resolver<'a> {
             self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
             return None;
         };
-        let mut telling = Vec::new();
+        let mut distinguishing = Vec::new();
         guards.into_iter().flatten().for_each(|guard| {
-            if !telling.contains(&guard) {
-                telling.push(guard);
+            if !distinguishing.contains(&guard) {
+                distinguishing.push(guard);
             }
         });
-        Some((places.remove(0), telling))
+        Some((places.remove(0), distinguishing))
     }
 
     /// Reports terms that are never numbers.
@@ -194,7 +194,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The positions of a field: the one given by its number, or that of its name in each shape.
-    fn places(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<Place<'a>>> {
+    fn places(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<FieldPosition<'a>>> {
         let topology = self.topology;
         let shapes = topology.get(channel).domain.shapes();
         let (source, target) = topology.ends(channel);
@@ -207,7 +207,11 @@ impl<'a> Resolver<'a> {
                     self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
                     return None;
                 }
-                return Some(vec![Place { number: *number, with: shapes.iter().collect(), without: Vec::new() }]);
+                return Some(vec![FieldPosition {
+                    number: *number,
+                    with: shapes.iter().collect(),
+                    without: Vec::new(),
+                }]);
             }
             FieldName::Named(name) => name,
         };
@@ -227,7 +231,7 @@ impl<'a> Resolver<'a> {
         }
         let at = |number| {
             let (with, without) = shapes.iter().partition(|shape| place(shape) == Some(number));
-            Place { number, with, without }
+            FieldPosition { number, with, without }
         };
         Some(numbers.into_iter().map(at).collect())
     }
@@ -236,13 +240,13 @@ impl<'a> Resolver<'a> {
     fn comparison(
         &mut self,
         field: &Field,
-        places: &[Place<'_>],
+        places: &[FieldPosition<'_>],
         relation: Relation,
         value: &Value,
     ) -> Option<MessageCondition> {
         // A missing value differs from every value.
         let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
-        let compare = |place: &Place<'_>, relation| {
+        let compare = |place: &FieldPosition<'_>, relation| {
             let field = place.called(field);
             MessageCondition::Compare { field, relation, value: value.clone() }
         };
@@ -268,8 +272,15 @@ impl<'a> Resolver<'a> {
     }
 
     /// Reports a comparison that no message can make true, because of its type or its symbol.
-    fn check(&mut self, places: &[Place<'_>], whole: ByteRange, relation: Relation, value: &Value, span: ByteRange) {
-        let kinds: Vec<(usize, &FieldKind)> = places.iter().flat_map(Place::kinds).collect();
+    fn check(
+        &mut self,
+        places: &[FieldPosition<'_>],
+        whole: ByteRange,
+        relation: Relation,
+        value: &Value,
+        span: ByteRange,
+    ) {
+        let kinds: Vec<(usize, &FieldKind)> = places.iter().flat_map(FieldPosition::kinds).collect();
         let is_number = value.is_number();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem =
@@ -306,7 +317,7 @@ impl<'a> Resolver<'a> {
 }
 
 /// A position of a field in messages.
-struct Place<'a> {
+struct FieldPosition<'a> {
     /// Counted from 1.
     number: usize,
     /// The shapes of messages that have the field there, and the others.
@@ -314,14 +325,14 @@ struct Place<'a> {
     without: Vec<&'a Shape>,
 }
 
-impl<'a> Place<'a> {
+impl<'a> FieldPosition<'a> {
     /// The field here, as it is written.
-    fn called(&self, field: &Field) -> formula::Field {
+    fn called(&self, field: &Field) -> formula::MessageField {
         let name = match &field.name {
             FieldName::Named(name) => Some(name.as_str().into()),
             FieldName::Number(_) => None,
         };
-        formula::Field { number: self.number, name }
+        formula::MessageField { number: self.number, name }
     }
 
     /// The possible values of the field.
@@ -344,9 +355,11 @@ impl<'a> Place<'a> {
         }
         let mut guards: Vec<Vec<MessageCondition>> = Vec::new();
         for shape in &self.with {
-            let telling = others.iter().map(|other| (1..=shape.fields().len()).find(|at| tells(shape, other, *at)));
-            let telling: BTreeSet<usize> = telling.collect::<Option<_>>()?;
-            let guard = telling.into_iter().map(|at| any(symbols(shape, at).iter().map(|one| is(at, one)).collect()));
+            let distinguishing =
+                others.iter().map(|other| (1..=shape.fields().len()).find(|at| distinguishes(shape, other, *at)));
+            let distinguishing: BTreeSet<usize> = distinguishing.collect::<Option<_>>()?;
+            let guard =
+                distinguishing.into_iter().map(|at| any(symbols(shape, at).iter().map(|one| is(at, one)).collect()));
             guards.push(guard.collect());
         }
         guards.dedup();
@@ -355,7 +368,7 @@ impl<'a> Place<'a> {
 }
 
 /// Whether messages of the first shape have a symbol in this field that those of the other shape do not have there.
-fn tells(shape: &Shape, other: &Shape, at: usize) -> bool {
+fn distinguishes(shape: &Shape, other: &Shape, at: usize) -> bool {
     let symbols = symbols(shape, at);
     let is_possible =
         |symbol: &Symbol| kind(other, at).is_some_and(|kind| kind.contains(&Value::Symbol(symbol.clone())));

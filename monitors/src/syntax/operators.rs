@@ -116,16 +116,16 @@ mod tests {
 
     #[test]
     fn every_keyword_and_sign_is_explained() {
-        let said: Vec<&str> = OPERATORS
+        let explained: Vec<&str> = OPERATORS
             .iter()
             .flat_map(|operator| operator.written.split(' ').chain(operator.signs.split(' ')))
             .collect();
         for keyword in Keyword::ALL {
-            assert!(said.contains(&keyword.text()), "{}", keyword.text());
+            assert!(explained.contains(&keyword.text()), "{}", keyword.text());
         }
         let is_operator = |kind: &TokenKind| matches!(kind, TokenKind::Keyword(_) | TokenKind::Relation(_));
         for (sign, _) in SIGNS.iter().filter(|(_, kind)| is_operator(kind)) {
-            assert!(said.contains(sign), "{sign}");
+            assert!(explained.contains(sign), "{sign}");
         }
     }
 }

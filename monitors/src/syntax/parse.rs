@@ -79,7 +79,7 @@ pub(super) struct Parser {
 /// A problem has been reported; parsing continues around it.
 pub(super) struct Stumbled;
 
-pub(super) type Reading<T> = Result<T, Stumbled>;
+pub(super) type ParseResult<T> = Result<T, Stumbled>;
 
 impl Parser {
     pub(super) fn peek(&self) -> &TokenKind {
@@ -146,7 +146,7 @@ impl Parser {
     }
 
     /// Parses one level deeper in the tree.
-    pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Reading<T>) -> Reading<T> {
+    pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> ParseResult<T>) -> ParseResult<T> {
         if self.depth >= MAX_DEPTH {
             let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
             self.problems.push(problem.with_help("split it into several properties"));
@@ -197,7 +197,7 @@ impl Parser {
         Some(if word == "const" { Keyword::Const } else { Keyword::Property })
     }
 
-    fn item(&mut self, keyword: Keyword, is_timed: bool) -> Reading<Item> {
+    fn item(&mut self, keyword: Keyword, is_timed: bool) -> ParseResult<Item> {
         let is_constant = keyword == Keyword::Const;
         let (what, form) = match is_constant {
             true => ("the name of a constant", "a constant is written `const NAME := VALUE`"),
@@ -217,7 +217,7 @@ impl Parser {
         Ok(item)
     }
 
-    fn define(&mut self, form: &str) -> Reading<()> {
+    fn define(&mut self, form: &str) -> ParseResult<()> {
         if self.take(&TokenKind::Define) {
             return Ok(());
         }
@@ -257,7 +257,7 @@ impl Parser {
         }
     }
 
-    pub(super) fn name(&mut self, what: &str, help: &str) -> Reading<Name> {
+    pub(super) fn name(&mut self, what: &str, help: &str) -> ParseResult<Name> {
         let text = match self.peek() {
             TokenKind::Text(text) => Some(text.as_str()),
             token => token.as_name(),
@@ -273,7 +273,7 @@ impl Parser {
     }
 
     /// A literal: number, duration, symbol, truth value or text.
-    pub(super) fn literal(&mut self) -> Reading<Literal> {
+    pub(super) fn literal(&mut self) -> ParseResult<Literal> {
         let literal = match self.peek() {
             TokenKind::Symbol(symbol) => Literal::Symbol(symbol.clone()),
             TokenKind::Text(text) => Literal::Text(text.clone()),
@@ -292,7 +292,7 @@ impl Parser {
         Ok(literal)
     }
 
-    fn number(&mut self, number: &str) -> Reading<Literal> {
+    fn number(&mut self, number: &str) -> ParseResult<Literal> {
         let span = self.span();
         self.advance();
         // Two names in a row begin a misspelled item: the first is not a unit.
@@ -316,7 +316,7 @@ impl Parser {
         })
     }
 
-    fn quantity(&mut self, number: &str, span: ByteRange, unit: &str, unit_span: ByteRange) -> Reading<Literal> {
+    fn quantity(&mut self, number: &str, span: ByteRange, unit: &str, unit_span: ByteRange) -> ParseResult<Literal> {
         if matches!(unit, "tick" | "ticks") {
             return number.parse().map(Literal::Int).map_err(|_| {
                 let problem = Problem::new("the number of ticks must be whole").at(span, "not a whole number");
@@ -374,7 +374,7 @@ impl Parser {
     }
 
     /// A literal or the name of a constant.
-    pub(super) fn operand(&mut self) -> Reading<Operand> {
+    pub(super) fn operand(&mut self) -> ParseResult<Operand> {
         if let Some(text) = self.peek().as_name() {
             let name = Name { text: text.to_owned(), span: self.span() };
             self.advance();

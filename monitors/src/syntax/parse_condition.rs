@@ -3,7 +3,7 @@
 use diagnostics::Problem;
 
 use super::ast::{Condition, ConditionKind, Field, FieldName, Term};
-use super::parse::{MAX_OPERATORS, Parser, Reading, Stumbled};
+use super::parse::{MAX_OPERATORS, ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 use crate::formula::Arithmetic;
 
@@ -13,7 +13,7 @@ const FIELD_NUMBER: &str = "fields are counted from 1: `m[1]`";
 
 impl Parser {
     /// `c implies d`, right-associative.
-    pub(super) fn condition(&mut self) -> Reading<Condition> {
+    pub(super) fn condition(&mut self) -> ParseResult<Condition> {
         let left = self.joined_conditions(Keyword::Or)?;
         if !self.take_keyword(Keyword::Implies) {
             return Ok(left);
@@ -23,7 +23,7 @@ impl Parser {
         Ok(Condition { kind: ConditionKind::Implies(Box::new(left), Box::new(right)), span })
     }
 
-    fn joined_conditions(&mut self, word: Keyword) -> Reading<Condition> {
+    fn joined_conditions(&mut self, word: Keyword) -> ParseResult<Condition> {
         let operand = |parser: &mut Self| match word {
             Keyword::Or => parser.joined_conditions(Keyword::And),
             _ => parser.negated_condition(),
@@ -41,7 +41,7 @@ impl Parser {
         })
     }
 
-    fn negated_condition(&mut self) -> Reading<Condition> {
+    fn negated_condition(&mut self) -> ParseResult<Condition> {
         let start = self.span();
         if self.take_keyword(Keyword::Not) {
             let operand = self.deeper(Self::negated_condition)?;
@@ -64,7 +64,7 @@ impl Parser {
         self.comparison()
     }
 
-    fn comparison(&mut self) -> Reading<Condition> {
+    fn comparison(&mut self) -> ParseResult<Condition> {
         let start = self.span();
         if let TokenKind::Keyword(
             temporal @ (Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::TimeUntil),
@@ -94,7 +94,7 @@ impl Parser {
     }
 
     /// The left side of a comparison. A name that stands alone there is a field.
-    fn left_term(&mut self) -> Reading<Term> {
+    fn left_term(&mut self) -> ParseResult<Term> {
         let after = self.tokens.get(self.at + 1).map(|token| &token.kind);
         let is_alone = !matches!(after, Some(TokenKind::Arithmetic(_) | TokenKind::Number(_)));
         if is_alone && !matches!(self.peek(), TokenKind::Open | TokenKind::Number(_)) {
@@ -105,12 +105,12 @@ impl Parser {
     }
 
     /// Terms joined by `+` and `-`.
-    fn sum(&mut self) -> Reading<Term> {
+    fn sum(&mut self) -> ParseResult<Term> {
         let first = self.product()?;
         self.sum_from(first)
     }
 
-    fn sum_from(&mut self, first: Term) -> Reading<Term> {
+    fn sum_from(&mut self, first: Term) -> ParseResult<Term> {
         let mut sum = self.product_from(first)?;
         loop {
             let operator = match self.peek().clone() {
@@ -131,7 +131,7 @@ impl Parser {
     }
 
     /// The operation on two terms. A term is a tree as deep as it has operators in a row, so their number is limited.
-    fn arithmetic(&mut self, left: Term, operator: Arithmetic, right: Term) -> Reading<Term> {
+    fn arithmetic(&mut self, left: Term, operator: Arithmetic, right: Term) -> ParseResult<Term> {
         self.operators += 1;
         if self.operators > MAX_OPERATORS {
             let label = format!("more than {MAX_OPERATORS} operators in one comparison");
@@ -142,12 +142,12 @@ impl Parser {
     }
 
     /// Terms joined by `*` and `/`.
-    fn product(&mut self) -> Reading<Term> {
+    fn product(&mut self) -> ParseResult<Term> {
         let first = self.factor()?;
         self.product_from(first)
     }
 
-    fn product_from(&mut self, mut product: Term) -> Reading<Term> {
+    fn product_from(&mut self, mut product: Term) -> ParseResult<Term> {
         while let TokenKind::Arithmetic(operator) = *self.peek() {
             if !operator.is_factor() {
                 break;
@@ -159,7 +159,7 @@ impl Parser {
         Ok(product)
     }
 
-    fn factor(&mut self) -> Reading<Term> {
+    fn factor(&mut self) -> ParseResult<Term> {
         if self.take(&TokenKind::Open) {
             let inside = self.deeper(Self::sum)?;
             if !self.take(&TokenKind::Close) {
@@ -191,7 +191,7 @@ impl Parser {
     }
 
     /// `m[2]`, `m.level` or `level`.
-    fn field(&mut self) -> Reading<Field> {
+    fn field(&mut self) -> ParseResult<Field> {
         let start = self.span();
         let Some(name) = self.peek().as_name().map(str::to_owned) else {
             return Err(self.expected("a field of the message such as `m[1]`", CONDITION));
@@ -207,7 +207,7 @@ impl Parser {
         Ok(Field { name, span: start.to(self.last_span()) })
     }
 
-    fn field_number(&mut self) -> Reading<FieldName> {
+    fn field_number(&mut self) -> ParseResult<FieldName> {
         let number = match self.peek() {
             TokenKind::Number(number) => number.parse().ok().filter(|number| *number > 0),
             _ => None,

@@ -3,7 +3,7 @@
 use diagnostics::{Problem, nearest};
 
 use super::ast::{ByteRange, Constraint, ConstraintKind, Event, Interval};
-use super::parse::{Parser, Reading, Stumbled};
+use super::parse::{ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 
 /// The keywords that can begin a constraint.
@@ -16,7 +16,7 @@ const COUNT: &str = "a number of messages is written `at most 3 (sender, receive
 
 impl Parser {
     /// `α implies β`, right-associative.
-    pub(super) fn constraint(&mut self) -> Reading<Constraint> {
+    pub(super) fn constraint(&mut self) -> ParseResult<Constraint> {
         let left = self.joined(Keyword::Or)?;
         if !self.take_keyword(Keyword::Implies) {
             return Ok(left);
@@ -27,7 +27,7 @@ impl Parser {
     }
 
     /// Operands joined by `or`, or by `and`.
-    fn joined(&mut self, word: Keyword) -> Reading<Constraint> {
+    fn joined(&mut self, word: Keyword) -> ParseResult<Constraint> {
         let operand = |parser: &mut Self| match word {
             Keyword::Or => parser.joined(Keyword::And),
             _ => parser.chain(),
@@ -46,7 +46,7 @@ impl Parser {
     }
 
     /// `α until β` and `α since β`, right-associative.
-    fn chain(&mut self) -> Reading<Constraint> {
+    fn chain(&mut self) -> ParseResult<Constraint> {
         let left = self.prefixed()?;
         let ago = if self.take_keyword(Keyword::Since) {
             Some(self.ago()?)
@@ -66,7 +66,7 @@ impl Parser {
     }
 
     /// `[⋈ bound]`, if present.
-    fn ago(&mut self) -> Reading<Option<Interval>> {
+    fn ago(&mut self) -> ParseResult<Option<Interval>> {
         if !self.take(&TokenKind::OpenIndex) {
             return Ok(None);
         }
@@ -81,7 +81,7 @@ impl Parser {
         Ok(Some(Interval { relation, bound }))
     }
 
-    fn prefixed(&mut self) -> Reading<Constraint> {
+    fn prefixed(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
         let wrap: fn(Box<Constraint>) -> ConstraintKind = match self.peek() {
             TokenKind::Keyword(Keyword::Not) => ConstraintKind::Not,
@@ -98,7 +98,7 @@ impl Parser {
     }
 
     /// `once`, `historically` or `previous`, and its operand.
-    fn past(&mut self) -> Reading<Constraint> {
+    fn past(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
         let wrap: fn(Option<Interval>, Box<Constraint>) -> ConstraintKind = match self.peek() {
             TokenKind::Keyword(Keyword::Once) => ConstraintKind::Once,
@@ -112,7 +112,7 @@ impl Parser {
         Ok(Constraint { kind: wrap(ago, Box::new(operand)), span })
     }
 
-    fn primary(&mut self) -> Reading<Constraint> {
+    fn primary(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
         let kind = match self.peek().clone() {
             TokenKind::Keyword(Keyword::True) => ConstraintKind::True,
@@ -148,7 +148,7 @@ impl Parser {
     }
 
     /// A name in the place of a constraint: perhaps a misspelled operator.
-    fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
+    fn stray_name(&mut self, name: &str) -> ParseResult<Constraint> {
         let Some(word) = nearest(name, PREFIXES) else { return Err(self.expected("a constraint", &first_words())) };
         self.expected("a constraint", &format!("did you mean `{word}`?"));
         let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
@@ -156,7 +156,7 @@ impl Parser {
         self.deeper(Self::prefixed)
     }
 
-    fn parenthesised(&mut self) -> Reading<Constraint> {
+    fn parenthesised(&mut self) -> ParseResult<Constraint> {
         let open = self.span();
         let after_prefix = self.at > 0
             && matches!(
@@ -183,7 +183,7 @@ impl Parser {
     }
 
     /// `(sender, receiver, condition)`; after a problem inside it, the rest is skipped.
-    fn event(&mut self) -> Reading<Event> {
+    fn event(&mut self) -> ParseResult<Event> {
         let open = self.span();
         let event = self.event_parts(open);
         if event.is_err() {
@@ -192,7 +192,7 @@ impl Parser {
         event
     }
 
-    fn event_parts(&mut self, open: ByteRange) -> Reading<Event> {
+    fn event_parts(&mut self, open: ByteRange) -> ParseResult<Event> {
         self.advance();
         let source = self.name("the name of the sender", EVENT)?;
         self.comma("`,` and the name of the receiver")?;
@@ -204,7 +204,7 @@ impl Parser {
     }
 
     /// `at most n (event) in bound`, or `at least`.
-    fn count(&mut self) -> Reading<Constraint> {
+    fn count(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
         self.advance();
         let is_at_most = self.take_keyword(Keyword::Most);
@@ -225,11 +225,11 @@ impl Parser {
         Ok(Constraint { kind, span: start.to(self.last_span()) })
     }
 
-    fn comma(&mut self, what: &str) -> Reading<()> {
+    fn comma(&mut self, what: &str) -> ParseResult<()> {
         if self.take(&TokenKind::Comma) { Ok(()) } else { Err(self.expected(what, EVENT)) }
     }
 
-    fn time_until(&mut self) -> Reading<Constraint> {
+    fn time_until(&mut self) -> ParseResult<Constraint> {
         let start = self.span();
         self.advance();
         let open = self.span();

@@ -63,13 +63,16 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
         }
         let truth = checked.definition.holds(prefix);
         if holds(formula, prefix) != Ok(truth) {
-            return place(&format!("the definition says {truth} of the run so far, and the crate's oracle does not"));
+            return place(&format!("the definition gives {truth} of the run so far, and the crate's oracle does not"));
         }
         for monitor in [&best, &automaton, &progression] {
             let settled = monitor.verdict() != Verdict::Inconclusive;
-            let says = if settled { monitor.verdict() == Verdict::True } else { monitor.holds_so_far() };
-            if says != truth {
-                return place(&format!("{:?} says {says} of the run so far, the definition {truth}", monitor.method()));
+            let reported = if settled { monitor.verdict() == Verdict::True } else { monitor.holds_so_far() };
+            if reported != truth {
+                return place(&format!(
+                    "{:?} reports {reported} of the run so far, the definition {truth}",
+                    monitor.method()
+                ));
             }
         }
         if best.method().anticipates() && automaton.method().anticipates() && now[0] != now[1] {
@@ -85,7 +88,7 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
             let open = graph.is_open() == best.is_open();
             let from_0 = prefix.first().is_none_or(|first| first.tick == 0);
             if from_0 && (!same || !open) {
-                return place(&format!("the program graph says {:?}, open: {}", graph.verdict(), graph.is_open()));
+                return place(&format!("the program graph reports {:?}, open: {}", graph.verdict(), graph.is_open()));
             }
         }
         let settled = |verdicts: [Verdict; 3]| verdicts.into_iter().find(|verdict| *verdict != Verdict::Inconclusive);
@@ -102,15 +105,15 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
 }
 
 impl Checked<'_> {
-    fn says(&self, prefix: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
+    fn holds(&self, prefix: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
         self.definition.holds_endlessly(&continued(prefix, stem), cycle)
     }
 
     /// The same, if the crate's oracle agrees.
-    fn says_like_the_oracle(&self, prefix: &[Event], word: &Continuation) -> Result<bool, String> {
-        let truth = self.says(prefix, word);
+    fn holds_like_the_oracle(&self, prefix: &[Event], word: &Continuation) -> Result<bool, String> {
+        let truth = self.holds(prefix, word);
         let oracle = holds_endlessly(&self.pair.formula, &continued(prefix, &word.stem), &word.cycle);
-        if oracle == Ok(truth) { Ok(truth) } else { Err(format!("the definition says {truth} of {word:?}")) }
+        if oracle == Ok(truth) { Ok(truth) } else { Err(format!("the definition gives {truth} of {word:?}")) }
     }
 
     /// Whether all continuations of up to `depth` states have this outcome.
@@ -132,7 +135,8 @@ impl Checked<'_> {
         let mut dice = Dice(self.pair.seed + prefix.len() as u64);
         for number in 0..self.words {
             let word = random_continuation(&mut dice, prefix, &self.alphabet);
-            let truth = if number == 0 { self.says_like_the_oracle(prefix, &word)? } else { self.says(prefix, &word) };
+            let truth =
+                if number == 0 { self.holds_like_the_oracle(prefix, &word)? } else { self.holds(prefix, &word) };
             if truth != outcome {
                 return Err(format!("{outcome} is too early for {word:?}"));
             }
@@ -157,7 +161,7 @@ impl Checked<'_> {
         for outcome in [true, false] {
             match automaton.continuation(outcome) {
                 None => late.same_outcome = Some(!outcome),
-                Some(word) if self.says_like_the_oracle(prefix, &word)? != outcome => {
+                Some(word) if self.holds_like_the_oracle(prefix, &word)? != outcome => {
                     return Err(format!("the continuation {word:?} does not lead to {outcome}"));
                 }
                 Some(word) => tally.endless += u64::from(!word.cycle.is_empty()),
@@ -172,7 +176,7 @@ impl Checked<'_> {
         let mut dice = Dice(self.pair.seed + prefix.len() as u64);
         let mut words = (0..self.words.max(30)).map(|_| random_continuation(&mut dice, prefix, &self.alphabet));
         let is_only =
-            words.all(|word| self.says(prefix, &word) == outcome) && self.all_continuations(prefix, 1, outcome);
+            words.all(|word| self.holds(prefix, &word) == outcome) && self.all_continuations(prefix, 1, outcome);
         is_only.then_some(outcome)
     }
 }

@@ -203,15 +203,15 @@ impl Case {
             if enumerated == most || found.is_some_and(|found| run.steps > found) {
                 break;
             }
-            let told: Vec<_> = run.events.iter().map(|event| (&event.kind, event.tick)).collect();
-            let told = format!("{told:?}");
+            let recorded: Vec<_> = run.events.iter().map(|event| (&event.kind, event.tick)).collect();
+            let recorded = format!("{recorded:?}");
             let mut hasher = DefaultHasher::new();
             run.system.hash_state(&mut hasher);
-            if !known.insert((told.clone(), run.losses, hasher.finish())) {
+            if !known.insert((recorded.clone(), run.losses, hasher.finish())) {
                 continue;
             }
             enumerated += 1;
-            if seen.insert(told) {
+            if seen.insert(recorded) {
                 proofs.pairs += 1;
                 let is_first = found == Some(run.steps);
                 match judge.verdict(&run.events)? {

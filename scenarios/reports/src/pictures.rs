@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{ChannelId, Relation, Shape, Topology, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
-use monitors::{EventAtom, Field, Formula, MessageCondition};
+use monitors::{EventAtom, Formula, MessageCondition, MessageField};
 use recording::{
     FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
     RunView,
@@ -250,7 +250,7 @@ impl Levels<'_> {
     }
 
     /// Whether a field of a channel's messages is the battery's level.
-    fn is_level(&self, channel: ChannelId, field: &Field) -> bool {
+    fn is_level(&self, channel: ChannelId, field: &MessageField) -> bool {
         let named = |shape: &Shape| {
             field.number.checked_sub(1).and_then(|at| shape.fields().get(at)).is_some_and(|(name, _)| name == LEVEL)
         };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use channels::Verdict;
 
-use super::step::Transition;
+use super::step::GuardedStep;
 use super::{ENVIRONMENT, FOREVER, MONITOR, Writer, any, choice, either, mapping, option, or_skip};
 use crate::environment::Instant;
 use crate::local::{Local, Step, UNKNOWN};
@@ -47,7 +47,7 @@ impl Writer<'_> {
     }
 
     /// The option that is taken when no transition is enabled.
-    pub(super) fn quiet(&mut self, steps: &[Transition]) -> Vec<String> {
+    pub(super) fn quiet(&mut self, steps: &[GuardedStep]) -> Vec<String> {
         if !self.has_time() && !self.drives_when_quiet() {
             return Vec::new();
         }
@@ -87,7 +87,7 @@ impl Writer<'_> {
             };
             lines.extend(choice(&timers.into_iter().map(is_set).collect::<Vec<_>>()));
         }
-        for channel in (0..self.tables().lines.len()).filter(|channel| self.may_hold(*channel)) {
+        for channel in (0..self.tables().links.len()).filter(|channel| self.may_hold(*channel)) {
             let held = self.held(channel);
             lines.push(format!("if :: {held} >= 0 && {held} < span -> span = {held}; next = TIMER :: else fi"));
         }
@@ -136,7 +136,7 @@ impl Writer<'_> {
 
     /// The moves of the environment while time stands still. In a quiet system, only those count after which a process
     /// can move.
-    pub(super) fn drives(&mut self, steps: &[Transition]) -> Vec<String> {
+    pub(super) fn drives(&mut self, steps: &[GuardedStep]) -> Vec<String> {
         let semantics = self.semantics;
         let mut steps_of: BTreeMap<(usize, u32), Vec<&str>> = BTreeMap::new();
         for step in steps {
@@ -197,7 +197,7 @@ impl Writer<'_> {
         match renames {
             true => {
                 let processes = self.semantics.populated().map(|process| self.process(process));
-                let channels = (0..self.tables().lines.len()).map(|channel| self.channel(channel));
+                let channels = (0..self.tables().links.len()).map(|channel| self.channel(channel));
                 environment.chain(processes).chain(channels).collect()
             }
             false => environment.chain(self.tables().driven.iter().map(|process| self.process(*process))).collect(),
@@ -221,7 +221,7 @@ impl Writer<'_> {
             }
             lines.extend(choice(&options));
         }
-        for channel in (0..semantics.tables.lines.len()).filter(|channel| self.may_hold(*channel)) {
+        for channel in (0..semantics.tables.links.len()).filter(|channel| self.may_hold(*channel)) {
             let held = self.held(channel);
             lines.push(format!("if :: {held} > span -> {held} = {held} - span :: else -> {held} = -1 fi"));
         }

@@ -8,7 +8,7 @@ use super::{MONITOR, Writer, any, choice, either, in_words};
 use crate::local::{Own, REFUSED, Step, UNKNOWN, Watching, entry};
 
 /// A transition of the system.
-pub(super) struct Transition {
+pub(super) struct GuardedStep {
     /// The processes that take part, each in one of its states.
     pub(super) of: Vec<(usize, u32)>,
     pub(super) guard: String,
@@ -21,7 +21,7 @@ type Receivers = BTreeMap<(usize, u32), Vec<(usize, u32, Step)>>;
 
 impl Writer<'_> {
     /// All transitions of the processes.
-    pub(super) fn steps(&mut self) -> Vec<Transition> {
+    pub(super) fn steps(&mut self) -> Vec<GuardedStep> {
         let semantics = self.semantics;
         let receivers = self.receivers();
         let mut steps = Vec::new();
@@ -33,7 +33,7 @@ impl Writer<'_> {
             }
         }
         for ((channel, content), receivers) in &receivers {
-            if semantics.tables.lines[*channel].capacity == Capacity::One {
+            if semantics.tables.links[*channel].capacity == Capacity::One {
                 for (process, state, step) in receivers {
                     self.receive(*channel, *content, (*process, *state, *step), &mut steps);
                 }
@@ -58,7 +58,7 @@ impl Writer<'_> {
     }
 
     /// An internal action or a send.
-    fn own(&mut self, process: usize, state: u32, own: &Own, receivers: &Receivers, steps: &mut Vec<Transition>) {
+    fn own(&mut self, process: usize, state: u32, own: &Own, receivers: &Receivers, steps: &mut Vec<GuardedStep>) {
         let semantics = self.semantics;
         let name = &semantics.tables.names[process];
         let is_here = format!("{} == {state}", self.process(process));
@@ -66,10 +66,10 @@ impl Writer<'_> {
         let of = vec![(process, state)];
         let Some((channel, content)) = own.sends else {
             let words = format!("{name} acts");
-            steps.push(Transition { of, guard: is_here, body: follow.join("; "), words });
+            steps.push(GuardedStep { of, guard: is_here, body: follow.join("; "), words });
             return;
         };
-        let line = &semantics.tables.lines[channel];
+        let line = &semantics.tables.links[channel];
         let words = format!("{name} sends {}", self.message(channel, content));
         if line.capacity == Capacity::Zero {
             let peers = receivers.get(&(channel, content)).into_iter().flatten();
@@ -78,7 +78,7 @@ impl Writer<'_> {
                 let changes = [follow.clone(), self.follow(*receiver, *receiving)].concat();
                 let words = format!("{words} to {}", semantics.tables.names[*receiver]);
                 let of = vec![(process, state), (*receiver, *on)];
-                steps.push(Transition { of, guard, body: self.observed(channel, content, changes), words });
+                steps.push(GuardedStep { of, guard, body: self.observed(channel, content, changes), words });
             }
             return;
         }
@@ -87,7 +87,7 @@ impl Writer<'_> {
         let mut push = |guard: &str, change: &str, words: String| {
             let guard = format!("{is_here} && {has_room}{guard}");
             let body = [vec![change.to_owned()], follow.clone()].concat().join("; ");
-            steps.push(Transition { of: of.clone(), guard, body, words });
+            steps.push(GuardedStep { of: of.clone(), guard, body, words });
         };
         push("", &format!("{variable} = {content}"), words.clone());
         if line.may_fail && semantics.tables.transits.get(0).losses > 0 {
@@ -102,7 +102,7 @@ impl Writer<'_> {
 
     /// Whether a channel is empty, or holds a message that gives way to this one.
     fn has_room(&mut self, channel: usize, content: u32) -> String {
-        let (line, variable) = (&self.semantics.tables.lines[channel], self.channel(channel));
+        let (line, variable) = (&self.semantics.tables.links[channel], self.channel(channel));
         let is_empty = format!("{variable} == 0");
         let messages = 1..line.contents.len() as u32;
         let mut older = messages.filter(|waiting| line.gives_way(*waiting, content));
@@ -124,7 +124,7 @@ impl Writer<'_> {
         channel: usize,
         content: u32,
         (process, state, step): (usize, u32, Step),
-        steps: &mut Vec<Transition>,
+        steps: &mut Vec<GuardedStep>,
     ) {
         let semantics = self.semantics;
         let variable = self.channel(channel);
@@ -136,22 +136,22 @@ impl Writer<'_> {
         let follow = self.follow(process, step);
         let mut push = |guard: String, change: String, words: String| {
             let body = self.observed(channel, content, [vec![change], follow.clone()].concat());
-            steps.push(Transition { of: vec![(process, state)], guard, body, words });
+            steps.push(GuardedStep { of: vec![(process, state)], guard, body, words });
         };
         push(guard.clone(), format!("{variable} = 0"), words.clone());
-        if semantics.tables.lines[channel].may_fail && semantics.tables.transits.get(0).repeats > 0 {
+        if semantics.tables.links[channel].may_fail && semantics.tables.transits.get(0).repeats > 0 {
             let words = format!("{words}, which will be repeated");
             push(format!("{guard} && repeats > 0"), "repeats--".to_owned(), words);
         }
     }
 
     fn message(&self, channel: usize, content: u32) -> String {
-        self.tables().lines[channel].contents.get(content).as_ref().map(in_words).unwrap_or_default()
+        self.tables().links[channel].contents.get(content).as_ref().map(in_words).unwrap_or_default()
     }
 
     /// The effect of a message on each state of the monitor: the states with each verdict afterwards.
     fn after(&self, channel: usize, content: u32) -> Vec<(u32, u32, Verdict)> {
-        if !self.semantics.has_monitor || self.tables().lines[channel].is_internal {
+        if !self.semantics.has_monitor || self.tables().links[channel].is_internal {
             return Vec::new();
         }
         let monitors = &self.tables().monitors;
@@ -171,7 +171,7 @@ impl Writer<'_> {
         let decided = [(Verdict::False, "assert(false)"), (Verdict::True, "skip")];
         let decided = decided.into_iter().filter(|(verdict, _)| before(*verdict).next().is_some());
         let options: Vec<String> =
-            decided.map(|(verdict, says)| format!(":: {} -> {says}", any(MONITOR, before(verdict)))).collect();
+            decided.map(|(verdict, body)| format!(":: {} -> {body}", any(MONITOR, before(verdict)))).collect();
         match options.is_empty() {
             true => changes.join("; "),
             false => format!("if {} :: else -> {} fi", options.join(" "), changes.join("; ")),
@@ -181,7 +181,7 @@ impl Writer<'_> {
     /// `OBSERVE_2_5`: the monitor observes message 5 of channel 2.
     pub(super) fn observing_macros(&self) -> Vec<String> {
         let mut lines = Vec::new();
-        for (channel, line) in self.tables().lines.iter().enumerate() {
+        for (channel, line) in self.tables().links.iter().enumerate() {
             for content in 1..line.contents.len() as u32 {
                 let after = self.after(channel, content).into_iter();
                 let changes =

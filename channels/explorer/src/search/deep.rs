@@ -1,20 +1,20 @@
 //! The search depth first: the state that was found last is expanded next.
 
-use super::{BATCH, Desk, End, Harvest, Search};
+use super::{BATCH, End, Expansions, Scratch, Search};
 use crate::Progress;
 use crate::error::Refused;
 
 impl Search<'_> {
     /// Searches depth first, on a single thread. It remembers from which state each state was found.
     pub(super) fn run_deep(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
-        let (mut desk, mut harvest) = (Desk::default(), Harvest::default());
+        let (mut scratch, mut expansions) = (Scratch::default(), Expansions::default());
         let mut open = vec![(0, 0)];
         let mut origins = vec![0];
         let mut expanded = 0;
         while let Some((number, depth)) = open.pop() {
-            self.complete(number, &mut desk, &mut harvest)?;
+            self.complete(number, &mut scratch, &mut expansions)?;
             let mut next = number;
-            let end = self.take_in(&mut next, &harvest, &mut desk)?;
+            let end = self.take_in(&mut next, &expansions, &mut scratch)?;
             let new = origins.len() as u32..self.store.len();
             origins.resize(self.store.len() as usize, number);
             self.deepest = self.deepest.max(depth);

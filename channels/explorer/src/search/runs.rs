@@ -2,27 +2,27 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use super::{BATCH, Bad, Desk, End, Limit, Progress, Search};
+use super::{BATCH, Bad, End, Limit, Progress, Scratch, Search};
 use crate::path::{Path, PathStep};
 use crate::semantics::{Fate, Label};
 
 impl Search<'_> {
     /// A shortest run to a state and on to one of its successors; if there are several, the first of them.
     pub(super) fn path_to(&self, number: u32, last: Option<u32>) -> Path {
-        let mut desk = Desk::default();
+        let mut scratch = Scratch::default();
         let mut steps: Vec<Vec<PathStep>> = Vec::new();
-        steps.extend(last.map(|index| self.steps(number, index as usize, &mut desk)));
+        steps.extend(last.map(|index| self.steps(number, index as usize, &mut scratch)));
         let mut target = number;
         while target > 0 {
-            let (from, index) = self.predecessor(target, &mut desk);
-            steps.push(self.steps(from, index, &mut desk));
+            let (from, index) = self.predecessor(target, &mut scratch);
+            steps.push(self.steps(from, index, &mut scratch));
             target = from;
         }
         Path::from(steps.into_iter().rev().flatten().collect::<Vec<_>>())
     }
 
     /// The first state from which a state was found, and the state's index among its successors.
-    fn predecessor(&self, target: u32, desk: &mut Desk) -> (u32, usize) {
+    fn predecessor(&self, target: u32, scratch: &mut Scratch) -> (u32, usize) {
         let above = match &self.origins {
             Some(origins) => origins[target as usize]..origins[target as usize] + 1,
             None => {
@@ -31,16 +31,16 @@ impl Search<'_> {
             }
         };
         let found = above.into_iter().find_map(|number| {
-            let successors = self.successors(number, desk);
+            let successors = self.successors(number, scratch);
             Some((number, successors.iter().find(|(_, successor)| *successor == target)?.0))
         });
         found.expect("every state but the first was found from another")
     }
 
     /// The stored successors of a state: for each, its index among all successors.
-    fn successors(&self, number: u32, desk: &mut Desk) -> Vec<(usize, u32)> {
-        self.unpack_and_expand(number, desk);
-        let Desk { state, successors, passage, packed } = desk;
+    fn successors(&self, number: u32, scratch: &mut Scratch) -> Vec<(usize, u32)> {
+        self.unpack_and_expand(number, scratch);
+        let Scratch { state, successors, passage, packed } = scratch;
         let mut stored = Vec::new();
         for index in 0..successors.len() {
             let (mut fate, mut changes) = (successors.fate(index), successors.changes(index));
@@ -56,15 +56,15 @@ impl Search<'_> {
         stored
     }
 
-    fn unpack_and_expand(&self, number: u32, desk: &mut Desk) {
-        self.store.unpack(number, &mut desk.state);
-        self.semantics.expand(&desk.state, &mut desk.successors).expect(KNOWN);
+    fn unpack_and_expand(&self, number: u32, scratch: &mut Scratch) {
+        self.store.unpack(number, &mut scratch.state);
+        self.semantics.expand(&scratch.state, &mut scratch.successors).expect(KNOWN);
     }
 
     /// The steps from a state to the next stored one.
-    fn steps(&self, number: u32, index: usize, desk: &mut Desk) -> Vec<PathStep> {
-        self.unpack_and_expand(number, desk);
-        let Desk { state, successors, passage, .. } = desk;
+    fn steps(&self, number: u32, index: usize, scratch: &mut Scratch) -> Vec<PathStep> {
+        self.unpack_and_expand(number, scratch);
+        let Scratch { state, successors, passage, .. } = scratch;
         let mut steps = self.semantics.path_steps(state, successors.label(index));
         if self.reduce && successors.fate(index) == Fate::GoOn {
             let visit = |state: &[u32], label: &_| steps.extend(self.semantics.path_steps(state, label));
@@ -87,12 +87,12 @@ impl Search<'_> {
 
     /// The first state after which no tick is ever taken, however the environment moves.
     fn deadlock(&self) -> Option<u32> {
-        let mut desk = Desk::default();
+        let mut scratch = Scratch::default();
         let stuck: HashSet<u32> = self.stuck.iter().copied().collect();
         self.stuck.iter().copied().find(|&start| {
             let (mut seen, mut next) = (HashSet::from([start]), vec![start]);
             while let Some(number) = next.pop() {
-                for (_, successor) in self.successors(number, &mut desk) {
+                for (_, successor) in self.successors(number, &mut scratch) {
                     if !stuck.contains(&successor) {
                         return false;
                     }
@@ -108,7 +108,7 @@ impl Search<'_> {
     /// The first state on a cycle in which processes communicate and nothing else happens: the one with the smallest
     /// number in a strongly connected component (Tarjan). An error if the search is stopped meanwhile.
     fn livelock(&self, progress: &mut dyn FnMut(&Progress)) -> Result<Option<u32>, Limit> {
-        let mut desk = Desk::default();
+        let mut scratch = Scratch::default();
         // When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
         let mut reached = vec![0_u32; self.store.len() as usize];
         let (mut time, mut first) = (0, None);
@@ -128,7 +128,7 @@ impl Search<'_> {
                     time += 1;
                     reached[number as usize] = time;
                     component.push(number);
-                    open.push(Open { number, lowest: time, rest: self.communications(number, &mut desk) });
+                    open.push(Open { number, lowest: time, rest: self.communications(number, &mut scratch) });
                 }
                 let Some(top) = open.last_mut() else { break };
                 if let Some((_, successor)) = top.rest.pop() {
@@ -161,21 +161,21 @@ impl Search<'_> {
     }
 
     /// The successors of a state that are reached by communication alone; none if time passes there.
-    fn communications(&self, number: u32, desk: &mut Desk) -> Vec<(usize, u32)> {
-        let mut successors = self.successors(number, desk);
+    fn communications(&self, number: u32, scratch: &mut Scratch) -> Vec<(usize, u32)> {
+        let mut successors = self.successors(number, scratch);
         successors.retain(|(index, _)| {
-            !desk.successors.is_quiet && !matches!(desk.successors.label(*index), Label::Drive { .. })
+            !scratch.successors.is_quiet && !matches!(scratch.successors.label(*index), Label::Drive { .. })
         });
         successors
     }
 
     /// A run to a state on a cycle of communications, and then once around a shortest such cycle.
     pub(super) fn path_around(&self, number: u32) -> Path {
-        let mut desk = Desk::default();
+        let mut scratch = Scratch::default();
         let mut known: HashMap<u32, (u32, usize)> = HashMap::new();
         let mut queue = VecDeque::from([number]);
         while let Some(from) = queue.pop_front().filter(|_| !known.contains_key(&number)) {
-            for (index, successor) in self.communications(from, &mut desk) {
+            for (index, successor) in self.communications(from, &mut scratch) {
                 known.entry(successor).or_insert_with(|| {
                     queue.push_back(successor);
                     (from, index)
@@ -185,7 +185,7 @@ impl Search<'_> {
         let mut around = Vec::new();
         let mut target = number;
         while let Some((from, index)) = known.get(&target) {
-            around.push(self.steps(*from, *index, &mut desk));
+            around.push(self.steps(*from, *index, &mut scratch));
             target = *from;
             if target == number {
                 break;

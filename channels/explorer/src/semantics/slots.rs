@@ -26,7 +26,7 @@ impl Slots {
         let mut slot = || next.next().unwrap_or_default();
         let [monitor, clock, transit, environment] = [slot(), slot(), slot(), slot()];
         let mut processes = Vec::new();
-        let mut channels = vec![0; tables.lines.len()];
+        let mut channels = vec![0; tables.links.len()];
         for process in tables.topology.processes() {
             processes.push(slot());
             for channel in tables.topology.channels().filter(|id| tables.topology.get(*id).source == process) {

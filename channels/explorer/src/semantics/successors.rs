@@ -1,7 +1,7 @@
 //! What leads out of a state.
 
 use crate::model::Damage;
-use crate::store::Change;
+use crate::store::Assignment;
 
 /// A step from one state to another. Indices are those of the steps that a process offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ impl Fate {
 /// The successors of a state.
 #[derive(Debug, Default)]
 pub(crate) struct Successors {
-    pub(super) changes: Vec<Change>,
+    pub(super) changes: Vec<Assignment>,
     transitions: Vec<Transition>,
     /// Nothing can happen before time passes.
     pub(crate) is_quiet: bool,
@@ -78,7 +78,7 @@ impl Successors {
         self.transitions.len()
     }
 
-    pub(crate) fn changes(&self, index: usize) -> &[Change] {
+    pub(crate) fn changes(&self, index: usize) -> &[Assignment] {
         let begin = index.checked_sub(1).map_or(0, |before| self.transitions[before].end);
         &self.changes[begin..self.transitions[index].end]
     }
@@ -118,7 +118,7 @@ struct Transition {
 /// A vector with changes that are being made.
 pub(super) struct Draft<'a> {
     pub(super) from: &'a [u32],
-    pub(super) changes: &'a mut Vec<Change>,
+    pub(super) changes: &'a mut Vec<Assignment>,
     pub(super) begin: usize,
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::{Draft, Fate, Label, Semantics, Successors};
 use crate::environment::Instant;
 use crate::local::{Step, UNKNOWN, bit, entry};
-use crate::tables::{Clock, Gap, Moved, Situation, Transit};
+use crate::tables::{ClockState, Gap, Moved, Situation, Transit};
 
 impl Semantics {
     /// The time until the next timer or tick, and which of the two it is.
@@ -29,7 +29,7 @@ impl Semantics {
             Some(ticks) if is_tick => ticks.period,
             _ => clock.until_tick.saturating_sub(span),
         };
-        let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
+        let next = ClockState { has_ticked: clock.has_ticked || is_tick, until_tick };
         let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
         let is_aware = |process: &usize| !self.local(state, *process).is_timeless;
         let aware = self.populated().filter(is_aware).fold(0, |all, process| all | bit(process));
@@ -81,7 +81,7 @@ impl Semantics {
     }
 
     /// The tick arrives. Returns whether it is delivered.
-    fn tick(&self, draft: &mut Draft<'_>, clock: Clock) -> Result<(bool, Fate), Gap> {
+    fn tick(&self, draft: &mut Draft<'_>, clock: ClockState) -> Result<(bool, Fate), Gap> {
         let Some(ticks) = self.tables.ticks else { return Ok((false, Fate::GoOn)) };
         let generator = ticks.generator.index();
         let state = draft.get(self.slots.processes[generator]);

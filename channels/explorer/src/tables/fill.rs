@@ -27,7 +27,7 @@ impl Tables {
             }
             Gap::Receive { process, state, receive, content } => {
                 let Receive { channel, pattern, .. } = &self.locals[process].get(state).receives[receive];
-                let envelope = self.lines[*channel].contents.get(content).clone();
+                let envelope = self.links[*channel].contents.get(content).clone();
                 let accepts = envelope.as_ref().is_some_and(|envelope| pattern.accepts(&envelope.message));
                 let step = match accepts {
                     true => self.take(process, state, |local| (local.receives[receive].transition, envelope))?,
@@ -47,14 +47,14 @@ impl Tables {
                 set(&mut self.locals[process].get_mut(state).renamed, renaming, number, UNKNOWN);
             }
             Gap::RenamedContent { channel, content, renaming } => {
-                let mut envelope = self.lines[channel].contents.get(content).clone();
+                let mut envelope = self.links[channel].contents.get(content).clone();
                 let changes = self.renamings.get(renaming).clone();
                 let numbers = |channel: ChannelId, number| renumbered(&changes, channel, number);
                 let form = NormalForm::new(&self.topology, NormalForm::NOW, &numbers);
-                let id = self.lines[channel].id;
+                let id = self.links[channel].id;
                 envelope.iter_mut().for_each(|envelope| form.envelope(id, envelope));
                 let number = self.content(channel, envelope);
-                let renamed = &mut self.lines[channel].renamed;
+                let renamed = &mut self.links[channel].renamed;
                 if renamed.len() <= renaming as usize {
                     renamed.resize_with(renaming as usize + 1, Vec::new);
                 }
@@ -70,9 +70,9 @@ impl Tables {
                 self.locals[process].get_mut(state).ticked = number;
             }
             Gap::Observed { state, channel, content } => {
-                let line = &self.lines[channel];
-                let message = line.contents.get(content).as_ref().map(|envelope| envelope.message.clone());
-                let kind = message.map(|message| EventKind::Received { channel: line.id, message });
+                let link = &self.links[channel];
+                let message = link.contents.get(content).as_ref().map(|envelope| envelope.message.clone());
+                let kind = message.map(|message| EventKind::Received { channel: link.id, message });
                 let number = self.observe(state, 0, kind.unwrap_or(EventKind::Tick))?;
                 let after = &mut self.monitors.get_mut(state).after;
                 if after.len() <= channel {
@@ -111,15 +111,15 @@ impl Tables {
     }
 
     fn check_domain(&self, process: usize, channel: usize, content: u32) -> Result<(), Refused> {
-        let line = &self.lines[channel];
-        let message = line.contents.get(content).as_ref().map(|envelope| &envelope.message);
-        match message.filter(|message| !self.topology.carries(line.id, message)) {
+        let link = &self.links[channel];
+        let message = link.contents.get(content).as_ref().map(|envelope| &envelope.message);
+        match message.filter(|message| !self.topology.carries(link.id, message)) {
             None => Ok(()),
             Some(message) => Err(Refused::OutsideDomain {
                 process: self.names[process].clone(),
                 message: message.clone(),
-                channel: self.topology.describe(line.id),
-                domain: self.topology.get(line.id).domain.to_string(),
+                channel: self.topology.describe(link.id),
+                domain: self.topology.get(link.id).domain.to_string(),
             }),
         }
     }
@@ -227,14 +227,14 @@ impl Tables {
 
     /// The number of a channel's contents.
     pub(crate) fn content(&mut self, channel: usize, envelope: Option<Envelope>) -> u32 {
-        let Self { topology, lines, .. } = self;
-        let line = &mut lines[channel];
+        let Self { topology, links, .. } = self;
+        let link = &mut links[channel];
         let message = envelope.as_ref().map(|envelope| &envelope.message);
         let head = message.and_then(Message::head).map(Symbol::new);
-        let is_topic = message.is_some_and(|message| is_topic(topology, line.id, message));
-        let number = line.contents.intern(envelope);
-        if line.heads.len() < line.contents.len() {
-            line.heads.push((head, is_topic));
+        let is_topic = message.is_some_and(|message| is_topic(topology, link.id, message));
+        let number = link.contents.intern(envelope);
+        if link.heads.len() < link.contents.len() {
+            link.heads.push((head, is_topic));
         }
         number
     }
