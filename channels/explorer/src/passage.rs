@@ -5,7 +5,8 @@ use crate::store::Assignment;
 use crate::tables::Gap;
 
 /// How many states are passed through before one is stored again. This bounds how much is repeated when a walk meets
-/// something not computed yet, and ensures that every cycle contains a stored state.
+/// something not computed yet, and ensures that every cycle contains a stored state. Any number is correct; this one is
+/// chosen, not measured.
 const LONGEST: usize = 64;
 
 /// A walk from a state to the next one that has a choice or in which time passes.
@@ -49,6 +50,7 @@ impl Passage {
             fate = successors.fate(0);
             apply(slots, successors.changes(0));
         }
+        // Compared at the end: on the way, a slot may change several times, and back.
         self.changes.clear();
         let changed = (0..).zip(from.iter().zip(&self.slots)).filter(|(_, (before, after))| before != after);
         self.changes.extend(changed.map(|(slot, (_, after))| (slot, *after)));

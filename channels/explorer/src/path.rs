@@ -146,6 +146,7 @@ impl Path {
         let mut performer = Performer::of(model);
         let mut beginning = None;
         for (number, step) in self.steps.iter().enumerate() {
+            // The cycle begins. It leads back to the same normal form: time, and the numbers of requests, grow forever.
             if number + self.cycle == self.steps.len() {
                 beginning = Some(in_normal_form(&system));
             }
@@ -245,23 +246,25 @@ impl Performer {
                 return Ok((taken == *delivered).then_some(performed));
             }
             PathStep::Take { enabled, .. } if !system.enabled().contains(enabled) => return Ok(None),
-            PathStep::Take { enabled, damage } => {
-                let effect = match damage {
-                    Damage::None => None,
-                    Damage::Lost => Some(Effect::Lose),
-                    Damage::Held => Some(Effect::Hold(self.hold)),
-                    Damage::Repeated => Some(Effect::Repeat),
-                };
-                match (effect, &enabled.kind) {
-                    (None, _) => performed.event = system.take(enabled)?,
-                    (Some(effect), EnabledKind::Send(channel)) => {
-                        performed.damaged = send_damaged(system, enabled, *channel, effect)?;
-                    }
-                    (Some(_), _) => return Ok(None),
+            PathStep::Take { enabled, damage } => match (self.effect(*damage), &enabled.kind) {
+                (None, _) => performed.event = system.take(enabled)?,
+                (Some(effect), EnabledKind::Send(channel)) => {
+                    performed.damaged = send_damaged(system, enabled, *channel, effect)?;
                 }
-            }
+                // A path repeats a message when it is sent.
+                (Some(_), _) => return Ok(None),
+            },
         }
         Ok(Some(performed))
+    }
+
+    fn effect(&self, damage: Damage) -> Option<Effect> {
+        match damage {
+            Damage::None => None,
+            Damage::Lost => Some(Effect::Lose),
+            Damage::Held => Some(Effect::Hold(self.hold)),
+            Damage::Repeated => Some(Effect::Repeat),
+        }
     }
 }
 

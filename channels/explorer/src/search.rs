@@ -128,7 +128,7 @@ pub enum Outcome {
 /// What ended a search that did not decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Limit {
-    /// [`Limits::memory`], or the largest number of states that can be told apart.
+    /// [`Limits::memory`], or the largest number of states that can be numbered.
     #[error("memory ran out")]
     Memory,
     /// [`Limits::visits`].
@@ -151,8 +151,13 @@ impl Exploration {
     }
 }
 
-/// How many states are expanded before their successors are stored.
+/// How many states are expanded before their successors are stored. Limits, interruption and progress are looked at as
+/// often: several hundred times per second, at the speeds that the benchmark of the philosophers measures. The number is
+/// chosen, not measured.
 const BATCH: u32 = 4096;
+
+/// The fewest states for which it is worth starting a thread: chosen, not measured.
+const SMALLEST_SHARE: u32 = 64;
 
 /// Explores a model until the property is decided. Without a property, it searches for deadlocks, livelocks and
 /// messages that pile up.
@@ -238,6 +243,17 @@ enum Bad {
     Endless,
     Deadlock,
     Livelock,
+}
+
+impl Bad {
+    fn outcome(self, path: Path) -> Outcome {
+        match self {
+            Self::Violated => Outcome::Violated(path),
+            Self::Endless => Outcome::Endless(path),
+            Self::Deadlock => Outcome::Deadlock(path),
+            Self::Livelock => Outcome::Livelock(path),
+        }
+    }
 }
 
 struct Search<'a> {
@@ -341,29 +357,19 @@ impl<'a> Search<'a> {
         let (tables, start) = Tables::new(model, property)?;
         let slots = Slots::new(&tables);
         let store = Store::new(&slots.vector(&start));
-        let semantics = Semantics {
-            hold: model.faults.delayed.1,
-            anywhere: model.anywhere,
-            has_monitor: property.is_some(),
-            sends_first: reduce && !model.anywhere,
-            tables,
-            slots,
-        };
-        let (layers, stuck) = (vec![0], Vec::new());
-        let (quiet, visited, transitions, goes_on, origins, deepest) = (0, 0, 0, false, None, 0);
         Ok(Self {
-            semantics,
+            semantics: Semantics::new(tables, slots, model, property.is_some(), reduce),
             store,
             limits,
             reduce,
-            layers,
-            quiet,
-            visited,
-            transitions,
-            stuck,
-            goes_on,
-            origins,
-            deepest,
+            layers: vec![0],
+            quiet: 0,
+            visited: 0,
+            transitions: 0,
+            stuck: Vec::new(),
+            goes_on: false,
+            origins: None,
+            deepest: 0,
         })
     }
 
@@ -381,6 +387,7 @@ impl<'a> Search<'a> {
 
     /// The limit that has been reached, if any.
     fn reached(&self, now: &Progress) -> Option<Limit> {
+        // The store's index has up to twice as many entries as states, and numbers them with 32 bits.
         let is_full = now.memory > self.limits.memory || self.store.len() > u32::MAX / 2;
         let limits = [
             (self.limits.is_stopped(), Limit::Stop),
@@ -392,15 +399,14 @@ impl<'a> Search<'a> {
 
     /// Searches layer by layer.
     fn run(&mut self, progress: &mut dyn FnMut(&Progress)) -> Result<End, Refused> {
-        let mut scratches: Vec<Scratch> = (0..self.limits.threads.max(1)).map(|_| Scratch::default()).collect();
+        let mut per_thread: Vec<Scratch> = (0..self.limits.threads.max(1)).map(|_| Scratch::default()).collect();
         let mut next = 0;
         while next < self.store.len() {
             let end_of_layer = self.store.len();
             while next < end_of_layer {
                 let batch = next..end_of_layer.min(next + BATCH);
-                let shares_done = self.expand_all(batch.clone(), &mut scratches);
-                for expansions in shares_done {
-                    if let Some(end) = self.take_in(&mut next, &expansions, &mut scratches[0])? {
+                for expansions in self.expand_all(batch, &mut per_thread) {
+                    if let Some(end) = self.take_in(&mut next, &expansions, &mut per_thread[0])? {
                         return Ok(end);
                     }
                 }
@@ -421,9 +427,11 @@ impl<'a> Search<'a> {
     }
 
     /// Expands some states on all threads, without changing the tables.
-    fn expand_all(&self, batch: Range<u32>, scratches: &mut [Scratch]) -> Vec<Expansions> {
-        let share = (batch.end - batch.start).div_ceil(scratches.len() as u32).max(64);
-        let shares = (0..scratches.len() as u32).map(|index| {
+    fn expand_all(&self, batch: Range<u32>, per_thread: &mut [Scratch]) -> Vec<Expansions> {
+        // Each thread takes a run of adjacent states, and what they find is stored in this order: so states have the same
+        // numbers with any number of threads.
+        let share = (batch.end - batch.start).div_ceil(per_thread.len() as u32).max(SMALLEST_SHARE);
+        let shares = (0..per_thread.len() as u32).map(|index| {
             let begin = batch.start.saturating_add(index * share).min(batch.end);
             begin..begin.saturating_add(share).min(batch.end)
         });
@@ -444,7 +452,7 @@ impl<'a> Search<'a> {
             expansions.keep_new(&self.store);
             expansions
         };
-        let mut work = shares.zip(scratches).filter(|(share, _)| !share.is_empty());
+        let mut work = shares.zip(per_thread).filter(|(share, _)| !share.is_empty());
         let Some((mine, my_scratch)) = work.next() else { return Vec::new() };
         std::thread::scope(|scope| {
             let others: Vec<_> = work.map(|(share, scratch)| scope.spawn(move || expand(share, scratch))).collect();
@@ -518,6 +526,8 @@ impl<'a> Search<'a> {
             *next += 1;
             let found = begin..expanded.end;
             begin = expanded.end;
+            // What the batch lacked is computed now that nothing else reads the tables. After that, slots may be wider,
+            // and then what the rest of the batch found is packed in the old layout.
             if expanded.is_incomplete || !self.store.is_current(&expansions.found) {
                 let mut again = Expansions::default();
                 self.complete(number, scratch, &mut again)?;
@@ -539,7 +549,7 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Expands a state, and computes what is not known yet. The expansions is this state alone.
+    /// Expands a state, and computes what is not known yet. The result is about this state alone.
     fn complete(&mut self, number: u32, scratch: &mut Scratch, expansions: &mut Expansions) -> Result<(), Refused> {
         let expanded = loop {
             expansions.clear(&self.store);
@@ -568,12 +578,7 @@ impl<'a> Search<'a> {
                     Bad::Livelock => self.path_around(number),
                     _ => self.path_to(number, index),
                 });
-                match kind {
-                    Bad::Violated => Outcome::Violated(path),
-                    Bad::Endless => Outcome::Endless(path),
-                    Bad::Deadlock => Outcome::Deadlock(path),
-                    Bad::Livelock => Outcome::Livelock(path),
-                }
+                kind.outcome(path)
             }
         };
         let progress = Progress { is_complete, ..self.progress() };

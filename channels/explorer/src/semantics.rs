@@ -13,7 +13,7 @@ use self::successors::Draft;
 pub(crate) use self::successors::{Fate, Label, Successors};
 use crate::environment::Instant;
 use crate::local::{Local, Own, REFUSED, Step, UNKNOWN, bit, entry};
-use crate::model::Damage;
+use crate::model::{Damage, Model};
 use crate::path::PathStep;
 use crate::tables::{ENDLESS, Gap, Tables, Transit};
 
@@ -31,6 +31,13 @@ pub(crate) struct Semantics {
 }
 
 impl Semantics {
+    pub(crate) fn new(tables: Tables, slots: Slots, model: &Model, has_monitor: bool, reduce: bool) -> Self {
+        let (hold, anywhere) = (model.faults.delayed.1, model.anywhere);
+        // An environment that moves anywhere may change a process that is about to send.
+        let sends_first = reduce && !anywhere;
+        Self { tables, slots, has_monitor, anywhere, hold, sends_first }
+    }
+
     /// Lists the successors of a state, in an order that depends only on the state.
     pub(crate) fn expand(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
         out.clear();
@@ -41,15 +48,16 @@ impl Semantics {
         let slots = self.slots.channels.iter().enumerate();
         let full =
             slots.fold(0, |all, (channel, slot)| all | if state[*slot as usize] == 0 { 0 } else { bit(channel) });
-        for index in self.populated() {
-            let number = state[self.slots.processes[index] as usize];
-            let local = self.tables.locals[index].get(number);
-            for own in 0..local.own.len() {
-                self.take_own(state, transit, index, (number, local), own, out)?;
+        for process in self.populated() {
+            let actor = self.actor(state, transit, process);
+            for own in 0..actor.local.own.len() {
+                self.take_own(actor, own, out)?;
             }
-            if local.awaits & full != 0 {
-                for receive in 0..local.receives.len() {
-                    self.take_receive(state, transit, index, (number, local), receive, out)?;
+            // Most processes wait on empty channels: one operation spares a look at each of their receives. Where
+            // channels share a bit, `take_receive` finds the empty one.
+            if actor.local.awaits & full != 0 {
+                for receive in 0..actor.local.receives.len() {
+                    self.take_receive(actor, receive, out)?;
                 }
             }
         }
@@ -61,25 +69,20 @@ impl Semantics {
     }
 
     /// Performs the send of the first process that can only send, and returns whether there is one. No process can
-    /// prevent the send or tell when it happened: the channel is empty, no other process sends on it, nothing happens
+    /// prevent the send or depend on when it happened: the channel is empty, no other process sends on it, nothing happens
     /// to its messages, and no numbers change.
     fn send_first(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<bool, Gap> {
         for process in self.populated() {
-            let number = state[self.slots.processes[process] as usize];
-            let local = self.tables.locals[process].get(number);
-            let ([Own { sends: Some((channel, _)), step, .. }], []) = (local.own.as_slice(), local.receives.as_slice())
-            else {
-                continue;
-            };
+            let actor = self.actor(state, transit, process);
+            let Local { own, receives, .. } = actor.local;
+            let ([Own { sends: Some((channel, _)), .. }], []) = (own.as_slice(), receives.as_slice()) else { continue };
             let link = &self.tables.links[*channel];
             let is_safe = !link.may_fail || (transit.losses == 0 && transit.delays == 0);
             let is_free = link.has_sole_sender && state[self.slots.channels[*channel] as usize] == 0;
             if link.capacity == Capacity::One && is_safe && is_free {
-                if *step == Step::UNKNOWN {
-                    return Err(Gap::Own { process, state: number, own: 0 });
-                }
+                let step = actor.own_step(0)?;
                 if step.renaming == 0 && step.next != ENDLESS {
-                    self.take_own(state, transit, process, (number, local), 0, out)?;
+                    self.take_own(actor, 0, out)?;
                     return Ok(true);
                 }
             }
@@ -138,114 +141,109 @@ impl Semantics {
         self.tables.transits.get(state[self.slots.transit as usize])
     }
 
-    fn take_own(
-        &self,
-        state: &[u32],
-        transit: &Transit,
-        process: usize,
-        (number, local): (u32, &Local),
-        own: usize,
-        out: &mut Successors,
-    ) -> Result<(), Gap> {
-        let offer = &local.own[own];
-        let step = || match offer.step {
-            Step::UNKNOWN => Err(Gap::Own { process, state: number, own }),
-            step => Ok(step),
-        };
-        let label = |damage| Label::Own { process: process as u32, own: own as u32, damage };
-        let Some((channel, content)) = offer.sends else {
-            return self.push(state, out, label(Damage::None), |draft| self.follow(draft, process, step()?));
-        };
-        let link = &self.tables.links[channel];
-        let slot = self.slots.channels[channel];
-        match link.capacity {
-            Capacity::One => {
-                let waiting = state[slot as usize];
-                let may_replace = link.gives_way(waiting, content) && !transit.holds(channel);
-                if waiting != 0 && !may_replace {
-                    return Ok(());
-                }
-                self.push(state, out, label(Damage::None), |draft| {
-                    draft.set(slot, content);
-                    self.follow(draft, process, step()?)
-                })?;
-                if link.may_fail && transit.losses > 0 {
-                    self.push(state, out, label(Damage::Lost), |draft| {
-                        draft.set(slot, 0);
-                        self.set_transit(draft, Transit { losses: transit.losses - 1, ..transit.clone() })?;
-                        self.follow(draft, process, step()?)
-                    })?;
-                }
-                if link.may_fail && transit.delays > 0 {
-                    self.push(state, out, label(Damage::Held), |draft| {
-                        draft.set(slot, content);
-                        self.set_transit(draft, transit.holding(channel, self.hold))?;
-                        self.follow(draft, process, step()?)
-                    })?;
-                }
-                Ok(())
-            }
-            Capacity::Zero => {
-                for receiver in link.receivers.iter().copied().filter(|receiver| *receiver != process) {
-                    let on = state[self.slots.processes[receiver] as usize];
-                    let other = self.tables.locals[receiver].get(on);
-                    for (receive, taken) in
-                        other.receives.iter().enumerate().filter(|(_, taken)| taken.channel == channel)
-                    {
-                        let receiving = match entry(&taken.steps, content, Step::UNKNOWN) {
-                            Step::UNKNOWN => {
-                                return Err(Gap::Receive { process: receiver, state: on, receive, content });
-                            }
-                            Step::REFUSED => continue,
-                            step => step,
-                        };
-                        let label = Label::Handshake {
-                            process: process as u32,
-                            own: own as u32,
-                            receiver: receiver as u32,
-                            receive: receive as u32,
-                        };
-                        self.push(state, out, label, |draft| {
-                            self.follow(draft, process, step()?)?;
-                            self.follow(draft, receiver, receiving)?;
-                            self.observe(draft, channel, content)
-                        })?;
-                    }
-                }
-                Ok(())
-            }
+    fn actor<'a>(&'a self, state: &'a [u32], transit: &'a Transit, process: usize) -> Actor<'a> {
+        let number = state[self.slots.processes[process] as usize];
+        Actor { state, transit, process, number, local: self.tables.locals[process].get(number) }
+    }
+
+    /// Takes a step that a process can take alone: an internal action or a send.
+    fn take_own(&self, actor: Actor<'_>, own: usize, out: &mut Successors) -> Result<(), Gap> {
+        match actor.local.own[own].sends {
+            None => self.push(actor.state, out, actor.takes(own, Damage::None), |draft| {
+                self.follow(draft, actor.process, actor.own_step(own)?)
+            }),
+            Some(sent) => match self.tables.links[sent.0].capacity {
+                Capacity::One => self.send(actor, own, sent, out),
+                Capacity::Zero => self.shake_hands(actor, own, sent, out),
+            },
         }
     }
 
-    fn take_receive(
+    /// Puts a message into a channel that is empty, or holds a message that gives way to it. What may happen to the
+    /// message are steps of their own.
+    fn send(
         &self,
-        state: &[u32],
-        transit: &Transit,
-        process: usize,
-        (number, local): (u32, &Local),
-        receive: usize,
+        actor: Actor<'_>,
+        own: usize,
+        (channel, content): (usize, u32),
         out: &mut Successors,
     ) -> Result<(), Gap> {
-        let taken = &local.receives[receive];
-        let channel = taken.channel;
+        let Actor { state, transit, process, .. } = actor;
+        let link = &self.tables.links[channel];
+        let slot = self.slots.channels[channel];
+        let waiting = state[slot as usize];
+        if waiting != 0 && (transit.holds(channel) || !link.gives_way(waiting, content)) {
+            return Ok(());
+        }
+        // Asked for only now: a send for which there is never room has no step to compute.
+        let step = actor.own_step(own)?;
+        let mut put = |content, damage, after: Option<Transit>| {
+            self.push(state, out, actor.takes(own, damage), |draft| {
+                draft.set(slot, content);
+                after.map_or(Ok(()), |after| self.set_transit(draft, after))?;
+                self.follow(draft, process, step)
+            })
+        };
+        put(content, Damage::None, None)?;
+        if link.may_fail && transit.losses > 0 {
+            put(0, Damage::Lost, Some(Transit { losses: transit.losses - 1, ..transit.clone() }))?;
+        }
+        if link.may_fail && transit.delays > 0 {
+            put(content, Damage::Held, Some(transit.holding(channel, self.hold)))?;
+        }
+        Ok(())
+    }
+
+    /// Passes a message to each process that accepts it. On a channel of capacity 0, send and receive are one step.
+    fn shake_hands(
+        &self,
+        actor: Actor<'_>,
+        own: usize,
+        (channel, content): (usize, u32),
+        out: &mut Successors,
+    ) -> Result<(), Gap> {
+        let Actor { state, transit, process, .. } = actor;
+        let receivers = self.tables.links[channel].receivers.iter().copied();
+        for receiver in receivers.filter(|receiver| *receiver != process) {
+            let peer = self.actor(state, transit, receiver);
+            let on_channel = |receive: &usize| peer.local.receives[*receive].channel == channel;
+            for receive in (0..peer.local.receives.len()).filter(on_channel) {
+                let Some(receiving) = peer.receive_step(receive, content)? else { continue };
+                let label = Label::Handshake {
+                    process: process as u32,
+                    own: own as u32,
+                    receiver: receiver as u32,
+                    receive: receive as u32,
+                };
+                self.push(state, out, label, |draft| {
+                    self.follow(draft, process, actor.own_step(own)?)?;
+                    self.follow(draft, receiver, receiving)?;
+                    self.observe(draft, channel, content)
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a message out of a channel, or a copy of it.
+    fn take_receive(&self, actor: Actor<'_>, receive: usize, out: &mut Successors) -> Result<(), Gap> {
+        let Actor { state, transit, process, .. } = actor;
+        let channel = actor.local.receives[receive].channel;
         let slot = self.slots.channels[channel];
         let content = state[slot as usize];
         if content == 0 || transit.holds(channel) {
             return Ok(());
         }
-        let step = match entry(&taken.steps, content, Step::UNKNOWN) {
-            Step::UNKNOWN => return Err(Gap::Receive { process, state: number, receive, content }),
-            Step::REFUSED => return Ok(()),
-            step => step,
-        };
-        let link = &self.tables.links[channel];
+        let Some(step) = actor.receive_step(receive, content)? else { return Ok(()) };
         let label = |damage| Label::Receive { process: process as u32, receive: receive as u32, damage };
         self.push(state, out, label(Damage::None), |draft| {
             draft.set(slot, 0);
             self.follow(draft, process, step)?;
             self.observe(draft, channel, content)
         })?;
-        if link.may_fail && transit.repeats > 0 {
+        if self.tables.links[channel].may_fail && transit.repeats > 0 {
+            // A message is repeated when it is received and not when it is sent: until then, there is nothing to
+            // distinguish, and so there are fewer states.
             self.push(state, out, label(Damage::Repeated), |draft| {
                 self.set_transit(draft, Transit { repeats: transit.repeats - 1, ..transit.clone() })?;
                 self.follow(draft, process, step)?;
@@ -284,6 +282,7 @@ impl Semantics {
 
     fn rename(&self, draft: &mut Draft<'_>, mover: usize, renaming: u32) -> Result<(), Gap> {
         let changes = self.tables.renamings.get(renaming);
+        // Answers have the numbers of their requests, so both directions are renamed.
         for (channel, _) in changes {
             let link = &self.tables.links[*channel];
             for channel in std::iter::once(*channel).chain(link.opposite) {
@@ -352,6 +351,39 @@ impl Semantics {
 
     fn local_of(&self, draft: &Draft<'_>, process: usize) -> &Local {
         self.tables.locals[process].get(draft.get(self.slots.processes[process]))
+    }
+}
+
+/// A process in a state of the system.
+#[derive(Clone, Copy)]
+struct Actor<'a> {
+    state: &'a [u32],
+    transit: &'a Transit,
+    process: usize,
+    /// The number of the process's own state.
+    number: u32,
+    local: &'a Local,
+}
+
+impl Actor<'_> {
+    fn takes(&self, own: usize, damage: Damage) -> Label {
+        Label::Own { process: self.process as u32, own: own as u32, damage }
+    }
+
+    fn own_step(&self, own: usize) -> Result<Step, Gap> {
+        match self.local.own[own].step {
+            Step::UNKNOWN => Err(Gap::Own { process: self.process, state: self.number, own }),
+            step => Ok(step),
+        }
+    }
+
+    /// The step with which it receives a message; `None` if it does not accept the message.
+    fn receive_step(&self, receive: usize, content: u32) -> Result<Option<Step>, Gap> {
+        match entry(&self.local.receives[receive].steps, content, Step::UNKNOWN) {
+            Step::UNKNOWN => Err(Gap::Receive { process: self.process, state: self.number, receive, content }),
+            Step::REFUSED => Ok(None),
+            step => Ok(Some(step)),
+        }
     }
 }
 

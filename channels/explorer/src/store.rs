@@ -56,11 +56,11 @@ impl Layout {
         Self { fields: fields.collect(), words: word + 1, free: shift }
     }
 
-    /// A place behind all slots, if so many bits are free there.
+    /// A bit field behind all slots, if so many bits are free there.
     fn reserve(&mut self, width: u32) -> Option<BitField> {
-        let place = BitField { word: self.words - 1, shift: self.free, mask: (1 << width) - 1 };
+        let field = BitField { word: self.words - 1, shift: self.free, mask: (1 << width) - 1 };
         self.free += width;
-        (self.free <= u64::BITS).then_some(place)
+        (self.free <= u64::BITS).then_some(field)
     }
 }
 
@@ -82,7 +82,7 @@ impl Store {
         let width = |value: &u32| u32::BITS - value.leading_zeros();
         let layout = Layout::new(&first.iter().map(width).collect::<Vec<_>>());
         let mut words = vec![0; layout.words];
-        layout.fields.iter().zip(first).for_each(|(place, value)| place.set(&mut words, *value));
+        layout.fields.iter().zip(first).for_each(|(field, value)| field.set(&mut words, *value));
         let mut store = Self { layout, widenings: 0, words, len: 1, index: Index::default() };
         store.build_index();
         store
@@ -101,7 +101,7 @@ impl Store {
     pub(crate) fn unpack(&self, number: u32, slots: &mut Vec<u32>) {
         let words = self.vector(number);
         slots.clear();
-        slots.extend(self.layout.fields.iter().map(|place| place.get(words)));
+        slots.extend(self.layout.fields.iter().map(|field| field.get(words)));
     }
 
     /// Packs the state that differs in these slots from the state with the number `from`.
@@ -113,12 +113,12 @@ impl Store {
         packed.words.extend_from_slice(self.vector(from));
         let words = &mut packed.words[begin..];
         for &(slot, value) in changes {
-            let place = self.layout.fields[slot as usize];
-            if u64::from(value) > place.mask {
+            let field = self.layout.fields[slot as usize];
+            if u64::from(value) > field.mask {
                 packed.words.truncate(begin);
                 return Err((slot, value));
             }
-            place.set(words, value);
+            field.set(words, value);
         }
         packed.hashes.push(hash(words));
         Ok(())
@@ -195,28 +195,35 @@ impl Store {
     #[cold]
     pub(crate) fn widen(&mut self, (slot, value): Assignment) {
         let width = u32::BITS - value.leading_zeros();
-        if let Some(place) = self.layout.reserve(width) {
-            let old = mem::replace(&mut self.layout.fields[slot as usize], place);
-            for vector in self.words.chunks_exact_mut(self.layout.words) {
-                let value = old.get(vector);
-                old.set(vector, 0);
-                place.set(vector, value);
-            }
-        } else {
-            let mut widths: Vec<u32> = self.layout.fields.iter().map(|place| place.mask.count_ones()).collect();
-            widths[slot as usize] = width;
-            let old = mem::replace(&mut self.layout, Layout::new(&widths));
-            let packed = mem::take(&mut self.words);
-            self.words.reserve_exact(packed.len() / old.words * self.layout.words);
-            let mut words = vec![0; self.layout.words];
-            for vector in packed.chunks_exact(old.words) {
-                words.fill(0);
-                old.fields.iter().zip(&self.layout.fields).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
-                self.words.extend_from_slice(&words);
-            }
+        match self.layout.reserve(width) {
+            Some(field) => self.move_slot(slot, field),
+            None => self.repack(slot, width),
         }
         self.widenings += 1;
         self.build_index();
+    }
+
+    fn move_slot(&mut self, slot: u32, field: BitField) {
+        let old = mem::replace(&mut self.layout.fields[slot as usize], field);
+        for vector in self.words.chunks_exact_mut(self.layout.words) {
+            let value = old.get(vector);
+            old.set(vector, 0);
+            field.set(vector, value);
+        }
+    }
+
+    fn repack(&mut self, slot: u32, width: u32) {
+        let mut widths: Vec<u32> = self.layout.fields.iter().map(|field| field.mask.count_ones()).collect();
+        widths[slot as usize] = width;
+        let old = mem::replace(&mut self.layout, Layout::new(&widths));
+        let packed = mem::take(&mut self.words);
+        self.words.reserve_exact(packed.len() / old.words * self.layout.words);
+        let mut words = vec![0; self.layout.words];
+        for vector in packed.chunks_exact(old.words) {
+            words.fill(0);
+            old.fields.iter().zip(&self.layout.fields).for_each(|(from, to)| to.set(&mut words, from.get(vector)));
+            self.words.extend_from_slice(&words);
+        }
     }
 }
 
@@ -262,12 +269,15 @@ impl Index {
         self.entries[place] = hash as u32 & !self.mask | (number + 1);
     }
 
+    /// Whether more than five in eight entries are taken. The share is chosen, not measured: fuller tables have longer
+    /// runs of entries, and this is usual for linear probing.
     fn is_full(&self, count: u32) -> bool {
         u64::from(count) * 8 > self.entries.len() as u64 * 5
     }
 }
 
-/// How many searches begin together.
+/// How many searches begin together: chosen, not measured. It must be larger than the number of cache lines that a
+/// processor fetches at a time, and so small that they are still in its cache when the searches read them.
 pub(crate) const AHEAD: usize = 64;
 
 /// Packed states that may be new, with their hashes.

@@ -14,8 +14,8 @@ impl Exploration {
     /// communications at the same times. If everything was explored, the outcome is the same with it.
     ///
     /// Both processes take the same steps side by side, from their initial states through all states that were found of
-    /// the one (a bisimulation, limited to what its surroundings ask of it). The answer is also no if this cannot be
-    /// told, because the environment drives the process.
+    /// the one (a bisimulation, limited to what its surroundings ask of it). The answer is also no if this cannot
+    /// be known, because the environment drives the process.
     pub fn allows(&mut self, id: ProcessId, substitute: Box<dyn Process>) -> bool {
         self.tables.allow(id.index(), substitute).unwrap_or(false)
     }

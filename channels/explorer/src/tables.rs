@@ -181,34 +181,8 @@ impl Tables {
     pub(crate) fn new(model: &Model, monitor: Option<&dyn Monitor>) -> Result<(Self, Start), Refused> {
         let topology = Arc::clone(model.start.topology());
         let names: Vec<String> = topology.processes().map(|id| topology.name(id).to_owned()).collect();
-        let receivers = |channel| {
-            let target = topology.get(channel).target;
-            topology.processes().filter(|&id| topology.is_part_of(id, target)).map(ProcessId::index).collect()
-        };
-        let has_sole_sender = |channel| {
-            let source = topology.get(channel).source;
-            let parts = topology.processes().filter(|&id| topology.is_part_of(id, source));
-            let uses = parts.filter_map(|id| Some(model.start.clone_process(id)?.uses()));
-            uses.filter(|uses| uses.iter().any(|used| matches!(used, Use::Sends(on, _) if *on == channel))).count() <= 1
-        };
-        let links = topology.channels().map(|id| {
-            let channel = topology.get(id);
-            Link {
-                id,
-                capacity: channel.capacity,
-                is_internal: topology.is_internal(id),
-                has_topics: channel.domain.shapes().iter().any(|shape| shape.role() == Role::Topic),
-                may_fail: model.faults.channels.contains(&id),
-                receivers: receivers(id),
-                has_sole_sender: has_sole_sender(id),
-                opposite: topology.opposite(id).map(ChannelId::index),
-                contents: Interner::default(),
-                heads: Vec::new(),
-                renamed: Vec::new(),
-            }
-        });
         let mut tables = Self {
-            links: links.collect(),
+            links: topology.channels().map(|id| Link::new(id, model)).collect(),
             locals: names.iter().map(|_| Interner::default()).collect(),
             tick_channel: model.ticks.map_or(0, |ticks| output(model, ticks)),
             ids: topology.processes().collect(),
@@ -234,11 +208,13 @@ impl Tables {
     }
 
     fn start(&mut self, model: &Model, monitor: Option<&dyn Monitor>) -> Result<Start, Refused> {
+        // Number 0 is nothing: no renaming, an empty channel.
         self.renamings.intern(Renaming::new());
         for channel in 0..self.links.len() {
             self.content(channel, None);
         }
         let mut system = model.start.fork();
+        // Onlookers see what exists only for reporting, which the normal form forgets.
         for id in self.topology.processes() {
             system.clone_process(id).into_iter().for_each(|process| self.look(id.index(), process.as_ref()));
         }
@@ -382,6 +358,27 @@ fn output(model: &Model, ticks: Ticks) -> usize {
 }
 
 impl Link {
+    fn new(id: ChannelId, model: &Model) -> Self {
+        let topology = model.start.topology();
+        let channel = topology.get(id);
+        let parts = |of: ProcessId| topology.processes().filter(move |&part| topology.is_part_of(part, of));
+        let uses = parts(channel.source).filter_map(|part| Some(model.start.clone_process(part)?.uses()));
+        let senders = uses.filter(|uses| uses.iter().any(|used| matches!(used, Use::Sends(on, _) if *on == id)));
+        Self {
+            id,
+            capacity: channel.capacity,
+            is_internal: topology.is_internal(id),
+            has_topics: channel.domain.shapes().iter().any(|shape| shape.role() == Role::Topic),
+            may_fail: model.faults.channels.contains(&id),
+            receivers: parts(channel.target).map(ProcessId::index).collect(),
+            has_sole_sender: senders.count() <= 1,
+            opposite: topology.opposite(id).map(ChannelId::index),
+            contents: Interner::default(),
+            heads: Vec::new(),
+            renamed: Vec::new(),
+        }
+    }
+
     /// Whether a waiting message gives way to a newer one.
     pub(crate) fn gives_way(&self, waiting: u32, newer: u32) -> bool {
         let (waiting, newer) = (&self.heads[waiting as usize], &self.heads[newer as usize]);

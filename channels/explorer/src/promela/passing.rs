@@ -81,6 +81,7 @@ impl Writer<'_> {
                     timers.entry(self.time(timer)).or_default().push(state);
                 }
             }
+            // A process in one state has one timer, so no two options of this `if` are enabled at once.
             let is_set = |(timer, states)| {
                 let here = any(&self.process(process), states);
                 format!(":: {here} && {timer} < span -> span = {timer}; next = TIMER")
@@ -138,7 +139,7 @@ impl Writer<'_> {
     /// can move.
     pub(super) fn drives(&mut self, steps: &[GuardedStep]) -> Vec<String> {
         let semantics = self.semantics;
-        let mut steps_of: BTreeMap<(usize, u32), Vec<&str>> = BTreeMap::new();
+        let mut steps_of = StepsOf::new();
         for step in steps {
             step.of.iter().for_each(|of| steps_of.entry(*of).or_default().push(&step.guard));
         }
@@ -147,25 +148,12 @@ impl Writer<'_> {
             let here = self.driven_in(key);
             for (moved, words) in moves.iter().zip(semantics.tables.words(key, Instant::Between)) {
                 let body = self.moved(key[0], *moved);
-                let effect = semantics.tables.effect(*moved);
                 if semantics.anywhere {
                     lines.push(option(&here, &body, &words));
-                    continue;
+                } else if let Some(is_busy) = busy(semantics.tables.effect(*moved), steps, &steps_of) {
+                    let body = format!("SAVE; {}; if :: {is_busy} :: else -> UNDO fi; next = NOTHING", or_skip(&body));
+                    lines.push(option(&here, &body, &words));
                 }
-                let guards: BTreeSet<&str> = match effect.iter().all(|(_, step)| step.renaming == 0) {
-                    true => {
-                        let changed =
-                            effect.iter().filter_map(|(process, step)| steps_of.get(&(*process as usize, step.next)));
-                        changed.flatten().copied().collect()
-                    }
-                    false => steps.iter().map(|step| step.guard.as_str()).collect(),
-                };
-                if guards.is_empty() && effect.iter().all(|(_, step)| step.next != ENDLESS) {
-                    continue;
-                }
-                let is_busy = either(guards.iter().map(|guard| format!("({guard})")).collect());
-                let body = format!("SAVE; {}; if :: {is_busy} :: else -> UNDO fi; next = NOTHING", or_skip(&body));
-                lines.push(option(&here, &body, &words));
             }
         }
         lines
@@ -246,6 +234,7 @@ impl Writer<'_> {
             self.channel(output),
             or_skip(&generates.unwrap_or_default())
         );
+        // A tick that decides the property has been dealt with: `next_instant` has set `next` to something else.
         let changes = self.ticked(|before, after| {
             before != after && self.tables().monitors.get(after).verdict == Verdict::Inconclusive
         });
@@ -257,4 +246,23 @@ impl Writer<'_> {
              :: else -> until_tick = until_tick - span fi"
         ))
     }
+}
+
+/// By process and its state: the guards of the steps that it can take there.
+type StepsOf<'a> = BTreeMap<(usize, u32), Vec<&'a str>>;
+
+/// Whether a process can move after a move of the environment with this effect; `None` if none ever can.
+///
+/// The system was quiet, so only a process that has changed can move, alone or with a partner. But if requests are
+/// renumbered, the move also changes processes that it does not drive: then all steps are asked.
+fn busy(effect: &[(u32, Step)], steps: &[GuardedStep], steps_of: &StepsOf<'_>) -> Option<String> {
+    let guards: BTreeSet<&str> = match effect.iter().all(|(_, step)| step.renaming == 0) {
+        true => {
+            let changed = effect.iter().filter_map(|(process, step)| steps_of.get(&(*process as usize, step.next)));
+            changed.flatten().copied().collect()
+        }
+        false => steps.iter().map(|step| step.guard.as_str()).collect(),
+    };
+    let is_endless = effect.iter().any(|(_, step)| step.next == ENDLESS);
+    (is_endless || !guards.is_empty()).then(|| either(guards.iter().map(|guard| format!("({guard})")).collect()))
 }

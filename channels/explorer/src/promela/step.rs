@@ -28,14 +28,14 @@ impl Writer<'_> {
         for process in semantics.populated() {
             for (state, local) in (0..).zip(semantics.tables.locals[process].iter()) {
                 for own in local.own.iter().filter(|own| own.step != Step::UNKNOWN) {
-                    self.own(process, state, own, &receivers, &mut steps);
+                    steps.extend(self.own(process, state, own, &receivers));
                 }
             }
         }
         for ((channel, content), receivers) in &receivers {
             if semantics.tables.links[*channel].capacity == Capacity::One {
                 for (process, state, step) in receivers {
-                    self.receive(*channel, *content, (*process, *state, *step), &mut steps);
+                    steps.extend(self.receive(*channel, *content, (*process, *state, *step)));
                 }
             }
         }
@@ -58,46 +58,69 @@ impl Writer<'_> {
     }
 
     /// An internal action or a send.
-    fn own(&mut self, process: usize, state: u32, own: &Own, receivers: &Receivers, steps: &mut Vec<GuardedStep>) {
-        let semantics = self.semantics;
-        let name = &semantics.tables.names[process];
-        let is_here = format!("{} == {state}", self.process(process));
-        let follow = self.follow(process, own.step);
-        let of = vec![(process, state)];
-        let Some((channel, content)) = own.sends else {
-            let words = format!("{name} acts");
-            steps.push(GuardedStep { of, guard: is_here, body: follow.join("; "), words });
-            return;
-        };
-        let line = &semantics.tables.links[channel];
-        let words = format!("{name} sends {}", self.message(channel, content));
-        if line.capacity == Capacity::Zero {
-            let peers = receivers.get(&(channel, content)).into_iter().flatten();
-            for (receiver, on, receiving) in peers.filter(|(receiver, ..)| *receiver != process) {
-                let guard = format!("{is_here} && {} == {on}", self.process(*receiver));
-                let changes = [follow.clone(), self.follow(*receiver, *receiving)].concat();
-                let words = format!("{words} to {}", semantics.tables.names[*receiver]);
-                let of = vec![(process, state), (*receiver, *on)];
-                steps.push(GuardedStep { of, guard, body: self.observed(channel, content, changes), words });
+    fn own(&mut self, process: usize, state: u32, own: &Own, receivers: &Receivers) -> Vec<GuardedStep> {
+        match own.sends {
+            None => {
+                let guard = format!("{} == {state}", self.process(process));
+                let words = format!("{} acts", self.semantics.tables.names[process]);
+                let body = self.follow(process, own.step).join("; ");
+                vec![GuardedStep { of: vec![(process, state)], guard, body, words }]
             }
-            return;
+            Some(sent) => match self.semantics.tables.links[sent.0].capacity {
+                Capacity::Zero => self.handshakes((process, state), sent, own.step, receivers),
+                Capacity::One => self.sends((process, state), sent, own.step),
+            },
         }
-        let variable = self.channel(channel);
-        let has_room = self.has_room(channel, content);
-        let mut push = |guard: &str, change: &str, words: String| {
-            let guard = format!("{is_here} && {has_room}{guard}");
-            let body = [vec![change.to_owned()], follow.clone()].concat().join("; ");
-            steps.push(GuardedStep { of: of.clone(), guard, body, words });
+    }
+
+    /// A send on a channel of capacity 0: a step for each receiver that accepts the message.
+    fn handshakes(
+        &mut self,
+        (process, state): (usize, u32),
+        (channel, content): (usize, u32),
+        step: Step,
+        receivers: &Receivers,
+    ) -> Vec<GuardedStep> {
+        let names = &self.semantics.tables.names;
+        let peers = receivers.get(&(channel, content)).into_iter().flatten();
+        let handshake = |(receiver, on, receiving): &(usize, u32, Step)| {
+            let guard = format!("{} == {state} && {} == {on}", self.process(process), self.process(*receiver));
+            let changes = [self.follow(process, step), self.follow(*receiver, *receiving)].concat();
+            let sent = self.message(channel, content);
+            let words = format!("{} sends {sent} to {}", names[process], names[*receiver]);
+            let of = vec![(process, state), (*receiver, *on)];
+            GuardedStep { of, guard, body: self.observed(channel, content, changes), words }
         };
-        push("", &format!("{variable} = {content}"), words.clone());
-        if line.may_fail && semantics.tables.transits.get(0).losses > 0 {
-            push(" && losses > 0", &format!("{variable} = 0; losses--"), format!("{words}, which is lost"));
+        peers.filter(|(receiver, ..)| *receiver != process).map(handshake).collect()
+    }
+
+    /// A send on a channel of capacity 1: a step for each thing that may happen to the message.
+    fn sends(
+        &mut self,
+        (process, state): (usize, u32),
+        (channel, content): (usize, u32),
+        step: Step,
+    ) -> Vec<GuardedStep> {
+        let semantics = self.semantics;
+        let variable = self.channel(channel);
+        let is_possible = format!("{} == {state} && {}", self.process(process), self.has_room(channel, content));
+        let words = format!("{} sends {}", semantics.tables.names[process], self.message(channel, content));
+        let follow = self.follow(process, step);
+        let put = |guard: &str, change: String, fate: &str| {
+            let body = [vec![change], follow.clone()].concat().join("; ");
+            let (guard, words) = (format!("{is_possible}{guard}"), format!("{words}{fate}"));
+            GuardedStep { of: vec![(process, state)], guard, body, words }
+        };
+        let mut steps = vec![put("", format!("{variable} = {content}"), "")];
+        if semantics.tables.links[channel].may_fail && semantics.tables.transits.get(0).losses > 0 {
+            steps.push(put(" && losses > 0", format!("{variable} = 0; losses--"), ", which is lost"));
         }
         if self.may_hold(channel) {
-            let hold =
-                format!("{variable} = {content}; delays--; {} = {}", self.held(channel), self.time(semantics.hold));
-            push(" && delays > 0", &hold, format!("{words}, which is held back"));
+            let (held, time) = (self.held(channel), self.time(semantics.hold));
+            let hold = format!("{variable} = {content}; delays--; {held} = {time}");
+            steps.push(put(" && delays > 0", hold, ", which is held back"));
         }
+        steps
     }
 
     /// Whether a channel is empty, or holds a message that gives way to this one.
@@ -124,25 +147,23 @@ impl Writer<'_> {
         channel: usize,
         content: u32,
         (process, state, step): (usize, u32, Step),
-        steps: &mut Vec<GuardedStep>,
-    ) {
-        let semantics = self.semantics;
+    ) -> Vec<GuardedStep> {
+        let tables = &self.semantics.tables;
         let variable = self.channel(channel);
-        let mut guard = format!("{} == {state} && {variable} == {content}", self.process(process));
-        if self.may_hold(channel) {
-            guard += &format!(" && {} < 0", self.held(channel));
-        }
-        let words = format!("{} receives {}", semantics.tables.names[process], self.message(channel, content));
+        let is_held = if self.may_hold(channel) { format!(" && {} < 0", self.held(channel)) } else { String::new() };
+        let guard = format!("{} == {state} && {variable} == {content}{is_held}", self.process(process));
+        let words = format!("{} receives {}", tables.names[process], self.message(channel, content));
         let follow = self.follow(process, step);
-        let mut push = |guard: String, change: String, words: String| {
+        let take = |guard: String, change: String, words: String| {
             let body = self.observed(channel, content, [vec![change], follow.clone()].concat());
-            steps.push(GuardedStep { of: vec![(process, state)], guard, body, words });
+            GuardedStep { of: vec![(process, state)], guard, body, words }
         };
-        push(guard.clone(), format!("{variable} = 0"), words.clone());
-        if semantics.tables.links[channel].may_fail && semantics.tables.transits.get(0).repeats > 0 {
+        let mut steps = vec![take(guard.clone(), format!("{variable} = 0"), words.clone())];
+        if tables.links[channel].may_fail && tables.transits.get(0).repeats > 0 {
             let words = format!("{words}, which will be repeated");
-            push(format!("{guard} && repeats > 0"), "repeats--".to_owned(), words);
+            steps.push(take(format!("{guard} && repeats > 0"), "repeats--".to_owned(), words));
         }
+        steps
     }
 
     fn message(&self, channel: usize, content: u32) -> String {

@@ -109,10 +109,7 @@ impl Search<'_> {
     /// number in a strongly connected component (Tarjan). An error if the search is stopped meanwhile.
     fn livelock(&self, progress: &mut dyn FnMut(&Progress)) -> Result<Option<u32>, Limit> {
         let mut scratch = Scratch::default();
-        // When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
-        let mut reached = vec![0_u32; self.store.len() as usize];
-        let (mut time, mut first) = (0, None);
-        let mut component = Vec::new();
+        let mut components = Components { reached: vec![0; self.store.len() as usize], ..Components::default() };
         let known = Progress { is_complete: true, ..self.progress() };
         for start in 0..self.store.len() {
             if start % BATCH == 0 {
@@ -121,43 +118,19 @@ impl Search<'_> {
                     return Err(Limit::Stop);
                 }
             }
-            let mut open: Vec<Open> = Vec::new();
-            let mut next = (reached[start as usize] == 0).then_some(start);
+            let mut next = (components.reached[start as usize] == 0).then_some(start);
             loop {
                 if let Some(number) = next.take() {
-                    time += 1;
-                    reached[number as usize] = time;
-                    component.push(number);
-                    open.push(Open { number, lowest: time, rest: self.communications(number, &mut scratch) });
+                    components.enter(number, self.communications(number, &mut scratch));
                 }
-                let Some(top) = open.last_mut() else { break };
-                if let Some((_, successor)) = top.rest.pop() {
-                    match reached[successor as usize] {
-                        0 => next = Some(successor),
-                        u32::MAX => {}
-                        earlier => {
-                            top.lowest = top.lowest.min(earlier);
-                            if successor == top.number {
-                                first = Some(first.map_or(successor, |first| successor.min(first)));
-                            }
-                        }
-                    }
-                    continue;
-                }
-                let Some(Open { number, lowest, .. }) = open.pop() else { break };
-                if let Some(below) = open.last_mut() {
-                    below.lowest = below.lowest.min(lowest);
-                }
-                if lowest == reached[number as usize] {
-                    let begin = component.iter().rposition(|member| *member == number).unwrap_or(0);
-                    if component.len() - begin > 1 {
-                        first = component[begin..].iter().copied().chain(first).min();
-                    }
-                    component.drain(begin..).for_each(|member| reached[member as usize] = u32::MAX);
+                let Some(top) = components.open.last_mut() else { break };
+                match top.rest.pop() {
+                    Some((_, successor)) => next = components.follow(successor),
+                    None => components.leave(),
                 }
             }
         }
-        Ok(first)
+        Ok(components.first)
     }
 
     /// The successors of a state that are reached by communication alone; none if time passes there.
@@ -174,6 +147,7 @@ impl Search<'_> {
         let mut scratch = Scratch::default();
         let mut known: HashMap<u32, (u32, usize)> = HashMap::new();
         let mut queue = VecDeque::from([number]);
+        // The state itself is not known at first: it is reached again once around the cycle.
         while let Some(from) = queue.pop_front().filter(|_| !known.contains_key(&number)) {
             for (index, successor) in self.communications(from, &mut scratch) {
                 known.entry(successor).or_insert_with(|| {
@@ -195,6 +169,62 @@ impl Search<'_> {
         path.cycle = around.iter().map(Vec::len).sum();
         path.steps.extend(around.into_iter().rev().flatten());
         path
+    }
+}
+
+/// Strongly connected components, found by Tarjan's algorithm with a stack of its own: a run of communications can be
+/// longer than the thread's stack is deep. Only the first state on a cycle is kept of them.
+#[derive(Default)]
+struct Components {
+    /// When each state was reached, from 1; 0 if it was not, and `u32::MAX` once its component is complete.
+    reached: Vec<u32>,
+    time: u32,
+    /// The states of components that are not complete, in the order in which they were reached.
+    members: Vec<u32>,
+    /// The path to the current state.
+    open: Vec<Open>,
+    /// The first state on a cycle.
+    first: Option<u32>,
+}
+
+impl Components {
+    fn enter(&mut self, number: u32, successors: Vec<(usize, u32)>) {
+        self.time += 1;
+        self.reached[number as usize] = self.time;
+        self.members.push(number);
+        self.open.push(Open { number, lowest: self.time, rest: successors });
+    }
+
+    /// Looks at a successor of the current state, and returns it if it has not been reached yet.
+    fn follow(&mut self, successor: u32) -> Option<u32> {
+        match self.reached[successor as usize] {
+            0 => return Some(successor),
+            u32::MAX => {}
+            earlier => {
+                let top = self.open.last_mut()?;
+                top.lowest = top.lowest.min(earlier);
+                // A component of one state is a cycle only if the state is its own successor.
+                if successor == top.number {
+                    self.first = self.first.into_iter().chain([successor]).min();
+                }
+            }
+        }
+        None
+    }
+
+    /// Leaves the current state, all of whose successors have been visited.
+    fn leave(&mut self) {
+        let Some(Open { number, lowest, .. }) = self.open.pop() else { return };
+        if let Some(below) = self.open.last_mut() {
+            below.lowest = below.lowest.min(lowest);
+        }
+        if lowest == self.reached[number as usize] {
+            let begin = self.members.iter().rposition(|member| *member == number).unwrap_or(0);
+            if self.members.len() - begin > 1 {
+                self.first = self.members[begin..].iter().copied().chain(self.first).min();
+            }
+            self.members.drain(begin..).for_each(|member| self.reached[member as usize] = u32::MAX);
+        }
     }
 }
 

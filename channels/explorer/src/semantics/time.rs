@@ -31,6 +31,8 @@ impl Semantics {
         };
         let next = ClockState { has_ticked: clock.has_ticked || is_tick, until_tick };
         let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
+        // Most processes are timeless. Those that are not are found once here and not for each move, which may only add
+        // the processes that it changes.
         let is_aware = |process: &usize| !self.local(state, *process).is_timeless;
         let aware = self.populated().filter(is_aware).fold(0, |all, process| all | bit(process));
         for (index, moved) in self.moves(state, instant, out)?.iter().enumerate() {
@@ -73,6 +75,7 @@ impl Semantics {
                 return Err(Gap::Later { process, state, span });
             }
             fate = fate.and(self.follow(draft, process, step)?);
+            // Its peers have changed with it, and time may have an effect on their new states.
             if step.renaming != 0 {
                 candidates = with_changed(draft);
             }
@@ -88,6 +91,7 @@ impl Semantics {
         let local = self.tables.locals[generator].get(state);
         let output = self.tables.tick_channel;
         let is_idle = local.own.is_empty() && draft.get(self.slots.channels[output]) == 0;
+        // A tick is delivered or lost at once and never waits, as `ChannelSystem::generate_tick` has it.
         let delivered = is_idle && self.populated().any(|process| self.local_of(draft, process).awaits_any(output));
         if delivered {
             match local.ticked {
@@ -116,6 +120,8 @@ impl Semantics {
         if !self.anywhere && self.situation(state, out).is_some_and(|situation| !situation.may_stir) {
             return Ok(());
         }
+        // The state after each move is made in one vector, and taken back: a state has many moves, of which each changes a
+        // few slots.
         let mut vector = mem::take(&mut out.moved);
         state.clone_into(&mut vector);
         for (index, moved) in self.moves(state, Instant::Between, out)?.iter().enumerate() {
@@ -148,13 +154,12 @@ impl Semantics {
         let (before, changes) = (out.len(), out.changes.len());
         let changed = self.tables.effect(moved).iter().map(|(process, _)| *process as usize);
         for process in changed.chain(self.tables.shakers.iter().copied()) {
-            let number = vector[self.slots.processes[process] as usize];
-            let local = self.tables.locals[process].get(number);
-            for own in 0..local.own.len() {
-                self.take_own(vector, transit, process, (number, local), own, out)?;
+            let actor = self.actor(vector, transit, process);
+            for own in 0..actor.local.own.len() {
+                self.take_own(actor, own, out)?;
             }
-            for receive in 0..local.receives.len() {
-                self.take_receive(vector, transit, process, (number, local), receive, out)?;
+            for receive in 0..actor.local.receives.len() {
+                self.take_receive(actor, receive, out)?;
             }
             if out.len() > before {
                 out.truncate(before, changes);

@@ -14,7 +14,8 @@ use crate::error::Refused;
 use crate::interner::hash_by;
 use crate::local::{Local, Own, Receive, Step, UNKNOWN, Watching, bit, entry, set};
 
-/// The maximum number of states of one process.
+/// The maximum number of states of one process, or of the monitor. Something that grows forever reaches it soon, and is
+/// refused by name. Chosen, not measured.
 const MAX_LOCALS: usize = 1 << 16;
 
 impl Tables {
@@ -25,61 +26,12 @@ impl Tables {
                 let step = self.take(process, state, |local| (local.own[own].transition, None))?;
                 self.locals[process].get_mut(state).own[own].step = step;
             }
-            Gap::Receive { process, state, receive, content } => {
-                let Receive { channel, pattern, .. } = &self.locals[process].get(state).receives[receive];
-                let envelope = self.links[*channel].contents.get(content).clone();
-                let accepts = envelope.as_ref().is_some_and(|envelope| pattern.accepts(&envelope.message));
-                let step = match accepts {
-                    true => self.take(process, state, |local| (local.receives[receive].transition, envelope))?,
-                    false => Step::REFUSED,
-                };
-                let steps = &mut self.locals[process].get_mut(state).receives[receive].steps;
-                set(steps, content, step, Step::UNKNOWN);
-            }
+            Gap::Receive { process, state, receive, content } => self.receive(process, state, receive, content)?,
             Gap::Later { process, state, span } => self.pass_time(process, state, span)?,
-            Gap::RenamedProcess { process, state, renaming } => {
-                let mut renamed = self.locals[process].get(state).process.clone();
-                let changes = self.renamings.get(renaming).clone();
-                let numbers = |channel: ChannelId, number| renumbered(&changes, channel, number);
-                let form = NormalForm::new(&self.topology, NormalForm::NOW, &numbers);
-                renamed.normalize(&form).map_err(|why| self.refused(process, why))?;
-                let number = self.local(process, renamed)?;
-                set(&mut self.locals[process].get_mut(state).renamed, renaming, number, UNKNOWN);
-            }
-            Gap::RenamedContent { channel, content, renaming } => {
-                let mut envelope = self.links[channel].contents.get(content).clone();
-                let changes = self.renamings.get(renaming).clone();
-                let numbers = |channel: ChannelId, number| renumbered(&changes, channel, number);
-                let form = NormalForm::new(&self.topology, NormalForm::NOW, &numbers);
-                let id = self.links[channel].id;
-                envelope.iter_mut().for_each(|envelope| form.envelope(id, envelope));
-                let number = self.content(channel, envelope);
-                let renamed = &mut self.links[channel].renamed;
-                if renamed.len() <= renaming as usize {
-                    renamed.resize_with(renaming as usize + 1, Vec::new);
-                }
-                set(&mut renamed[renaming as usize], content, number, UNKNOWN);
-            }
-            Gap::Ticked { process, state } => {
-                let mut generator = self.locals[process].get(state).process.clone();
-                if let Some(generator) = generator.as_any_mut().downcast_mut::<TickGenerator>() {
-                    generator.generate(0);
-                }
-                self.look(process, generator.as_ref());
-                let number = self.local(process, generator)?;
-                self.locals[process].get_mut(state).ticked = number;
-            }
-            Gap::Observed { state, channel, content } => {
-                let link = &self.links[channel];
-                let message = link.contents.get(content).as_ref().map(|envelope| envelope.message.clone());
-                let kind = message.map(|message| EventKind::Received { channel: link.id, message });
-                let number = self.observe(state, 0, kind.unwrap_or(EventKind::Tick))?;
-                let after = &mut self.monitors.get_mut(state).after;
-                if after.len() <= channel {
-                    after.resize_with(channel + 1, Vec::new);
-                }
-                set(&mut after[channel], content, number, UNKNOWN);
-            }
+            Gap::RenamedProcess { process, state, renaming } => self.rename_process(process, state, renaming)?,
+            Gap::RenamedContent { channel, content, renaming } => self.rename_content(channel, content, renaming),
+            Gap::Ticked { process, state } => self.generate_tick(process, state)?,
+            Gap::Observed { state, channel, content } => self.observe_message(state, channel, content)?,
             Gap::ObservedTick { state, has_ticked } => {
                 let number = self.observe(state, u64::from(has_ticked), EventKind::Tick)?;
                 self.monitors.get_mut(state).ticked[usize::from(has_ticked)] = number;
@@ -88,6 +40,64 @@ impl Tables {
             Gap::Transit(ref transit) => _ = self.transits.intern(transit.clone()),
             Gap::Moves { ref key, instant } => self.list_moves(key, instant)?,
         }
+        Ok(())
+    }
+
+    fn receive(&mut self, process: usize, state: u32, receive: usize, content: u32) -> Result<(), Refused> {
+        let Receive { channel, pattern, .. } = &self.locals[process].get(state).receives[receive];
+        let envelope = self.links[*channel].contents.get(content).clone();
+        let accepts = envelope.as_ref().is_some_and(|envelope| pattern.accepts(&envelope.message));
+        let step = match accepts {
+            true => self.take(process, state, |local| (local.receives[receive].transition, envelope))?,
+            false => Step::REFUSED,
+        };
+        set(&mut self.locals[process].get_mut(state).receives[receive].steps, content, step, Step::UNKNOWN);
+        Ok(())
+    }
+
+    fn rename_process(&mut self, process: usize, state: u32, renaming: u32) -> Result<(), Refused> {
+        let mut renamed = self.locals[process].get(state).process.clone();
+        let normal = self.in_renamed_form(renaming, |form| renamed.normalize(form));
+        normal.map_err(|why| self.refused(process, why))?;
+        let number = self.local(process, renamed)?;
+        set(&mut self.locals[process].get_mut(state).renamed, renaming, number, UNKNOWN);
+        Ok(())
+    }
+
+    fn rename_content(&mut self, channel: usize, content: u32, renaming: u32) {
+        let link = &self.links[channel];
+        let mut envelope = link.contents.get(content).clone();
+        self.in_renamed_form(renaming, |form| {
+            envelope.iter_mut().for_each(|envelope| form.envelope(link.id, envelope))
+        });
+        let number = self.content(channel, envelope);
+        set_in(&mut self.links[channel].renamed, renaming as usize, content, number);
+    }
+
+    /// Calls `normalize` with the normal form that gives requests the numbers of a renaming.
+    fn in_renamed_form<R>(&self, renaming: u32, normalize: impl FnOnce(&NormalForm<'_>) -> R) -> R {
+        let changes = self.renamings.get(renaming);
+        let numbers = |channel, number| renumbered(changes, channel, number);
+        normalize(&NormalForm::new(&self.topology, NormalForm::NOW, &numbers))
+    }
+
+    fn generate_tick(&mut self, process: usize, state: u32) -> Result<(), Refused> {
+        let mut generator = self.locals[process].get(state).process.clone();
+        if let Some(generator) = generator.as_any_mut().downcast_mut::<TickGenerator>() {
+            generator.generate(0);
+        }
+        self.look(process, generator.as_ref());
+        let number = self.local(process, generator)?;
+        self.locals[process].get_mut(state).ticked = number;
+        Ok(())
+    }
+
+    fn observe_message(&mut self, state: u32, channel: usize, content: u32) -> Result<(), Refused> {
+        let link = &self.links[channel];
+        let message = link.contents.get(content).as_ref().map(|envelope| envelope.message.clone());
+        let kind = message.map(|message| EventKind::Received { channel: link.id, message });
+        let number = self.observe(state, 0, kind.unwrap_or(EventKind::Tick))?;
+        set_in(&mut self.monitors.get_mut(state).after, channel, content, number);
         Ok(())
     }
 
@@ -140,6 +150,10 @@ impl Tables {
     }
 
     /// Brings a process that was in a state into normal form.
+    ///
+    /// A request that a process still awaits gets its position among those on its channel as its number, whatever number
+    /// it was sent with: otherwise, every request would lead to new states. Its peers know the request by the old number,
+    /// so the step carries the new ones.
     fn settle(&mut self, process: usize, before: u32, mut after: Box<dyn Process>) -> Result<Step, Refused> {
         self.look(process, after.as_ref());
         let (mut awaited, mut awaits) = (Vec::new(), Vec::new());
@@ -214,6 +228,8 @@ impl Tables {
         }
         let timer = process.next_timer().map(|due| due.saturating_sub(NormalForm::NOW));
         let timer = timer.map(|timer| self.ticks.map_or(timer, |ticks| round_up(timer, ticks.step)));
+        // A process may keep points in time without a timer. What stays the same for a nanosecond does not depend on them,
+        // so it stays the same for any time.
         let is_timeless = timer.is_none() && {
             let mut later = process.clone();
             let a_moment_later = NormalForm::NOW + Duration::from_nanos(1);
@@ -300,6 +316,14 @@ impl Tables {
         set(&mut self.locals[process].get_mut(state).reported, report, step, Step::UNKNOWN);
         Ok(step)
     }
+}
+
+/// Sets the entry at an index in one of several lists, each of which may still be missing.
+fn set_in(lists: &mut Vec<Vec<u32>>, list: usize, index: u32, value: u32) {
+    if lists.len() <= list {
+        lists.resize_with(list + 1, Vec::new);
+    }
+    set(&mut lists[list], index, value, UNKNOWN);
 }
 
 /// The number of a request after a renaming.
