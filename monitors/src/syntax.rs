@@ -1,6 +1,7 @@
 //! The syntax of property files: tokens, tree, and back to text.
 
 mod ast;
+mod boolean;
 mod operators;
 mod parse;
 mod parse_condition;

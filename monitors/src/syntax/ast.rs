@@ -130,7 +130,7 @@ pub enum ConstraintKind {
     Since(Option<Interval>, Box<Constraint>, Box<Constraint>),
     /// `at most n (event) in bound`, or `at least`
     Count {
-        /// Whether it says `at most`.
+        /// Whether it is `at most`.
         is_at_most: bool,
         /// n
         count: Operand,

@@ -20,10 +20,11 @@ use diagnostics::{Problem, nearest, nearest_or_all};
 use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem, Unit};
 use super::token::{Keyword, Token, TokenKind, tokens};
 
-/// A tree deeper than this is refused, so that no text can exhaust the stack.
+/// A tree deeper than this is refused, so that no text can exhaust the stack. Chosen, not measured.
 const MAX_DEPTH: usize = 100;
 
-/// A comparison has at most this many operators on numbers.
+/// A comparison has at most this many operators on numbers, for the same reason: a term is a tree as deep as it has
+/// operators in a row. Chosen, not measured.
 pub(super) const MAX_OPERATORS: usize = 200;
 
 /// The result of parsing.
@@ -148,7 +149,8 @@ impl Parser {
     /// Parses one level deeper in the tree.
     pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> ParseResult<T>) -> ParseResult<T> {
         if self.depth >= MAX_DEPTH {
-            let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
+            let problem =
+                Problem::new("this is nested too deeply").at(self.span(), format!("deeper than {MAX_DEPTH} levels"));
             self.problems.push(problem.with_help("split it into several properties"));
             return Err(Stumbled);
         }
@@ -178,6 +180,7 @@ impl Parser {
                         items.push(item);
                     }
                 }
+                // What follows up to the next item is skipped, so one mistake is one problem.
                 None => {
                     self.expected("`const` or `property`", "a requirement is written `property NAME := …`");
                     self.advance();

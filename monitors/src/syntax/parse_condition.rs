@@ -3,6 +3,7 @@
 use diagnostics::Problem;
 
 use super::ast::{Condition, ConditionKind, Field, FieldName, Term};
+use super::boolean::Boolean;
 use super::parse::{MAX_OPERATORS, ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 use crate::formula::Arithmetic;
@@ -11,34 +12,17 @@ const CONDITION: &str = "a condition compares a field of the message with a valu
 const REMEMBER: &str = "a value is remembered as `m.place as p`, and compared as `m.place = p`";
 const FIELD_NUMBER: &str = "fields are counted from 1: `m[1]`";
 
-impl Parser {
-    /// `c implies d`, right-associative.
-    pub(super) fn condition(&mut self) -> ParseResult<Condition> {
-        let left = self.joined_conditions(Keyword::Or)?;
-        if !self.take_keyword(Keyword::Implies) {
-            return Ok(left);
-        }
-        let right = self.deeper(Self::condition)?;
-        let span = left.span.to(right.span);
-        Ok(Condition { kind: ConditionKind::Implies(Box::new(left), Box::new(right)), span })
-    }
+const BOOLEAN: Boolean<Condition, ConditionKind> = Boolean {
+    operand: Parser::negated_condition,
+    implies: ConditionKind::Implies,
+    or: ConditionKind::Or,
+    and: ConditionKind::And,
+    tree: |kind, span| Condition { kind, span },
+};
 
-    fn joined_conditions(&mut self, word: Keyword) -> ParseResult<Condition> {
-        let operand = |parser: &mut Self| match word {
-            Keyword::Or => parser.joined_conditions(Keyword::And),
-            _ => parser.negated_condition(),
-        };
-        let first = operand(self)?;
-        let mut operands = vec![first];
-        while self.take_keyword(word) {
-            operands.push(operand(self)?);
-        }
-        let span = operands[0].span.to(self.last_span());
-        Ok(match (operands.len(), word) {
-            (1, _) => operands.remove(0),
-            (_, Keyword::Or) => Condition { kind: ConditionKind::Or(operands), span },
-            _ => Condition { kind: ConditionKind::And(operands), span },
-        })
+impl Parser {
+    pub(super) fn condition(&mut self) -> ParseResult<Condition> {
+        self.implication(&BOOLEAN)
     }
 
     fn negated_condition(&mut self) -> ParseResult<Condition> {

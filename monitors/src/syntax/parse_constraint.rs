@@ -3,6 +3,7 @@
 use diagnostics::{Problem, nearest};
 
 use super::ast::{ByteRange, Constraint, ConstraintKind, Event, Interval};
+use super::boolean::Boolean;
 use super::parse::{ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
 
@@ -14,35 +15,17 @@ const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, c
 const AGO: &str = "how long ago is written `[<= 10]` or `[<= 5 s]`";
 const COUNT: &str = "a number of messages is written `at most 3 (sender, receiver, condition) in 10 s`";
 
-impl Parser {
-    /// `α implies β`, right-associative.
-    pub(super) fn constraint(&mut self) -> ParseResult<Constraint> {
-        let left = self.joined(Keyword::Or)?;
-        if !self.take_keyword(Keyword::Implies) {
-            return Ok(left);
-        }
-        let right = self.deeper(Self::constraint)?;
-        let span = left.span.to(right.span);
-        Ok(Constraint { kind: ConstraintKind::Implies(Box::new(left), Box::new(right)), span })
-    }
+const BOOLEAN: Boolean<Constraint, ConstraintKind> = Boolean {
+    operand: Parser::chain,
+    implies: ConstraintKind::Implies,
+    or: ConstraintKind::Or,
+    and: ConstraintKind::And,
+    tree: |kind, span| Constraint { kind, span },
+};
 
-    /// Operands joined by `or`, or by `and`.
-    fn joined(&mut self, word: Keyword) -> ParseResult<Constraint> {
-        let operand = |parser: &mut Self| match word {
-            Keyword::Or => parser.joined(Keyword::And),
-            _ => parser.chain(),
-        };
-        let first = operand(self)?;
-        let mut operands = vec![first];
-        while self.take_keyword(word) {
-            operands.push(operand(self)?);
-        }
-        let span = operands[0].span.to(self.last_span());
-        Ok(match (operands.len(), word) {
-            (1, _) => operands.remove(0),
-            (_, Keyword::Or) => Constraint { kind: ConstraintKind::Or(operands), span },
-            _ => Constraint { kind: ConstraintKind::And(operands), span },
-        })
+impl Parser {
+    pub(super) fn constraint(&mut self) -> ParseResult<Constraint> {
+        self.implication(&BOOLEAN)
     }
 
     /// `α until β` and `α since β`, right-associative.
@@ -171,6 +154,7 @@ impl Parser {
                 return Ok(Constraint { kind: ConstraintKind::Unreadable, span: open.to(self.last_span()) });
             }
         };
+        // The paper's φ2 lacks its last parenthesis, so it is read with a warning; only one is added to a property.
         if self.at_item_end() && after_prefix && !self.closed_for_you {
             self.closed_for_you = true;
             let problem = Problem::new("this parenthesis is never closed").at(open, "opened here").as_warning();

@@ -34,9 +34,9 @@ impl Display for Name {
     }
 }
 
-/// The precedence of a form; a part with lower precedence than its place demands is put in parentheses.
+/// A part with lower precedence than its place demands is put in parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Binding {
+enum Precedence {
     Implies,
     Or,
     And,
@@ -44,25 +44,37 @@ enum Binding {
     Prefix,
 }
 
-impl ConstraintKind {
-    fn binding(&self) -> Binding {
-        match self {
-            Self::Implies(..) => Binding::Implies,
-            Self::Or(_) => Binding::Or,
-            Self::And(_) => Binding::And,
-            Self::Until(..) | Self::Since(..) => Binding::Until,
-            _ => Binding::Prefix,
-        }
+/// What has a precedence: constraints and conditions.
+trait Expression: Display {
+    fn precedence(&self) -> Precedence;
+
+    /// The same in a place that demands at least this precedence.
+    fn at(&self, demanded: Precedence) -> Parenthesized<'_, Self>
+    where
+        Self: Sized,
+    {
+        Parenthesized(self, demanded)
     }
 }
 
-/// A part of a constraint in a place that demands at least this precedence.
-struct Part<'a>(&'a Constraint, Binding);
+struct Parenthesized<'a, E>(&'a E, Precedence);
 
-impl Display for Part<'_> {
+impl<E: Expression> Display for Parenthesized<'_, E> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self(constraint, demanded) = self;
-        if constraint.kind.binding() < *demanded { write!(f, "({constraint})") } else { constraint.fmt(f) }
+        let Self(operand, demanded) = self;
+        if operand.precedence() < *demanded { write!(f, "({operand})") } else { operand.fmt(f) }
+    }
+}
+
+impl Expression for Constraint {
+    fn precedence(&self) -> Precedence {
+        match self.kind {
+            ConstraintKind::Implies(..) => Precedence::Implies,
+            ConstraintKind::Or(_) => Precedence::Or,
+            ConstraintKind::And(_) => Precedence::And,
+            ConstraintKind::Until(..) | ConstraintKind::Since(..) => Precedence::Until,
+            _ => Precedence::Prefix,
+        }
     }
 }
 
@@ -75,28 +87,32 @@ impl Display for Constraint {
             ConstraintKind::TimeUntil { event, relation, bound } => {
                 write!(f, "time_until {event} {} {bound}", ascii(*relation))
             }
-            ConstraintKind::Not(part) => write!(f, "not {}", Part(part, Binding::Prefix)),
-            ConstraintKind::Next(part) => write!(f, "next {}", Part(part, Binding::Prefix)),
-            ConstraintKind::Always(part) => write!(f, "always {}", Part(part, Binding::Prefix)),
-            ConstraintKind::Eventually(part) => write!(f, "eventually {}", Part(part, Binding::Prefix)),
+            ConstraintKind::Not(part) => write!(f, "not {}", part.at(Precedence::Prefix)),
+            ConstraintKind::Next(part) => write!(f, "next {}", part.at(Precedence::Prefix)),
+            ConstraintKind::Always(part) => write!(f, "always {}", part.at(Precedence::Prefix)),
+            ConstraintKind::Eventually(part) => write!(f, "eventually {}", part.at(Precedence::Prefix)),
             ConstraintKind::Until(left, right) => {
-                write!(f, "{} until {}", Part(left, Binding::Prefix), Part(right, Binding::Until))
+                write!(f, "{} until {}", left.at(Precedence::Prefix), right.at(Precedence::Until))
             }
-            ConstraintKind::Once(ago, part) => write!(f, "once{} {}", Ago(ago), Part(part, Binding::Prefix)),
+            ConstraintKind::Once(ago, part) => {
+                write!(f, "once{} {}", Ago(ago), part.at(Precedence::Prefix))
+            }
             ConstraintKind::Historically(ago, part) => {
-                write!(f, "historically{} {}", Ago(ago), Part(part, Binding::Prefix))
+                write!(f, "historically{} {}", Ago(ago), part.at(Precedence::Prefix))
             }
-            ConstraintKind::Previous(ago, part) => write!(f, "previous{} {}", Ago(ago), Part(part, Binding::Prefix)),
+            ConstraintKind::Previous(ago, part) => {
+                write!(f, "previous{} {}", Ago(ago), part.at(Precedence::Prefix))
+            }
             ConstraintKind::Since(ago, left, right) => {
-                write!(f, "{} since{} {}", Part(left, Binding::Prefix), Ago(ago), Part(right, Binding::Until))
+                write!(f, "{} since{} {}", left.at(Precedence::Prefix), Ago(ago), right.at(Precedence::Until))
             }
             ConstraintKind::Count { is_at_most, count, event, bound } => {
                 write!(f, "at {} {count} {event} in {bound}", if *is_at_most { "most" } else { "least" })
             }
-            ConstraintKind::And(parts) => join(f, parts.iter().map(|part| Part(part, Binding::Until)), " and "),
-            ConstraintKind::Or(parts) => join(f, parts.iter().map(|part| Part(part, Binding::And)), " or "),
+            ConstraintKind::And(parts) => join(f, parts.iter().map(|part| part.at(Precedence::Until)), " and "),
+            ConstraintKind::Or(parts) => join(f, parts.iter().map(|part| part.at(Precedence::And)), " or "),
             ConstraintKind::Implies(left, right) => {
-                write!(f, "{} implies {}", Part(left, Binding::Or), Part(right, Binding::Implies))
+                write!(f, "{} implies {}", left.at(Precedence::Or), right.at(Precedence::Implies))
             }
         }
     }
@@ -120,24 +136,14 @@ impl Display for Event {
     }
 }
 
-impl ConditionKind {
-    fn binding(&self) -> Binding {
-        match self {
-            Self::Implies(..) => Binding::Implies,
-            Self::Or(_) => Binding::Or,
-            Self::And(_) => Binding::And,
-            _ => Binding::Prefix,
+impl Expression for Condition {
+    fn precedence(&self) -> Precedence {
+        match self.kind {
+            ConditionKind::Implies(..) => Precedence::Implies,
+            ConditionKind::Or(_) => Precedence::Or,
+            ConditionKind::And(_) => Precedence::And,
+            _ => Precedence::Prefix,
         }
-    }
-}
-
-/// A part of a condition in a place that demands at least this precedence.
-struct ConditionPart<'a>(&'a Condition, Binding);
-
-impl Display for ConditionPart<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Self(condition, demanded) = self;
-        if condition.kind.binding() < *demanded { write!(f, "({condition})") } else { condition.fmt(f) }
     }
 }
 
@@ -148,11 +154,11 @@ impl Display for Condition {
             ConditionKind::False => f.write_str("false"),
             ConditionKind::Compare { left, relation, right } => write!(f, "{left} {} {right}", ascii(*relation)),
             ConditionKind::Remember { field, name } => write!(f, "{field} as {name}"),
-            ConditionKind::Not(part) => write!(f, "not {}", ConditionPart(part, Binding::Prefix)),
-            ConditionKind::And(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::Until)), " and "),
-            ConditionKind::Or(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::And)), " or "),
+            ConditionKind::Not(part) => write!(f, "not {}", part.at(Precedence::Prefix)),
+            ConditionKind::And(parts) => join(f, parts.iter().map(|part| part.at(Precedence::Until)), " and "),
+            ConditionKind::Or(parts) => join(f, parts.iter().map(|part| part.at(Precedence::And)), " or "),
             ConditionKind::Implies(left, right) => {
-                write!(f, "{} implies {}", ConditionPart(left, Binding::Or), ConditionPart(right, Binding::Implies))
+                write!(f, "{} implies {}", left.at(Precedence::Or), right.at(Precedence::Implies))
             }
         }
     }
