@@ -106,7 +106,7 @@ pub struct GraphMonitor {
     visits: Vec<u64>,
 }
 
-/// More internal transitions than this in one step are considered endless.
+/// More internal transitions than this in one step are considered endless: chosen, not measured.
 const MAX_INTERNAL_MOVES: usize = 10_000;
 
 impl GraphMonitor {

@@ -27,7 +27,8 @@ impl<'a> NormalForm<'a> {
     /// The present time in every normal form: late enough for everything that came before.
     pub const NOW: Duration = Duration::from_secs(1 << 32);
 
-    /// The number of messages that may wait in a process. More are considered endless.
+    /// The number of messages that may wait in a process. More are considered endless. Chosen, not
+    /// measured: each length of a queue is a state of its own.
     pub const QUEUE: usize = 32;
 
     /// The normal form at the time `now`. `numbers` gives the new number of a request on a channel.

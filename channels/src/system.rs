@@ -11,7 +11,7 @@ use std::time::Duration;
 pub use self::disturbances::DisturbanceId;
 use self::disturbances::Disturbances;
 pub use self::enabled::{Enabled, EnabledKind};
-use crate::process::{Action, Offer, Use};
+use crate::process::{Action, Offer, Pattern, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
     Capacity, ChannelId, Envelope, Event, EventKind, Monitor, NoNormalForm, NormalForm, Process, ProcessId,
@@ -34,7 +34,7 @@ pub struct ChannelSystem {
     /// By process.
     suspended: Vec<bool>,
     monitors: Vec<Attached>,
-    clock: Clock,
+    clock: RunClock,
     cache: OfferCache,
 }
 
@@ -58,7 +58,7 @@ impl Attached {
 
 /// The stamp for the next event.
 #[derive(Clone, Debug, Default)]
-struct Clock {
+struct RunClock {
     step: u64,
     ticks: u64,
     time: Duration,
@@ -89,6 +89,7 @@ impl ChannelSystem {
                 return Err(WiringError::DuplicateProcess { name: topology.name(id).to_owned() });
             }
         }
+        // A process that is composed of others needs no behavior of its own.
         let is_composed = |id| topology.processes().any(|other| other != id && topology.whole(other) == id);
         if let Some(id) = topology.processes().find(|&id| by_id[id.0].is_none() && !is_composed(id)) {
             return Err(WiringError::MissingProcess { process: topology.name(id).to_owned() });
@@ -100,7 +101,7 @@ impl ChannelSystem {
             topology,
             processes: by_id,
             monitors: Vec::new(),
-            clock: Clock::default(),
+            clock: RunClock::default(),
             cache: OfferCache { offers: vec![Vec::new(); count], stale: vec![true; count] },
         })
     }
@@ -297,17 +298,19 @@ impl ChannelSystem {
                             None
                         }
                     },
-                    Action::Receive(channel, pattern) => self.contents[channel.0]
-                        .as_ref()
-                        .is_some_and(|envelope| {
-                            pattern.accepts(&envelope.message) && self.disturbances.let_pass(*channel)
-                        })
-                        .then_some(EnabledKind::Receive(*channel)),
+                    Action::Receive(channel, pattern) => {
+                        self.may_receive(*channel, pattern).then_some(EnabledKind::Receive(*channel))
+                    }
                 };
                 enabled.extend(kind.map(|kind| Enabled { process, transition: offer.transition, kind }));
             }
         }
         self.push_disturbances(enabled);
+    }
+
+    fn may_receive(&self, channel: ChannelId, pattern: &Pattern) -> bool {
+        let is_accepted = |envelope: &Envelope| pattern.accepts(&envelope.message);
+        self.contents[channel.0].as_ref().is_some_and(is_accepted) && self.disturbances.let_pass(channel)
     }
 
     /// Whether a message can be sent: the channel is empty, or holds an older message of the same topic that no
@@ -372,6 +375,7 @@ impl ChannelSystem {
             }
             EnabledKind::Receive(channel) => {
                 let envelope = self.contents[channel.0].take().expect("an enabled receive finds a message");
+                // A disturbance repeats the message: what is delivered is a copy.
                 if self.disturbances.leave(channel) {
                     self.contents[channel.0] = Some(envelope.clone());
                 }
@@ -479,7 +483,7 @@ impl ChannelSystem {
             tick.iter_mut().for_each(|tick| *tick = TickGenerator::tick(0));
         }
         self.disturbances.normalize(&form);
-        self.clock = Clock { time: NormalForm::NOW, ..Clock::default() };
+        self.clock = RunClock { time: NormalForm::NOW, ..RunClock::default() };
         self.cache.stale.fill(true);
         Ok(())
     }

@@ -88,7 +88,7 @@ impl Vocabulary {
         part.iter().flat_map(|literal| self.free(literal)).filter(|name| !is_own(name)).collect()
     }
 
-    /// Whether bits are not enough for what a literal says about the past, because it compares or remembers values.
+    /// Whether bits are not enough for a literal about the past, because it compares or remembers values.
     pub(crate) fn looks_back_at_values(&self, literal: &Literal) -> bool {
         match literal {
             Literal::Event { event, .. } | Literal::Count { event, .. } => {
@@ -262,7 +262,8 @@ enum Shape {
     Products,
 }
 
-/// A formula is refused if a set in its clause form has more parts than this.
+/// A formula is refused if a set in its clause form has more parts than this: the form of n alternatives with two parts
+/// each has 2ⁿ clauses. Chosen, not measured.
 const MAX_PARTS: usize = 2_000;
 
 /// The clauses of a formula, and the events in them. An event that the clauses no longer contain, such as E in `E
@@ -308,10 +309,6 @@ pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form
 /// The form of a formula, or of its negation.
 fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Result<Form, FormulaError> {
     let of = |part: &Formula, holds, shape| form(part, holds, shape, words);
-    let once = |bound: &Bound, goal: &Formula, truth, holds| {
-        let goal = of(goal, truth, Shape::Products)?;
-        Ok(single(Literal::Since { hold: Form::new(), goal, bound: *bound, holds }))
-    };
     match formula {
         Formula::True => Ok(constant(holds, shape)),
         Formula::False => Ok(constant(!holds, shape)),
@@ -326,31 +323,20 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         Formula::Or(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), !holds, shape),
         Formula::Implies(a, b) => combine([of(a, !holds, shape), of(b, holds, shape)].into_iter(), !holds, shape),
         Formula::Next(part) => Ok(single(Literal::Next { clauses: of(part, holds, Shape::Clauses)?, strong: holds })),
-        Formula::Always(part) => Ok(single(if holds {
-            Literal::Release { escape: Form::new(), hold: of(part, true, Shape::Clauses)? }
-        } else {
-            Literal::Until { hold: Form::new(), goal: of(part, false, Shape::Products)? }
-        })),
-        Formula::Eventually(part) => Ok(single(if holds {
-            Literal::Until { hold: Form::new(), goal: of(part, true, Shape::Products)? }
-        } else {
-            Literal::Release { escape: Form::new(), hold: of(part, false, Shape::Clauses)? }
-        })),
-        Formula::Until(a, b) => Ok(single(if holds {
-            Literal::Until { hold: of(a, true, Shape::Clauses)?, goal: of(b, true, Shape::Products)? }
-        } else {
-            Literal::Release { escape: of(a, false, Shape::Products)?, hold: of(b, false, Shape::Clauses)? }
-        })),
-        Formula::Once(bound, part) => once(bound, part, true, holds),
-        Formula::Historically(bound, part) => once(bound, part, false, !holds),
+        // □ and ◇, `until` and release, and their operands' forms are dual: a negation exchanges them.
+        Formula::Always(part) if holds => Ok(release(Form::new(), of(part, true, Shape::Clauses)?)),
+        Formula::Always(part) => Ok(until(Form::new(), of(part, false, Shape::Products)?)),
+        Formula::Eventually(part) if holds => Ok(until(Form::new(), of(part, true, Shape::Products)?)),
+        Formula::Eventually(part) => Ok(release(Form::new(), of(part, false, Shape::Clauses)?)),
+        Formula::Until(a, b) if holds => Ok(until(of(a, true, Shape::Clauses)?, of(b, true, Shape::Products)?)),
+        Formula::Until(a, b) => Ok(release(of(a, false, Shape::Products)?, of(b, false, Shape::Clauses)?)),
+        // What looks back keeps its operands, since it only depends on what has been: its value is negated.
+        Formula::Once(bound, part) => Ok(since(Form::new(), of(part, true, Shape::Products)?, *bound, holds)),
+        Formula::Historically(bound, part) => Ok(since(Form::new(), of(part, false, Shape::Products)?, *bound, !holds)),
         Formula::Since(bound, a, b) => {
-            let (hold, goal) = (of(a, true, Shape::Clauses)?, of(b, true, Shape::Products)?);
-            Ok(single(Literal::Since { hold, goal, bound: *bound, holds }))
+            Ok(since(of(a, true, Shape::Clauses)?, of(b, true, Shape::Products)?, *bound, holds))
         }
-        Formula::Previous(bound, part) => {
-            let clauses = of(part, true, Shape::Clauses)?;
-            Ok(single(Literal::Previous { clauses, bound: *bound, holds }))
-        }
+        Formula::Previous(bound, part) => Ok(previous(of(part, true, Shape::Clauses)?, *bound, holds)),
         Formula::Count { is_at_most: false, count: 0, .. } => Ok(constant(holds, shape)),
         Formula::Count { event, is_at_most, count, ticks } => {
             // "At most n" is "not at least n + 1".
@@ -359,6 +345,22 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
             Ok(single(Literal::Count { event, count, ticks: *ticks, holds: holds != *is_at_most }))
         }
     }
+}
+
+fn until(hold: Form, goal: Form) -> Form {
+    single(Literal::Until { hold, goal })
+}
+
+fn release(escape: Form, hold: Form) -> Form {
+    single(Literal::Release { escape, hold })
+}
+
+fn since(hold: Form, goal: Form, bound: Bound, holds: bool) -> Form {
+    single(Literal::Since { hold, goal, bound, holds })
+}
+
+fn previous(clauses: Form, bound: Bound, holds: bool) -> Form {
+    single(Literal::Previous { clauses, bound, holds })
 }
 
 /// True has no clauses, or an empty product; false has an empty clause, or no products.
@@ -378,6 +380,8 @@ fn combine(
 ) -> Result<Form, FormulaError> {
     let start: Vec<LiteralSet> = constant(and, shape).into_iter().collect();
     let unite = and == (shape == Shape::Clauses);
+    // Clauses joined by `and` are all of them; joined by `or`, they are multiplied out, by the distributive law. Parts that
+    // another one subsumes are dropped at once, since products of what remains would only be subsumed again.
     let parts = forms.try_fold(start, |mut all, form| {
         let form = form?;
         let count = if unite { all.len() + form.len() } else { all.len() * form.len() };
@@ -417,7 +421,7 @@ pub(crate) struct Trigger {
 
 impl Trigger {
     /// When parts are checked together: at messages on the channels of their own atoms. If they have none, at every
-    /// tick, and at messages on the channels of what they say about the past.
+    /// tick, and at messages on the channels of their literals about the past.
     pub(crate) fn of<'a>(parts: impl Iterator<Item = &'a LiteralSet> + Clone, words: &Vocabulary) -> Self {
         let own = parts.clone().flatten().filter_map(|literal| match literal {
             Literal::Event { event, .. } => Some(words.get(*event).channel),
@@ -446,19 +450,24 @@ pub(crate) fn trigger(part: &LiteralSet, words: &Vocabulary) -> Trigger {
     Trigger::of(std::iter::once(part), words)
 }
 
+/// The clauses that must always hold, if that is all that the formula demands.
+pub(crate) fn always(form: &Form) -> Option<Vec<&LiteralSet>> {
+    let mut clauses = Vec::new();
+    for clause in form {
+        let mut literals = clause.iter();
+        match (literals.next(), literals.next()) {
+            (Some(Literal::Release { escape, hold }), None) if escape.is_empty() => clauses.extend(hold),
+            _ => return None,
+        }
+    }
+    Some(clauses)
+}
+
 /// Whether a violation of the formula is noticed as soon as nothing can avert it. It is if the formula is `always` of
 /// clauses about the present and the past, either a single one or several without deadlines: then silence, or
 /// everything that the clause waits for, still satisfies it.
 pub(crate) fn is_prompt(form: &Form) -> bool {
-    let mut rules = Vec::new();
-    for clause in form {
-        let mut literals = clause.iter();
-        let (Some(Literal::Release { escape, hold }), None) = (literals.next(), literals.next()) else { return false };
-        if !escape.is_empty() {
-            return false;
-        }
-        rules.extend(hold);
-    }
+    let Some(rules) = always(form) else { return false };
     let is_time = |literal: &Literal| matches!(literal, Literal::Time { .. });
     let is_present =
         |literal: &Literal| is_time(literal) || matches!(literal, Literal::Event { .. }) || literal.past().is_some();

@@ -116,8 +116,6 @@ fn any(part: &LiteralSet, holds: bool, words: &Vocabulary) -> Formula {
 
 /// A literal, or its negation.
 fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
-    let boxed = |formula: Formula| Box::new(formula);
-    let unless = |negated: bool, formula: Formula| if negated { formula.negated() } else { formula };
     match literal {
         Literal::Event { event, holds: polarity } => {
             unless(*polarity != holds, Formula::Event(words.get(*event).clone()))
@@ -128,34 +126,20 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
         }
         // A `next` that may never come is the negation of one that must.
         Literal::Next { clauses: inside, strong } => {
-            unless(*strong != holds, Formula::Next(boxed(clauses(inside, *strong, words))))
+            unless(*strong != holds, Formula::Next(Box::new(clauses(inside, *strong, words))))
         }
-        Literal::Until { hold, goal } if hold.is_empty() => match holds {
-            true => Formula::Eventually(boxed(products(goal, true, words))),
-            false => products(goal, false, words).always(),
-        },
-        Literal::Until { hold, goal } => {
-            let until = Formula::Until(boxed(clauses(hold, true, words)), boxed(products(goal, true, words)));
-            unless(!holds, until)
-        }
-        Literal::Release { escape, hold } if escape.is_empty() => match holds {
-            true => clauses(hold, true, words).always(),
-            false => Formula::Eventually(boxed(clauses(hold, false, words))),
-        },
-        Literal::Release { escape, hold } => {
-            let until = Formula::Until(boxed(products(escape, false, words)), boxed(clauses(hold, false, words)));
-            unless(holds, until)
-        }
+        Literal::Until { hold, goal } => until(hold, goal, holds, words),
+        Literal::Release { escape, hold } => release(escape, hold, holds, words),
         Literal::Since { hold, goal, bound, holds: polarity } if hold.is_empty() => match *polarity == holds {
-            true => Formula::Once(*bound, boxed(products(goal, true, words))),
-            false => Formula::Historically(*bound, boxed(products(goal, false, words))),
+            true => Formula::Once(*bound, Box::new(products(goal, true, words))),
+            false => Formula::Historically(*bound, Box::new(products(goal, false, words))),
         },
         Literal::Since { hold, goal, bound, holds: polarity } => {
             let (hold, goal) = (clauses(hold, true, words), products(goal, true, words));
-            unless(*polarity != holds, Formula::Since(*bound, boxed(hold), boxed(goal)))
+            unless(*polarity != holds, Formula::Since(*bound, Box::new(hold), Box::new(goal)))
         }
         Literal::Previous { clauses: inside, bound, holds: polarity } => {
-            unless(*polarity != holds, Formula::Previous(*bound, boxed(clauses(inside, true, words))))
+            unless(*polarity != holds, Formula::Previous(*bound, Box::new(clauses(inside, true, words))))
         }
         Literal::Count { event, count, ticks, holds: polarity } => {
             let (event, ticks) = (words.get(*event).clone(), *ticks);
@@ -163,6 +147,33 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
             Formula::Count { event, is_at_most, count: count - u64::from(is_at_most), ticks }
         }
     }
+}
+
+fn until(hold: &Form, goal: &Form, holds: bool, words: &Vocabulary) -> Formula {
+    match (hold.is_empty(), holds) {
+        (true, true) => Formula::Eventually(Box::new(products(goal, true, words))),
+        (true, false) => products(goal, false, words).always(),
+        (false, _) => {
+            let (hold, goal) = (clauses(hold, true, words), products(goal, true, words));
+            unless(!holds, Formula::Until(Box::new(hold), Box::new(goal)))
+        }
+    }
+}
+
+/// The language has no release: it is the negation of an `until` of negations.
+fn release(escape: &Form, hold: &Form, holds: bool, words: &Vocabulary) -> Formula {
+    match (escape.is_empty(), holds) {
+        (true, true) => clauses(hold, true, words).always(),
+        (true, false) => Formula::Eventually(Box::new(clauses(hold, false, words))),
+        (false, _) => {
+            let (escape, hold) = (products(escape, false, words), clauses(hold, false, words));
+            unless(holds, Formula::Until(Box::new(escape), Box::new(hold)))
+        }
+    }
+}
+
+fn unless(is_negated: bool, formula: Formula) -> Formula {
+    if is_negated { formula.negated() } else { formula }
 }
 
 fn and(mut parts: Vec<Formula>) -> Formula {
@@ -185,9 +196,9 @@ fn or(mut parts: Vec<Formula>) -> Formula {
 /// about the message.
 pub(crate) fn brief(condition: &MessageCondition) -> String {
     let list = |parts: &[MessageCondition], word: &str| {
-        let telling: Vec<&MessageCondition> = parts.iter().filter(|part| !is_ok(part)).collect();
-        let telling = if telling.is_empty() { parts.iter().collect() } else { telling };
-        telling.into_iter().map(brief).collect::<Vec<_>>().join(word)
+        let informative: Vec<&MessageCondition> = parts.iter().filter(|part| !is_ok(part)).collect();
+        let informative = if informative.is_empty() { parts.iter().collect() } else { informative };
+        informative.into_iter().map(brief).collect::<Vec<_>>().join(word)
     };
     match condition {
         MessageCondition::Compare { relation: Relation::Equal, value: Value::Symbol(symbol), .. } => {

@@ -91,15 +91,7 @@ impl Explainer<'_> {
             Formula::TimeUntil { event, relation, ticks } => {
                 format!("{}, {}", self.time(*relation, *ticks), self.statement("tells", "something", event))
             }
-            Formula::Not(inside) => match &**inside {
-                Formula::TimeUntil { event, relation, ticks } => {
-                    let time = self.time(*relation, *ticks);
-                    let time = time.trim_start_matches("eventually, ");
-                    format!("it does not happen {time} that {}", self.statement("tells", "something", event))
-                }
-                Formula::Event(event) => self.statement("does not tell", "anything", event),
-                inside => format!("it is not the case that {}", self.rest(inside)),
-            },
+            Formula::Not(inside) => self.denial(inside),
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
             Formula::Or(parts) => self.list(parts, " or ", |part| matches!(part, Formula::Or(_))),
             Formula::Implies(a, b) => format!("if {}, then {}", self.limb(a), self.limb(b)),
@@ -121,11 +113,22 @@ impl Explainer<'_> {
             Formula::Count { event, is_at_most, count, ticks } => {
                 let what = self.statement("tells", "something", event);
                 let most = if *is_at_most { "at most" } else { "at least" };
-                format!(
-                    "{most} {count} times {}, {what}",
-                    self.ago("", Bound { relation: Relation::Less, ticks: *ticks }).trim_start()
-                )
+                let window = self.ago("", Bound { relation: Relation::Less, ticks: *ticks });
+                format!("{most} {count} times {}, {what}", window.trim_start())
             }
+        }
+    }
+
+    /// A formula that does not hold.
+    fn denial(&self, formula: &Formula) -> String {
+        match formula {
+            Formula::TimeUntil { event, relation, ticks } => {
+                let time = self.time(*relation, *ticks);
+                let time = time.trim_start_matches("eventually, ");
+                format!("it does not happen {time} that {}", self.statement("tells", "something", event))
+            }
+            Formula::Event(event) => self.statement("does not tell", "anything", event),
+            inside => format!("it is not the case that {}", self.rest(inside)),
         }
     }
 
@@ -232,20 +235,24 @@ impl Explainer<'_> {
                 format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel))
             }
             MessageCondition::Remember { field, name } => format!("{} is {name}", self.field(field, None, channel)),
-            MessageCondition::Not(inside) => match &**inside {
-                MessageCondition::Relate { left, relation, right } => {
-                    format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
-                }
-                MessageCondition::Compare { field, relation, value } => {
-                    format!("{} {} {}", self.field(field, Some(value), channel), negated_verb(*relation), plain(value))
-                }
-                inside => format!("it is not the case that {}", self.condition_inside(inside, channel)),
-            },
+            MessageCondition::Not(inside) => self.condition_denied(inside, channel),
             MessageCondition::And(parts) => join(parts, " and ", |part| matches!(part, MessageCondition::And(_))),
             MessageCondition::Or(parts) => join(parts, " or ", |part| matches!(part, MessageCondition::Or(_))),
             MessageCondition::Implies(a, b) => {
                 format!("if {}, then {}", self.condition_limb(a, channel), self.condition_limb(b, channel))
             }
+        }
+    }
+
+    fn condition_denied(&self, condition: &MessageCondition, channel: ChannelId) -> String {
+        match condition {
+            MessageCondition::Relate { left, relation, right } => {
+                format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
+            }
+            MessageCondition::Compare { field, relation, value } => {
+                format!("{} {} {}", self.field(field, Some(value), channel), negated_verb(*relation), plain(value))
+            }
+            inside => format!("it is not the case that {}", self.condition_inside(inside, channel)),
         }
     }
 

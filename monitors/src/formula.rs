@@ -231,62 +231,45 @@ impl Arithmetic {
 impl MessageCondition {
     /// Calls `visit` with the field, relation and constant of each comparison with a constant.
     pub fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
-        match self {
-            Self::True | Self::False | Self::Relate { .. } | Self::Remember { .. } => {}
-            Self::Compare { field, relation, value } => visit(field.number, *relation, value),
-            Self::Not(condition) => condition.comparisons(visit),
-            Self::And(conditions) | Self::Or(conditions) => {
-                conditions.iter().for_each(|condition| condition.comparisons(visit));
-            }
-            Self::Implies(a, b) => {
-                a.comparisons(visit);
-                b.comparisons(visit);
-            }
+        if let Self::Compare { field, relation, value } = self {
+            visit(field.number, *relation, value);
         }
+        self.operands().into_iter().for_each(|operand| operand.comparisons(visit));
     }
 
     /// Whether it is one comparison (or remembers one value), and calls a field by its name.
     pub(crate) fn calls_by_name(&self) -> bool {
-        fn of(term: &Term) -> bool {
-            match term {
-                Term::Field(field) => field.name.is_some(),
-                Term::Value(_) | Term::Remembered(_) => false,
-                Term::Arithmetic(left, _, right) => of(left) || of(right),
-            }
-        }
+        let mut is_named = false;
+        let mut look = |field: &MessageField| is_named |= field.name.is_some();
         match self {
-            Self::Compare { field, .. } | Self::Remember { field, .. } => field.name.is_some(),
-            Self::Relate { left, right, .. } => of(left) || of(right),
-            _ => false,
+            Self::Compare { field, .. } | Self::Remember { field, .. } => look(field),
+            Self::Relate { left, right, .. } => [left, right].into_iter().for_each(|term| term.fields(&mut look)),
+            _ => {}
         }
+        is_named
     }
 
     /// Calls `visit` with each field that is remembered, or compared with anything but a constant.
     pub fn related_fields(&self, visit: &mut impl FnMut(usize)) {
-        fn of(term: &Term, visit: &mut impl FnMut(usize)) {
-            match term {
-                Term::Field(field) => visit(field.number),
-                Term::Value(_) | Term::Remembered(_) => {}
-                Term::Arithmetic(left, _, right) => {
-                    of(left, visit);
-                    of(right, visit);
-                }
-            }
-        }
         match self {
-            Self::True | Self::False | Self::Compare { .. } => {}
             Self::Remember { field, .. } => visit(field.number),
             Self::Relate { left, right, .. } => {
-                of(left, visit);
-                of(right, visit);
+                [left, right].into_iter().for_each(|term| term.fields(&mut |field| visit(field.number)));
             }
-            Self::Not(condition) => condition.related_fields(visit),
-            Self::And(conditions) | Self::Or(conditions) => {
-                conditions.iter().for_each(|condition| condition.related_fields(visit));
-            }
-            Self::Implies(a, b) => {
-                a.related_fields(visit);
-                b.related_fields(visit);
+            _ => self.operands().into_iter().for_each(|operand| operand.related_fields(visit)),
+        }
+    }
+}
+
+impl Term {
+    /// Calls `visit` with each field.
+    fn fields(&self, visit: &mut dyn FnMut(&MessageField)) {
+        match self {
+            Self::Field(field) => visit(field),
+            Self::Value(_) | Self::Remembered(_) => {}
+            Self::Arithmetic(left, _, right) => {
+                left.fields(visit);
+                right.fields(visit);
             }
         }
     }
@@ -319,7 +302,7 @@ impl Formula {
     }
 
     /// The channel whose messages the formula judges, if it judges each by itself: it is `always` of conditions on the
-    /// messages of one channel. No other message, and none before or after it, changes what it says of one.
+    /// messages of one channel. No other message, and none before or after it, changes how it judges one.
     #[must_use]
     pub fn judges_each_message_on(&self) -> Option<ChannelId> {
         match self {

@@ -58,7 +58,7 @@
 //! `time_until`; its own channels are the channels of these events.
 //!
 //! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message. A part
-//! without own atoms is checked at every tick, and at the messages on the channels of what it says about the past.
+//! without own atoms is checked at every tick, and at the messages on the channels of its literals about the past.
 //! Then, at state i:
 //!
 //! | formula | holds at i if |

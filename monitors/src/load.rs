@@ -86,7 +86,7 @@ pub fn load(
     for definition in &definitions {
         match ScopeMonitor::new(&definition.name.text, definition.formula.clone(), topology) {
             Ok(monitor) => {
-                look_at(definition, &monitor, &mut problems);
+                problems.extend(doubts(definition, &monitor));
                 properties.push(Property {
                     name: definition.name.text.clone(),
                     formula: definition.constraint.to_string(),
@@ -115,43 +115,54 @@ fn summary_above(text: &str, at: usize) -> Option<String> {
     (!sentence.is_empty()).then(|| sentence.to_owned())
 }
 
-/// Adds warnings about a property: it is trivial or contradictory, or it needs too many states.
-fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<Problem>) {
-    let name = &definition.name;
-    let mut warn = |message: String, span: ByteRange, label: &str, help: &str| {
-        problems.push(Problem::new(message).at(span, label).with_help(help).as_warning());
-    };
-    let mut spans = Vec::new();
+/// Warnings about a property: it is trivial or contradictory, or it needs too many states.
+fn doubts(definition: &Definition, monitor: &ScopeMonitor) -> impl Iterator<Item = Problem> {
+    impossible_events(definition, monitor).chain(triviality(definition, monitor)).chain(delay(definition, monitor))
+}
+
+fn warning(message: String, span: ByteRange, label: &str, help: &str) -> Problem {
+    Problem::new(message).at(span, label).with_help(help).as_warning()
+}
+
+fn impossible_events(definition: &Definition, monitor: &ScopeMonitor) -> impl Iterator<Item = Problem> + use<> {
+    let (mut spans, mut impossible) = (Vec::new(), Vec::new());
     events(&definition.constraint, &mut spans);
-    let mut impossible = Vec::new();
     definition.formula.events(&mut |event| impossible.push(!monitor.can_hold(event)));
-    for (span, _) in spans.into_iter().zip(impossible).filter(|(_, impossible)| *impossible) {
-        let help = "the conditions contradict each other or the channel's messages";
-        warn("no message can satisfy this event".to_owned(), span, "never true", help);
-    }
+    let help = "the conditions contradict each other or the channel's messages";
+    let warn = move |span| warning("no message can satisfy this event".to_owned(), span, "never true", help);
+    spans.into_iter().zip(impossible).filter(|(_, impossible)| *impossible).map(move |(span, _)| warn(span))
+}
+
+fn triviality(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem> {
+    let name = &definition.name;
     match (monitor.verdict(), monitor.is_violated_by_a_tick()) {
         (Verdict::True, _) => {
             let help = "it holds on every run: is a condition missing?";
-            warn(format!("`{}` can never be violated", name.text), name.span, "always satisfied", help);
+            Some(warning(format!("`{}` can never be violated", name.text), name.span, "always satisfied", help))
         }
         (Verdict::False, _) | (_, true) => {
             let help = "it fails on every run: do two conditions contradict each other?";
-            warn(format!("`{}` can never be satisfied", name.text), name.span, "always violated", help);
+            Some(warning(format!("`{}` can never be satisfied", name.text), name.span, "always violated", help))
         }
-        _ => {}
+        _ => None,
     }
-    if !monitor.method().is_prompt() {
-        let (why, label) = if monitor.is_cut_off() {
-            ("has conditions with too many combinations".to_owned(), "not all are foreseen")
-        } else if monitor.has_letters() {
-            let states = Limits::default().automaton_states;
-            (format!("needs more than {states} states"), "too large for an automaton")
-        } else {
-            ("has no automaton: it measures time, remembers values or calculates".to_owned(), "more than rules")
-        };
-        let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
-        warn(format!("`{}` {why}", name.text), name.span, label, help);
-    }
+}
+
+/// The warning of a property whose verdicts may come late.
+fn delay(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem> {
+    let (why, label) = if monitor.method().is_prompt() {
+        return None;
+    } else if monitor.is_cut_off() {
+        ("has conditions with too many combinations".to_owned(), "not all are foreseen")
+    } else if monitor.has_letters() {
+        let states = Limits::default().automaton_states;
+        (format!("needs more than {states} states"), "too large for an automaton")
+    } else {
+        ("has no automaton: it measures time, remembers values or calculates".to_owned(), "more than rules")
+    };
+    let name = &definition.name;
+    let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
+    Some(warning(format!("`{}` {why}", name.text), name.span, label, help))
 }
 
 /// The spans of the events of a constraint, in the order in which [`Formula::events`] visits them.

@@ -104,8 +104,11 @@ pub struct EventLog<R> {
     fields: Vec<Value>,
 }
 
-/// The longest line allowed.
+/// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
 const MAX_LINE: usize = 1 << 20;
+
+/// The most symbols that are kept: chosen, not measured.
+const MAX_SYMBOLS: usize = 256;
 
 impl<R: BufRead> EventLog<R> {
     /// A log over the channels of a topology.
@@ -180,30 +183,32 @@ impl<R: BufRead> EventLog<R> {
         let step = found.step.ok_or_else(|| missing("step"))?;
         let tick = found.tick.ok_or_else(|| missing("tick"))?;
         let time = found.time.ok_or_else(|| missing("time_s"))?;
+        // Each is compared by itself: a step can never be later at an earlier time.
         let last = std::mem::replace(&mut self.last, (step, tick, time));
         if step < last.0 || tick < last.1 || time < last.2 {
             return Err(LogError::Backwards { line: number, step, tick, time });
         }
-        if found.generated {
-            return Ok(Some(Event { step, tick, time, kind: EventKind::Tick }));
-        }
+        let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
+        Ok(kind.map(|kind| Event { step, tick, time, kind }))
+    }
+
+    /// The message of a line; `None` if it is skipped.
+    fn received(&mut self, found: Found<'_>) -> Result<Option<EventKind>, LogError> {
         let missing = |key: &str| self.complaint(0, &format!("this message has no `{key}`"));
         let from = found.from.ok_or_else(|| missing("from"))?;
         let to = found.to.ok_or_else(|| missing("to"))?;
         let message = found.message.ok_or_else(|| missing("message"))?;
-        let Some(channel) = self.channel(from, to) else {
-            return match self.which {
-                Channels::Known => {
-                    self.skipped += 1;
-                    Ok(None)
-                }
-                Channels::All => {
-                    let [from, to] = [from, to].map(|name| String::from_utf8_lossy(name).into_owned());
-                    Err(LogError::UnknownChannel { line: number, from, to })
-                }
-            };
-        };
-        Ok(Some(Event { step, tick, time, kind: EventKind::Received { channel, message } }))
+        match (self.channel(from, to), self.which) {
+            (Some(channel), _) => Ok(Some(EventKind::Received { channel, message })),
+            (None, Channels::Known) => {
+                self.skipped += 1;
+                Ok(None)
+            }
+            (None, Channels::All) => {
+                let [from, to] = [from, to].map(|name| String::from_utf8_lossy(name).into_owned());
+                Err(LogError::UnknownChannel { line: self.number, from, to })
+            }
+        }
     }
 
     fn object<'a>(&mut self, scanner: &mut Scanner<'a>) -> Result<Found<'a>, Unreadable> {
@@ -255,25 +260,27 @@ impl<R: BufRead> EventLog<R> {
             JsonToken::Int(number) => Value::Int(number),
             JsonToken::Real(number) => Value::Real(number),
             JsonToken::Text(text) => Value::Text(text.into()),
-            JsonToken::Open => {
-                let kind = scanner.string()?;
-                if !matches!(kind, b"sym" | b"real") {
-                    return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));
-                }
-                scanner.expect(b':')?;
-                let name = scanner.string()?;
-                let value = match (kind, name) {
-                    (b"sym", name) => {
-                        self.symbol(name).map(Value::Symbol).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?
-                    }
-                    (_, b"inf") => Value::Real(f64::INFINITY),
-                    (_, b"-inf") => Value::Real(f64::NEG_INFINITY),
-                    _ => return Err(scanner.unreadable("a real that JSON has no number for is \"inf\" or \"-inf\"")),
-                };
-                scanner.expect(b'}')?;
-                value
-            }
+            JsonToken::Open => self.tagged(scanner)?,
         })
+    }
+
+    /// `{"sym": "ok"}` or `{"real": "inf"}`, after its first brace: what JSON has no values for.
+    fn tagged(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
+        let kind = scanner.string()?;
+        if !matches!(kind, b"sym" | b"real") {
+            return Err(scanner.unreadable("a value must be a number, a string, true, false or {\"sym\": …}"));
+        }
+        scanner.expect(b':')?;
+        let value = match (kind, scanner.string()?) {
+            (b"sym", name) => {
+                self.symbol(name).map(Value::Symbol).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?
+            }
+            (_, b"inf") => Value::Real(f64::INFINITY),
+            (_, b"-inf") => Value::Real(f64::NEG_INFINITY),
+            _ => return Err(scanner.unreadable("a real that JSON has no number for is \"inf\" or \"-inf\"")),
+        };
+        scanner.expect(b'}')?;
+        Ok(value)
     }
 
     /// The symbol with this name, allocated once for all its occurrences unless there are too many different ones.
@@ -282,7 +289,8 @@ impl<R: BufRead> EventLog<R> {
             return Some(known.clone());
         }
         let symbol = Symbol::new(std::str::from_utf8(name).ok()?);
-        if self.symbols.len() < 256 {
+        // The search is linear. Beyond the limit, symbols are allocated again for each message.
+        if self.symbols.len() < MAX_SYMBOLS {
             self.symbols.push(symbol.clone());
         }
         Some(symbol)

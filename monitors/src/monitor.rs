@@ -56,7 +56,7 @@ pub struct ScopeMonitor {
     synthesis: Arc<Synthesis>,
     picture: Option<Arc<Picture>>,
     run: RunningMonitor,
-    /// For a machine without rules: the clauses as rules, if they have that form, to tell which one was violated.
+    /// For a machine without rules: the clauses as rules, if they have that form, to name the one that was violated.
     rules: Option<CompactRun>,
     /// τ at the first state; `None` before it.
     start: Option<u64>,
@@ -204,6 +204,7 @@ impl ScopeMonitor {
                 }
             });
             let what = describe::text(Formula::Or(parts.collect()), words, &self.topology);
+            // One obligation of a clause is enough: it is due with the last of them, or never if one of them has no end.
             let ends = clause.iter().map(|obligation| match obligation {
                 Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
                 _ => None,

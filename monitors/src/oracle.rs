@@ -116,52 +116,56 @@ impl Oracle<'_> {
                 let next = self.onwards(i).skip(1).find(|j| trigger.fires(self.states[*j].kind));
                 next.map_or(!strong, |j| clauses.iter().all(|clause| self.clause(clause, j, values)))
             }
-            Literal::Until { hold, goal } => {
-                for j in self.onwards(i) {
-                    if self.some_asked_holds(goal, j, values) {
-                        return true;
-                    }
-                    if !self.all_asked_hold(hold, j, values) {
-                        return false;
-                    }
-                }
-                false
-            }
-            Literal::Release { escape, hold } => {
-                for j in self.onwards(i) {
-                    if !self.all_asked_hold(hold, j, values) {
-                        return false;
-                    }
-                    if self.some_asked_holds(escape, j, values) {
-                        return true;
-                    }
-                }
-                true
-            }
+            Literal::Until { hold, goal } => self.until(hold, goal, i, values),
+            Literal::Release { escape, hold } => self.release(escape, hold, i, values),
             Literal::Since { hold, goal, bound, holds } => {
                 let since = |j: usize| {
                     self.some_asked_holds(goal, j, values) && (j + 1..=i).all(|k| self.all_asked_hold(hold, k, values))
                 };
-                self.until(i).any(|j| self.ago(*bound, i, j) && since(j)) == *holds
+                self.up_to(i).any(|j| self.ago(*bound, i, j) && since(j)) == *holds
             }
-            Literal::Previous { clauses, bound, holds } => {
-                let trigger = Trigger::of(clauses.iter(), &self.words);
-                let before = self.until(i).rev().find(|j| *j < i && trigger.fires(self.states[*j].kind));
-                let held =
-                    |j: usize| self.ago(*bound, i, j) && clauses.iter().all(|clause| self.clause(clause, j, values));
-                before.is_some_and(held) == *holds
-            }
+            Literal::Previous { clauses, bound, holds } => self.previously(clauses, *bound, i, values) == *holds,
             Literal::Count { event, count, ticks, holds } => {
                 let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
                 let event = self.words.get(*event);
-                let passed = self.until(i).filter(|j| self.passes(event, *j, values) && self.ago(bound, i, *j)).count();
+                let passed = self.up_to(i).filter(|j| self.passes(event, *j, values) && self.ago(bound, i, *j)).count();
                 (passed as u64 >= *count) == *holds
             }
         }
     }
 
+    fn until(&self, hold: &Form, goal: &Form, i: usize, values: &Values) -> bool {
+        for j in self.onwards(i) {
+            if self.some_asked_holds(goal, j, values) {
+                return true;
+            }
+            if !self.all_asked_hold(hold, j, values) {
+                return false;
+            }
+        }
+        false
+    }
+
+    fn release(&self, escape: &Form, hold: &Form, i: usize, values: &Values) -> bool {
+        for j in self.onwards(i) {
+            if !self.all_asked_hold(hold, j, values) {
+                return false;
+            }
+            if self.some_asked_holds(escape, j, values) {
+                return true;
+            }
+        }
+        true
+    }
+
+    fn previously(&self, clauses: &Form, bound: Bound, i: usize, values: &Values) -> bool {
+        let trigger = Trigger::of(clauses.iter(), &self.words);
+        let before = self.up_to(i).rev().find(|j| *j < i && trigger.fires(self.states[*j].kind));
+        before.is_some_and(|j| self.ago(bound, i, j) && clauses.iter().all(|clause| self.clause(clause, j, values)))
+    }
+
     /// The states up to i.
-    fn until(&self, i: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
+    fn up_to(&self, i: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
         0..(i + 1).min(self.states.len())
     }
 
@@ -196,7 +200,7 @@ impl Oracle<'_> {
 
     /// The last message on a channel up to state i.
     fn last(&self, channel: ChannelId, i: usize) -> Option<&Message> {
-        self.until(i).rev().find_map(|j| self.message(channel, j))
+        self.up_to(i).rev().find_map(|j| self.message(channel, j))
     }
 
     /// The message that passes on a channel at state j.

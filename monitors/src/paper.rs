@@ -65,13 +65,12 @@ pub fn phi2(topology: &Topology, PhiTwo { low_pct, deadline_ticks }: PhiTwo) -> 
 
     let mut graph = ProgramGraph::builder("phi2");
     let [i, i1, c1, s, c2, t, err] = ["I", "I1", "C1", "S", "C2", "T", "Err"].map(|name| graph.location(name));
-    let level = graph.variable("level");
-    let tick = graph.variable("tick");
+    let [level, tick] = ["level", "tick"].map(|name| graph.variable(name));
     let timer = graph.variable_with("timer", Content::Value(0.into()));
     let low = ok(level).and(level.field(2).compare(Relation::LessOrEqual, low_pct));
     let one_less = Term::Difference(Box::new(timer.term()), Box::new(1.into()));
     let start = Message::symbols(["start_navigation", "RechargingStation"]);
-
+    // In the order of the figure, from `I` to `Err`.
     graph.receive(i, running, Message::symbols(["ok", "running"]), i1).caption = "running".to_owned();
     graph.receive(i1, levels, level, c1).caption = "level".to_owned();
     graph.internal(c1, low.clone().negated(), [], i1).caption = format!("> {low_pct}");

@@ -125,13 +125,11 @@ impl<'a> Resolver<'a> {
 
     /// The formula of a constraint; `None` after its problems have been reported. All of its parts are checked.
     fn formula(&mut self, constraint: &Constraint, inside: Inside) -> Option<Formula> {
-        if let Some(ahead) = looks_ahead(&constraint.kind).filter(|_| inside.past) {
-            let problem = Problem::new(format!("`{ahead}` looks ahead, but it is inside an operator that looks back"));
-            let problem = problem.at(constraint.span, "not known yet when it is needed");
-            self.problems.push(problem.with_help("`once`, `historically`, `previous` and `since` are about the past"));
+        if inside.past && self.refuses_to_look_ahead(constraint) {
             return None;
         }
-        let mut temporal = |part: &Constraint| self.formula(part, Inside { temporal: true, ..inside }).map(Box::new);
+        let past = Inside { past: true, ..inside };
+        let temporal = Inside { temporal: true, ..inside };
         Some(match &constraint.kind {
             ConstraintKind::True => Formula::True,
             ConstraintKind::False => Formula::False,
@@ -139,55 +137,83 @@ impl<'a> Resolver<'a> {
                 self.unreadable = true;
                 return None;
             }
-            ConstraintKind::Next(part) => Formula::Next(temporal(part)?),
-            ConstraintKind::Always(part) => Formula::Always(temporal(part)?),
-            ConstraintKind::Eventually(part) => Formula::Eventually(temporal(part)?),
-            ConstraintKind::Until(left, right) => {
-                let (left, right) = (temporal(left), temporal(right));
-                Formula::Until(left?, right?)
-            }
-            ConstraintKind::Once(ago, part) => {
-                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
-                Formula::Once(bound?, part?)
-            }
-            ConstraintKind::Historically(ago, part) => {
-                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
-                Formula::Historically(bound?, part?)
-            }
-            ConstraintKind::Previous(ago, part) => {
-                let (bound, part) = (self.ago(ago.as_ref()), self.past(part, inside));
-                Formula::Previous(bound?, part?)
-            }
+            ConstraintKind::Next(part) => Formula::Next(self.boxed(part, temporal)?),
+            ConstraintKind::Always(part) => Formula::Always(self.boxed(part, temporal)?),
+            ConstraintKind::Eventually(part) => Formula::Eventually(self.boxed(part, temporal)?),
+            ConstraintKind::Until(left, right) => self.both(Formula::Until, left, right, temporal)?,
+            ConstraintKind::Once(ago, part) => self.past(Formula::Once, ago.as_ref(), part, past)?,
+            ConstraintKind::Historically(ago, part) => self.past(Formula::Historically, ago.as_ref(), part, past)?,
+            ConstraintKind::Previous(ago, part) => self.past(Formula::Previous, ago.as_ref(), part, past)?,
             ConstraintKind::Since(ago, left, right) => {
                 let bound = self.ago(ago.as_ref());
-                let (left, right) = (self.past(left, inside), self.past(right, inside));
+                let (left, right) = (self.boxed(left, past), self.boxed(right, past));
                 Formula::Since(bound?, left?, right?)
             }
             ConstraintKind::Count { is_at_most, count, event, bound } => {
                 self.is_asked(inside, event.span);
-                self.remembers_nothing(event);
-                let (event, count) = (self.event(event), self.count(count));
-                let (_, ticks) = self.ticks(Relation::Less, bound)?;
-                Formula::Count { event: event?, is_at_most: *is_at_most, count: count?, ticks }
+                self.counted(*is_at_most, count, event, bound)?
             }
             ConstraintKind::Not(part) => self.formula(part, inside)?.negated(),
             ConstraintKind::And(parts) => Formula::And(self.formulas(parts, inside)?),
             ConstraintKind::Or(parts) => Formula::Or(self.formulas(parts, inside)?),
-            ConstraintKind::Implies(left, right) => {
-                let (left, right) = (self.formula(left, inside), self.formula(right, inside));
-                left?.implies(right?)
-            }
+            ConstraintKind::Implies(left, right) => self.both(Formula::Implies, left, right, inside)?,
             ConstraintKind::Event(event) => {
                 self.is_asked(inside, event.span);
                 Formula::Event(self.event(event)?)
             }
-            ConstraintKind::TimeUntil { event, relation, bound } => {
-                self.remembers_nothing(event);
-                let (event, ticks) = (self.event(event), self.ticks(*relation, bound));
-                let (relation, ticks) = ticks?;
-                Formula::TimeUntil { event: event?, relation, ticks }
-            }
+            ConstraintKind::TimeUntil { event, relation, bound } => self.awaited(event, *relation, bound)?,
         })
+    }
+
+    /// Reports an operator that looks ahead, and returns whether it is one.
+    fn refuses_to_look_ahead(&mut self, constraint: &Constraint) -> bool {
+        let Some(ahead) = looks_ahead(&constraint.kind) else { return false };
+        let problem = Problem::new(format!("`{ahead}` looks ahead, but it is inside an operator that looks back"));
+        let problem = problem.at(constraint.span, "not known yet when it is needed");
+        self.problems.push(problem.with_help("`once`, `historically`, `previous` and `since` are about the past"));
+        true
+    }
+
+    fn counted(&mut self, is_at_most: bool, count: &Operand, event: &Event, bound: &Operand) -> Option<Formula> {
+        self.remembers_nothing(event);
+        let (event, count) = (self.event(event), self.count(count));
+        let (_, ticks) = self.ticks(Relation::Less, bound)?;
+        Some(Formula::Count { event: event?, is_at_most, count: count?, ticks })
+    }
+
+    fn awaited(&mut self, event: &Event, relation: Relation, bound: &Operand) -> Option<Formula> {
+        self.remembers_nothing(event);
+        let (event, ticks) = (self.event(event), self.ticks(relation, bound));
+        let (relation, ticks) = ticks?;
+        Some(Formula::TimeUntil { event: event?, relation, ticks })
+    }
+
+    fn boxed(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
+        self.formula(constraint, inside).map(Box::new)
+    }
+
+    fn both(
+        &mut self,
+        operator: fn(Box<Formula>, Box<Formula>) -> Formula,
+        left: &Constraint,
+        right: &Constraint,
+        inside: Inside,
+    ) -> Option<Formula> {
+        // Not one after the other: the problems of both are reported.
+        let (left, right) = (self.boxed(left, inside), self.boxed(right, inside));
+        Some(operator(left?, right?))
+    }
+
+    /// An operator that looks back at one operand.
+    fn past(
+        &mut self,
+        operator: fn(Bound, Box<Formula>) -> Formula,
+        ago: Option<&Interval>,
+        operand: &Constraint,
+        inside: Inside,
+    ) -> Option<Formula> {
+        let (bound, operand) = (self.ago(ago), self.boxed(operand, inside));
+        Some(operator(bound?, operand?))
     }
 
     /// Reports values that are remembered in an event that is only awaited or counted.
@@ -209,11 +235,6 @@ impl<'a> Resolver<'a> {
             let problem = problem.at(event, "checked only in the first state, before any message");
             self.problems.push(problem.with_help("did you mean `always`?"));
         }
-    }
-
-    /// The operand of an operator that looks back.
-    fn past(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
-        self.formula(constraint, Inside { past: true, ..inside }).map(Box::new)
     }
 
     fn ago(&mut self, interval: Option<&Interval>) -> Option<Bound> {

@@ -44,25 +44,23 @@ impl EventAtom {
 fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constraint {
     let of = |part: &Formula| Box::new(constraint(part, topology, is_timed));
     let list = |parts: &[Formula]| parts.iter().map(|part| constraint(part, topology, is_timed)).collect();
-    let number = |number: u64| operand(Literal::Int(i64::try_from(number).unwrap_or(i64::MAX)));
-    let length = |length: u64| if is_timed { operand(duration(length)) } else { number(length) };
-    let ago = |bound: &Bound| {
-        let interval = Interval { relation: bound.relation, bound: length(bound.ticks) };
-        (*bound != Bound::NONE).then_some(interval)
-    };
+    let length = |ticks: u64| length(ticks, is_timed);
+    let ago = |bound: &Bound| interval(*bound, is_timed);
     let kind = match formula {
         Formula::True => ConstraintKind::True,
         Formula::False => ConstraintKind::False,
-        Formula::And(parts) if parts.is_empty() => ConstraintKind::True,
-        Formula::Or(parts) if parts.is_empty() => ConstraintKind::False,
+        // The language joins no fewer than two operands.
         Formula::And(parts) | Formula::Or(parts) if parts.len() == 1 => {
             return constraint(&parts[0], topology, is_timed);
         }
+        Formula::And(parts) if parts.is_empty() => ConstraintKind::True,
+        Formula::Or(parts) if parts.is_empty() => ConstraintKind::False,
         Formula::And(parts) => ConstraintKind::And(list(parts)),
         Formula::Or(parts) => ConstraintKind::Or(list(parts)),
         Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
         Formula::TimeUntil { event, relation, ticks } => {
-            ConstraintKind::TimeUntil { event: event.named(topology), relation: *relation, bound: length(*ticks) }
+            let (event, bound) = (event.named(topology), length(*ticks));
+            ConstraintKind::TimeUntil { event, relation: *relation, bound }
         }
         Formula::Timed(part) => return constraint(part, topology, true),
         Formula::Not(part) => ConstraintKind::Not(of(part)),
@@ -75,14 +73,22 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         Formula::Historically(bound, a) => ConstraintKind::Historically(ago(bound), of(a)),
         Formula::Previous(bound, a) => ConstraintKind::Previous(ago(bound), of(a)),
         Formula::Since(bound, a, b) => ConstraintKind::Since(ago(bound), of(a), of(b)),
-        Formula::Count { event, is_at_most, count, ticks } => ConstraintKind::Count {
-            is_at_most: *is_at_most,
-            count: number(*count),
-            event: event.named(topology),
-            bound: length(*ticks),
-        },
+        Formula::Count { event, is_at_most, count, ticks } => {
+            let (count, event, bound) = (self::length(*count, false), event.named(topology), length(*ticks));
+            ConstraintKind::Count { is_at_most: *is_at_most, count, event, bound }
+        }
     };
     Constraint { kind, span: NOWHERE }
+}
+
+fn interval(bound: Bound, is_timed: bool) -> Option<Interval> {
+    let Bound { relation, ticks } = bound;
+    (bound != Bound::NONE).then(|| Interval { relation, bound: length(ticks, is_timed) })
+}
+
+/// A number, or a duration of nanoseconds.
+fn length(ticks: u64, is_timed: bool) -> Operand {
+    operand(if is_timed { duration(ticks) } else { Literal::Int(i64::try_from(ticks).unwrap_or(i64::MAX)) })
 }
 
 /// A condition in the words of the language.
@@ -93,13 +99,15 @@ pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition 
     }
 }
 
-/// The comparison that stands for this condition, if it calls its fields by names that say all: without the parts that
+/// The comparison that stands for this condition, if the names of its fields are enough: without the parts that
 /// select the messages which have these fields. Without shapes, names are taken as they are.
 pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<MessageCondition> {
     let (inside, is_denied) = match from {
         MessageCondition::Not(inside) => (&**inside, true),
         from => (from, false),
     };
+    // The resolver puts the conditions that select messages first, and the comparison last. Whether the comparison alone
+    // means the same is not decided here but asked of the resolver.
     let mut last = inside;
     while let MessageCondition::And(parts) | MessageCondition::Or(parts) = last {
         last = parts.last()?;
@@ -120,11 +128,11 @@ pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<Messa
     let by_name = spelled(&comparison, shapes, &called);
     let mut remembered = Vec::new();
     comparison.names(&mut |name| remembered.push(&**name));
-    let says_all = match shapes {
+    let is_enough = match shapes {
         [] => *from == comparison,
         shapes => meaning(&by_name, &remembered, shapes).as_ref() == Some(from),
     };
-    says_all.then_some(comparison)
+    is_enough.then_some(comparison)
 }
 
 fn called(field: &formula::MessageField) -> FieldName {

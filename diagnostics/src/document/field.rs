@@ -15,11 +15,11 @@ pub struct Field<'d, T> {
     key: String,
     /// Its number among the declared keys, if no file is read.
     declared: Option<usize>,
-    state: Reading<T>,
+    state: FieldState<T>,
 }
 
 #[derive(Debug)]
-enum Reading<T> {
+enum FieldState<T> {
     Given(T, Span),
     /// The key is missing; this would be accepted.
     Missing(String),
@@ -29,15 +29,15 @@ enum Reading<T> {
 
 impl<'d, T> Field<'d, T> {
     pub(super) fn given(table: Table<'d>, key: &str, value: T, span: Span) -> Self {
-        Self { table, key: key.into(), declared: None, state: Reading::Given(value, span) }
+        Self { table, key: key.into(), declared: None, state: FieldState::Given(value, span) }
     }
 
     pub(super) fn missing(table: Table<'d>, key: &str, wanted: String) -> Self {
-        Self { table, key: key.into(), declared: None, state: Reading::Missing(wanted) }
+        Self { table, key: key.into(), declared: None, state: FieldState::Missing(wanted) }
     }
 
     pub(super) fn refused(table: Table<'d>, key: &str) -> Self {
-        Self { table, key: key.into(), declared: None, state: Reading::Refused }
+        Self { table, key: key.into(), declared: None, state: FieldState::Refused }
     }
 
     pub(super) fn of(self, declared: Option<usize>) -> Self {
@@ -94,7 +94,7 @@ impl<'d, T> Field<'d, T> {
     #[must_use]
     pub fn required(self) -> Option<T> {
         let help = match &self.state {
-            Reading::Missing(wanted) => format!("add `{}`: {wanted}", self.key),
+            FieldState::Missing(wanted) => format!("add `{}`: {wanted}", self.key),
             _ => String::new(),
         };
         self.declare(|key| key.required = true).required_or(&help)
@@ -104,9 +104,9 @@ impl<'d, T> Field<'d, T> {
     #[must_use]
     pub fn required_or(self, help: &str) -> Option<T> {
         match self.state {
-            Reading::Given(value, _) => Some(value),
-            Reading::Refused => None,
-            Reading::Missing(_) => {
+            FieldState::Given(value, _) => Some(value),
+            FieldState::Refused => None,
+            FieldState::Missing(_) => {
                 let problem = self.table.span().problem(format!("`{}` is missing", self.key));
                 self.table.report_missing(self.key, problem.with_label("here").with_help(help));
                 None
@@ -117,7 +117,7 @@ impl<'d, T> Field<'d, T> {
     /// The value if it is there and valid.
     #[must_use]
     pub fn optional(self) -> Option<T> {
-        if let Reading::Given(value, _) = self.state { Some(value) } else { None }
+        if let FieldState::Given(value, _) = self.state { Some(value) } else { None }
     }
 
     /// The value, or `default` if the key is missing or its value invalid (which has been recorded).
@@ -138,11 +138,11 @@ impl<'d, T> Field<'d, T> {
     /// Processes a given value further. If `next` returns `None`, it has recorded a problem.
     fn step<U>(self, next: impl FnOnce(T, &Span) -> Option<U>) -> Field<'d, U> {
         let state = match self.state {
-            Reading::Given(value, span) => {
-                next(value, &span).map_or(Reading::Refused, |value| Reading::Given(value, span))
+            FieldState::Given(value, span) => {
+                next(value, &span).map_or(FieldState::Refused, |value| FieldState::Given(value, span))
             }
-            Reading::Missing(wanted) => Reading::Missing(wanted),
-            Reading::Refused => Reading::Refused,
+            FieldState::Missing(wanted) => FieldState::Missing(wanted),
+            FieldState::Refused => FieldState::Refused,
         };
         Field { table: self.table, key: self.key, declared: self.declared, state }
     }

@@ -32,7 +32,7 @@ impl Letter {
     }
 }
 
-/// A formula has at most this many different events.
+/// A formula has at most this many different events: a letter has a bit for each.
 pub(crate) const MAX_EVENTS: usize = 64;
 
 /// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events that it

@@ -315,10 +315,8 @@ fn strongly_connected(edges: &[Vec<Edge>]) -> Vec<usize> {
     let mut components = vec![NONE; edges.len()];
     let (mut found, mut count, mut visited) = (Vec::new(), 0, 0);
     for root in 0..edges.len() {
-        let mut path: Vec<(usize, usize)> = Vec::new();
-        if order[root] == NONE {
-            path.push((root, 0));
-        }
+        // A node and which of its edges is next.
+        let mut path: Vec<(usize, usize)> = (order[root] == NONE).then_some((root, 0)).into_iter().collect();
         while let Some((node, next)) = path.pop() {
             if next == 0 {
                 (order[node], low[node]) = (visited, visited);
@@ -326,6 +324,7 @@ fn strongly_connected(edges: &[Vec<Edge>]) -> Vec<usize> {
                 found.push(node);
             }
             if let Some(edge) = edges[node].get(next) {
+                // The node returns once its neighbor is done, and then passes on how far back that leads.
                 path.push((node, next + 1));
                 if order[edge.to] == NONE {
                     path.push((edge.to, 0));

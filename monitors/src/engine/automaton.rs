@@ -12,7 +12,7 @@ use crate::engine::operators::Operators;
 use crate::engine::past::Memory;
 use crate::engine::progression::Progression;
 use crate::engine::situation::Situation;
-use crate::engine::table::Table;
+use crate::engine::table::TransitionTable;
 
 /// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
@@ -39,7 +39,7 @@ impl From<TooManyWays> for TooManyStates {
 #[derive(Clone, Debug)]
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
-    table: Table<StateNumber>,
+    table: TransitionTable<StateNumber>,
     /// The meaning of each state: obligations (none yet at the start) and memory.
     meanings: Vec<Meaning>,
     verdicts: Vec<Verdict>,
@@ -54,7 +54,7 @@ impl Automaton {
     pub(crate) fn new(operators: &Operators, alphabet: &Alphabet) -> Result<Self, TooManyStates> {
         let symbols = alphabet.symbols().ok_or(TooManyStates)?;
         let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new() };
-        let (table, meanings) = explorer.explore(Table::new(symbols))?;
+        let (table, meanings) = explorer.explore(TransitionTable::new(symbols))?;
         let holds: Vec<bool> = meanings
             .iter()
             .map(|(owed, _)| {
@@ -206,7 +206,10 @@ struct Explorer<'a> {
 }
 
 impl Explorer<'_> {
-    fn explore(mut self, mut table: Table<StateNumber>) -> Result<(Table<StateNumber>, Vec<Meaning>), TooManyStates> {
+    fn explore(
+        mut self,
+        mut table: TransitionTable<StateNumber>,
+    ) -> Result<(TransitionTable<StateNumber>, Vec<Meaning>), TooManyStates> {
         let letters: Vec<(Symbol, Letter)> = self
             .alphabet
             .letters()
@@ -228,6 +231,7 @@ impl Explorer<'_> {
             }
             state += 1;
         }
+        // Time passes, and then there is a tick: two transitions at once, for which all others have to be known.
         for state in 0..state {
             let later = table.get(state, Symbol::ADVANCE);
             table.set(state, Symbol::NEXT_TICK, table.get(later, Symbol::TICK));

@@ -1,11 +1,11 @@
 //! Which conditions on the messages of a channel can hold together.
 //!
 //! The constants that a field is compared with divide its values into regions, and each region has a sample. The fields
-//! are decided one after the other. What then is left of the conditions says everything about the fields before it: two
+//! are decided one after the other. What is left of the conditions is all that matters of the fields before it: two
 //! beginnings of a message that leave the same are one node. This is a decision diagram, built from its root: one
 //! condition on eight fields has two nodes for each field, where it has 5⁸ combinations of regions.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashSet};
 
 use channels::{Domain, FieldKind, Message, Relation, Value};
 
@@ -72,14 +72,14 @@ impl<'a> Constants<'a> {
         for (field, constants) in &self.0 {
             let kind = field.checked_sub(1).and_then(|index| fields.get(index));
             let values = kind.map_or(vec![None], |kind| kind.samples(constants).into_iter().map(Some).collect());
-            let mut known: HashMap<Vec<MessageCondition>, usize> = HashMap::new();
+            let mut known: HashSet<Vec<MessageCondition>> = HashSet::new();
             let mut next: Vec<(Vec<MessageCondition>, Beginning)> = Vec::new();
             for (left, beginning) in &nodes {
                 for value in &values {
                     *work = work.checked_sub(left.iter().map(MessageCondition::size).sum())?;
                     let left: Vec<_> = left.iter().map(|condition| condition.given(*field, value.as_ref())).collect();
-                    if !known.contains_key(&left) {
-                        known.insert(left.clone(), next.len());
+                    // Beginnings that leave the same are one node, and the first of them stands for all.
+                    if known.insert(left.clone()) {
                         let decided = value.iter().map(|value| (*field, value.clone()));
                         next.push((left, beginning.iter().cloned().chain(decided).collect()));
                     }

@@ -11,13 +11,13 @@ use std::sync::Arc;
 
 use channels::Verdict;
 
-use crate::clause::{EventId, Form, Literal, LiteralSet, Vocabulary, Window, trigger};
+use crate::clause::{EventId, Form, Literal, LiteralSet, Vocabulary, Window, always, trigger};
 use crate::data::Values;
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Obligation, Obligations};
 use crate::engine::past::{LetterTrigger, Memory, Past};
 use crate::engine::situation::Situation;
-use crate::engine::table::Table;
+use crate::engine::table::TransitionTable;
 
 /// A clause under `always`. It is checked whenever one of its own channels carries a message (at every tick, if it has
 /// none). If none of its literals holds, its deadline starts; without a deadline, the formula is violated.
@@ -63,7 +63,7 @@ pub(crate) struct Compact {
     rules: Vec<Rule>,
     past: Arc<Past>,
     /// `None` if a rule looks back.
-    table: Option<Table<RuleStep>>,
+    table: Option<TransitionTable<RuleStep>>,
     /// The states from which a violation is still possible.
     live: Vec<bool>,
     /// The rules that an event answers.
@@ -109,7 +109,7 @@ impl Compact {
     /// rules from then on, so each set of bits is explored once.
     fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
         let remembered = self.remembered();
-        let mut table = Table::new(alphabet.symbols()?);
+        let mut table = TransitionTable::new(alphabet.symbols()?);
         let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
         let mut known = HashMap::from([(0_u64, 0_u16)]);
         let mut states = vec![0_u64];
@@ -218,17 +218,8 @@ impl Timing {
 }
 
 fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, past: &Past) -> Option<Vec<Rule>> {
-    let mut rules = Vec::new();
-    for clause in form {
-        let mut literals = clause.iter();
-        let (Some(Literal::Release { escape, hold }), None) = (literals.next(), literals.next()) else { return None };
-        if !escape.is_empty() {
-            return None;
-        }
-        for clause in hold {
-            rules.push(Rule::new(clause, vocabulary, alphabet, past)?);
-        }
-    }
+    let rule = |clause| Rule::new(clause, vocabulary, alphabet, past);
+    let rules = always(form)?.into_iter().map(rule).collect::<Option<Vec<_>>>()?;
     // Each rule is a bit.
     (rules.len() <= alphabet.limits.rules.min(16)).then_some(rules)
 }
@@ -382,7 +373,7 @@ impl CompactRun {
         }
     }
 
-    fn run_safety(&mut self, symbols: &[Symbol], table: &Table<RuleStep>) {
+    fn run_safety(&mut self, symbols: &[Symbol], table: &TransitionTable<RuleStep>) {
         let mut state = self.state;
         for symbol in symbols {
             let step = table.get(state, *symbol);
@@ -395,7 +386,7 @@ impl CompactRun {
         self.state = state;
     }
 
-    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &Table<RuleStep>) {
+    fn run_response(&mut self, symbols: &[Symbol], bound: u64, table: &TransitionTable<RuleStep>) {
         let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
         for symbol in symbols {
             now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);

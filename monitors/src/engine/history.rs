@@ -22,7 +22,7 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// The bit of a literal, and whether the literal says that it holds; `None` if it has no bit.
+    /// The bit of a literal, and whether the literal requires it; `None` if it has no bit.
     pub(crate) fn bit(&self, literal: &Literal) -> Option<(u64, bool)> {
         let (literal, holds) = literal.past()?;
         let place = self.literals.iter().position(|known| *known == literal)?;

@@ -1,6 +1,9 @@
 //! How much is computed about a formula before a run.
 
 /// Where the computation about a formula ends. Beyond a limit, verdicts come later; none is different.
+///
+/// The defaults are chosen, not measured, except for two that follow from how sets are kept: `rules` are the bits of a
+/// 16-bit number, and `delays` those of a 128-bit number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Visits to parts of conditions, for finding out which conditions on a channel can hold together.

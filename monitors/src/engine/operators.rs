@@ -239,21 +239,7 @@ impl Operators {
                 let is_so = state.data.is_some_and(|data| data.holds_now(open, values, &self.past.known));
                 Obligations::constant(is_so == holds)
             }
-            Compiled::Time { event, bound, holds } => {
-                let passes = self.passes(event, state, values);
-                let values =
-                    if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
-                let windows = bound.windows().map(|window| {
-                    if window.first == 0 && passes {
-                        return Obligations::constant(holds);
-                    }
-                    let first = if window.first == 0 { 0 } else { state.now.saturating_add(window.first) };
-                    let last = state.now.saturating_add(window.last);
-                    Obligations::one(Obligation::Passes { event, holds, first, last, values: values.clone() })
-                });
-                let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
-                windows.fold(Obligations::constant(!holds), combine)
-            }
+            Compiled::Time { event, bound, holds } => self.awaited(event, bound, holds, state, values),
             Compiled::Operator(operator) => {
                 let values = values.only(&self.names[operator as usize]);
                 match self.operators[operator as usize] {
@@ -265,6 +251,23 @@ impl Operators {
                 }
             }
         }
+    }
+
+    /// The obligation that an event passes within a bound, or that it does not. In each window it may; without the event,
+    /// all windows must stay empty.
+    fn awaited(&self, event: EventId, bound: Bound, holds: bool, state: State<'_>, values: &Values) -> Obligations {
+        let passes = self.passes(event, state, values);
+        let values = if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
+        let windows = bound.windows().map(|window| {
+            if window.first == 0 && passes {
+                return Obligations::constant(holds);
+            }
+            let first = if window.first == 0 { 0 } else { state.now.saturating_add(window.first) };
+            let last = state.now.saturating_add(window.last);
+            Obligations::one(Obligation::Passes { event, holds, first, last, values: values.clone() })
+        });
+        let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
+        windows.fold(Obligations::constant(!holds), combine)
     }
 
     /// The obligation of an `until` or a release from this state on; `None` if it is only itself, as in states that
@@ -285,6 +288,8 @@ impl Operators {
                 .into_iter()
                 .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].part, state, values)))
         };
+        // The expansion laws: α until β is β ∨ (α ∧ ○(α until β)), and release is its dual. Parts that this state does not
+        // trigger neither hold nor fail here.
         match &self.operators[operator as usize] {
             Operator::Until { hold, goal } if is_triggered(hold) || is_triggered(goal) => {
                 Some(any(goal).or(all(hold).and(later())))

@@ -1,7 +1,7 @@
 //! The past: the operators that look back, as a state that each letter moves.
 //!
 //! An operator keeps how long ago its operand held, and only as precisely as its bound can distinguish. So there are
-//! only finitely many memories of a past, and each tells which operators hold. To the rest of the engine, such an
+//! only finitely many memories of a past, and each determines which operators hold. To the rest of the engine, such an
 //! operator is just another event.
 
 use std::collections::BTreeSet;
@@ -128,7 +128,7 @@ impl Past {
         self.remembered
     }
 
-    /// The bit of a literal, and whether the literal says that it holds; `None` if it does not look back.
+    /// The bit of a literal, and whether the literal requires it; `None` if it does not look back.
     pub(crate) fn bit(&self, literal: &Literal) -> Option<(u64, bool)> {
         self.known.bit(literal)
     }
@@ -281,7 +281,7 @@ impl Past {
 }
 
 impl Operator {
-    /// Whether it holds in a state, given `last`, which says what else holds there, and whether its operand holds.
+    /// Whether it holds in a state, given `last`, the bits of what else holds there, and whether its operand holds.
     fn read(&self, ages: &mut [Vec<u64>], last: u64, letter: Letter) -> (bool, bool) {
         let within = |ages: &[Vec<u64>]| {
             let mut windows = self.windows.iter().zip(ages);
@@ -289,6 +289,7 @@ impl Operator {
         };
         match &self.kind {
             PastOperator::Since { hold, goal } => {
+                // First what must hold since then, and then the goal: where the goal holds, the other need not.
                 if hold.iter().any(|part| part.trigger.at(letter) && !part.bits.one_holds(last)) {
                     ages.iter_mut().for_each(Vec::clear);
                 }
@@ -299,6 +300,7 @@ impl Operator {
                 (within(ages), begins)
             }
             PastOperator::Previous { trigger, clauses } => {
+                // What held before this state, which is then kept for the next one.
                 let held = within(ages);
                 let holds = clauses.iter().all(|clause| clause.one_holds(last));
                 if trigger.at(letter) {

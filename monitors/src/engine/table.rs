@@ -4,13 +4,13 @@ use crate::engine::alphabet::Symbol;
 
 /// A row for each state, with a cell for each symbol.
 #[derive(Clone, Debug)]
-pub(crate) struct Table<T> {
+pub(crate) struct TransitionTable<T> {
     cells: Vec<T>,
     /// A row has room for two to the power of this many symbols.
     width: u32,
 }
 
-impl<T: Copy> Table<T> {
+impl<T: Copy> TransitionTable<T> {
     /// A table without rows for this number of symbols.
     pub(crate) fn new(symbols: u16) -> Self {
         Self { cells: Vec::new(), width: u32::from(symbols).next_power_of_two().trailing_zeros() }

@@ -33,6 +33,7 @@ pub(super) fn picture(
         let name = if verdict == Verdict::True { "satisfied" } else { "violated" };
         (0..automaton.len()).any(|state| automaton.verdict(state) == verdict).then(|| graph.location(name))
     });
+    // All states with the same verdict are one location: nothing changes it any more.
     let places = (0..automaton.len()).map(|state| match automaton.verdict(state) {
         Verdict::True => satisfied,
         Verdict::False => violated,

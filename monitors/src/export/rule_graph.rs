@@ -69,6 +69,7 @@ impl<'a> Draft<'a> {
                 .iter()
                 .filter(|rule| trigger(&rule.clause, self.words).channels.contains(&channel))
                 .collect();
+            // One check for all rules of the channel: the paper's φ1 is the case of a single rule.
             let kept = all(asked.iter().map(|rule| self.kept(rule)).collect());
             let list = |captions: Vec<String>, word: &str| captions.join(word);
             let holds = asked.iter().map(|rule| describe::brief_clause(&rule.clause, self.words)).collect();

@@ -8,7 +8,7 @@ use crate::export::picture::Picture;
 use crate::export::rule_graph::Draft;
 use crate::synthesis::Synthesis;
 
-/// An automaton with more open states is not drawn, but it can be exported.
+/// An automaton with more open states is not drawn, but it can be exported. Chosen, not measured.
 const MAX_DRAWN_STATES: usize = 12;
 
 impl Picture {

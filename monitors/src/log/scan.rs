@@ -27,7 +27,7 @@ pub(super) struct Scanner<'a> {
     at: usize,
 }
 
-/// The maximum depth of nested values that are skipped.
+/// The maximum depth of nested values that are skipped: chosen, not measured.
 const MAX_DEPTH: usize = 64;
 
 impl<'a> Scanner<'a> {
@@ -150,7 +150,7 @@ impl<'a> Scanner<'a> {
         Err(self.unreadable("expected a value"))
     }
 
-    /// Skips a value of any kind.
+    /// Skips a value of any kind: lines may have keys that are not read, and their values are not checked to be valid.
     pub(super) fn skip(&mut self) -> Result<(), Unreadable> {
         let mut depth = 0_usize;
         loop {
@@ -159,6 +159,7 @@ impl<'a> Scanner<'a> {
                 Some(b'"') => {
                     self.string()?;
                 }
+                // Brackets are only counted. They are not matched: only the end of the value is of interest.
                 Some(b'{' | b'[') => {
                     depth += 1;
                     self.at += 1;

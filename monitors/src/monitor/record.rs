@@ -133,6 +133,8 @@ impl Record {
                 }
             }
             None => {
+                // Without distinguishable clauses, there is one cause: the last messages when the formula
+                // ceased to hold.
                 self.note_beginnings(observation, run);
                 self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| {
                     record.everything(observation.event)
@@ -140,11 +142,9 @@ impl Record {
             }
         }
         if verdict == Verdict::False {
-            let witness = match rules {
-                Some(rules) => match rules.broken() {
-                    Some(rule) => self.blame(rule, &rules.compact().rules()[rule].clause, observation),
-                    None => self.contradiction(rules, observation),
-                },
+            let witness = match rules.map(|rules| (rules, rules.broken())) {
+                Some((rules, Some(rule))) => self.blame(rule, &rules.compact().rules()[rule].clause, observation),
+                Some((rules, None)) => self.contradiction(rules, observation),
                 None => self.explain(run.missed(), observation),
             };
             self.witness = Some(Box::new(witness));

@@ -30,28 +30,42 @@ impl<'a> Resolver<'a> {
                 if !self.is_field_or_remembered(value, channel) =>
             {
                 let constant = self.value(value);
-                let places = channel.and_then(|channel| self.places(field, channel));
-                let (places, constant) = (places?, constant?);
-                self.check(&places, condition.span, *relation, &constant, value.span());
-                self.comparison(field, &places, *relation, &constant)?
+                let positions = channel.and_then(|channel| self.positions(field, channel));
+                let (positions, constant) = (positions?, constant?);
+                self.check(&positions, condition.span, *relation, &constant, value.span());
+                self.comparison(field, &positions, *relation, &constant)?
             }
             ConditionKind::Compare { left, relation, right } => {
-                let mut guards = Vec::new();
-                let [left, right] = [left, right].map(|term| self.term(term, channel, &mut guards));
-                let ((left, of_left), (right, of_right)) = (left?, right?);
-                self.check_kinds(condition.span, *relation, of_left, of_right);
-                // A missing value differs from everything.
-                let positive = if *relation == Relation::NotEqual { Relation::Equal } else { *relation };
-                guards.push(MessageCondition::relating(left, positive, right));
-                let holds = all(guards);
-                if *relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) }
+                self.relate(condition.span, [left, right], *relation, channel)?
             }
             ConditionKind::Remember { field, name } => {
-                let (place, mut guards) = self.place(field, channel?)?;
-                guards.push(MessageCondition::Remember { field: place.called(field), name: name.text.as_str().into() });
+                let (position, mut guards) = self.position(field, channel?)?;
+                guards.push(MessageCondition::Remember {
+                    field: position.called(field),
+                    name: name.text.as_str().into(),
+                });
                 all(guards)
             }
         })
+    }
+
+    /// The comparison of two terms of any kind.
+    fn relate(
+        &mut self,
+        whole: ByteRange,
+        sides: [&Term; 2],
+        relation: Relation,
+        channel: Option<ChannelId>,
+    ) -> Option<MessageCondition> {
+        let mut guards = Vec::new();
+        let [left, right] = sides.map(|term| self.term(term, channel, &mut guards));
+        let ((left, of_left), (right, of_right)) = (left?, right?);
+        self.check_kinds(whole, relation, of_left, of_right);
+        // A missing value differs from everything.
+        let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
+        guards.push(MessageCondition::relating(left, positive, right));
+        let holds = all(guards);
+        Some(if relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) })
     }
 
     /// Whether an operand is a name, but not that of a constant.
@@ -74,9 +88,9 @@ impl<'a> Resolver<'a> {
     ) -> Option<(formula::Term, Kinds<'a>)> {
         Some(match term {
             Term::Field(field) => {
-                let (place, distinguishing) = self.place(field, channel?)?;
+                let (position, distinguishing) = self.position(field, channel?)?;
                 guards.extend(distinguishing.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
-                (formula::Term::Field(place.called(field)), Some(place.kinds().map(|(_, kind)| kind).collect()))
+                (formula::Term::Field(position.called(field)), Some(position.kinds().map(|(_, kind)| kind).collect()))
             }
             Term::Operand(Operand::Constant(name)) if self.remembered.contains(&name.text) => {
                 (formula::Term::Remembered(name.text.as_str().into()), None)
@@ -93,6 +107,7 @@ impl<'a> Resolver<'a> {
                 }
                 let [(_, left), (_, right)] = sides;
                 let ((left, _), (right, _)) = (left?, right?);
+                // Arithmetic on constants is done now: a field can then be compared with the result as with a constant.
                 let whole = match (&left, &right) {
                     (formula::Term::Value(a), formula::Term::Value(b)) => operator.of(a, b),
                     _ => None,
@@ -108,17 +123,17 @@ impl<'a> Resolver<'a> {
     }
 
     /// The only position of a field, and conditions that select the messages that have it there.
-    fn place(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, Vec<MessageCondition>)> {
-        let mut places = self.places(field, channel)?;
-        let guards = match &places[..] {
-            [place] => {
-                let samples: Vec<Value> = place.kinds().map(|(_, kind)| sample(kind)).collect();
-                samples.iter().map(|sample| place.guard(sample)).collect::<Option<Vec<_>>>()
+    fn position(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, Vec<MessageCondition>)> {
+        let mut positions = self.positions(field, channel)?;
+        let guards = match &positions[..] {
+            [position] => {
+                let samples: Vec<Value> = position.kinds().map(|(_, kind)| sample(kind)).collect();
+                samples.iter().map(|sample| position.guard(sample)).collect::<Option<Vec<_>>>()
             }
             _ => None,
         };
         let Some(guards) = guards else {
-            let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
+            let numbers: Vec<String> = positions.iter().map(|position| format!("m[{}]", position.number)).collect();
             let problem = Problem::new("several fields have this name").at(field.span, "in which messages?");
             self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
             return None;
@@ -129,7 +144,7 @@ impl<'a> Resolver<'a> {
                 distinguishing.push(guard);
             }
         });
-        Some((places.remove(0), distinguishing))
+        Some((positions.remove(0), distinguishing))
     }
 
     /// Reports terms that are never numbers.
@@ -194,30 +209,35 @@ impl<'a> Resolver<'a> {
     }
 
     /// The positions of a field: the one given by its number, or that of its name in each shape.
-    fn places(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<FieldPosition<'a>>> {
+    fn positions(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<FieldPosition<'a>>> {
+        match &field.name {
+            FieldName::Number(number) => self.numbered(*number, field.span, channel).map(|position| vec![position]),
+            FieldName::Named(name) => self.named(name, field.span, channel),
+        }
+    }
+
+    fn numbered(&mut self, number: usize, span: ByteRange, channel: ChannelId) -> Option<FieldPosition<'a>> {
         let topology = self.topology;
         let shapes = topology.get(channel).domain.shapes();
-        let (source, target) = topology.ends(channel);
-        let name = match &field.name {
-            FieldName::Number(number) => {
-                let longest = shapes.iter().map(|shape| shape.fields().len()).max();
-                if let Some(longest) = longest.filter(|longest| number > longest) {
-                    let problem = Problem::new(format!("messages from {source} to {target} have no field m[{number}]"));
-                    let problem = problem.at(field.span, "no such field");
-                    self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
-                    return None;
-                }
-                return Some(vec![FieldPosition {
-                    number: *number,
-                    with: shapes.iter().collect(),
-                    without: Vec::new(),
-                }]);
-            }
-            FieldName::Named(name) => name,
-        };
-        let place = |shape: &Shape| shape.fields().iter().position(|(known, _)| known == name).map(|place| place + 1);
-        let numbers: BTreeSet<usize> = shapes.iter().filter_map(place).collect();
+        let longest = shapes.iter().map(|shape| shape.fields().len()).max();
+        if let Some(longest) = longest.filter(|longest| number > *longest) {
+            let (source, target) = topology.ends(channel);
+            let problem = Problem::new(format!("messages from {source} to {target} have no field m[{number}]"));
+            let problem = problem.at(span, "no such field");
+            self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
+            return None;
+        }
+        Some(FieldPosition { number, with: shapes.iter().collect(), without: Vec::new() })
+    }
+
+    fn named(&mut self, name: &str, span: ByteRange, channel: ChannelId) -> Option<Vec<FieldPosition<'a>>> {
+        let topology = self.topology;
+        let shapes = topology.get(channel).domain.shapes();
+        let position =
+            |shape: &Shape| shape.fields().iter().position(|(known, _)| known == name).map(|index| index + 1);
+        let numbers: BTreeSet<usize> = shapes.iter().filter_map(position).collect();
         if numbers.is_empty() {
+            let (source, target) = topology.ends(channel);
             let problem = Problem::new(format!("messages from {source} to {target} have no field `{name}`"));
             let mut known: Vec<&str> = Vec::new();
             for (field, _) in shapes.iter().flat_map(Shape::fields) {
@@ -225,12 +245,12 @@ impl<'a> Resolver<'a> {
                     known.push(field);
                 }
             }
-            let problem = problem.at(field.span, "no such field");
+            let problem = problem.at(span, "no such field");
             self.problems.push(problem.with_help(nearest_or_all(name, "fields", &known)));
             return None;
         }
         let at = |number| {
-            let (with, without) = shapes.iter().partition(|shape| place(shape) == Some(number));
+            let (with, without) = shapes.iter().partition(|shape| position(shape) == Some(number));
             FieldPosition { number, with, without }
         };
         Some(numbers.into_iter().map(at).collect())
@@ -240,31 +260,31 @@ impl<'a> Resolver<'a> {
     fn comparison(
         &mut self,
         field: &Field,
-        places: &[FieldPosition<'_>],
+        positions: &[FieldPosition<'_>],
         relation: Relation,
         value: &Value,
     ) -> Option<MessageCondition> {
         // A missing value differs from every value.
         let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
-        let compare = |place: &FieldPosition<'_>, relation| {
-            let field = place.called(field);
+        let compare = |position: &FieldPosition<'_>, relation| {
+            let field = position.called(field);
             MessageCondition::Compare { field, relation, value: value.clone() }
         };
-        if let [place] = places
-            && place.confused_with(value).next().is_none()
+        if let [position] = positions
+            && position.confused_with(value).next().is_none()
         {
-            return Some(compare(place, relation));
+            return Some(compare(position, relation));
         }
         let mut alternatives = Vec::new();
-        for place in places {
-            let Some(mut conditions) = place.guard(value) else {
-                let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
+        for position in positions {
+            let Some(mut conditions) = position.guard(value) else {
+                let numbers: Vec<String> = positions.iter().map(|position| format!("m[{}]", position.number)).collect();
                 let message = "no symbol distinguishes the messages with this field from others";
                 let problem = Problem::new(message).at(field.span, "in which messages?");
                 self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
                 return None;
             };
-            conditions.push(compare(place, positive));
+            conditions.push(compare(position, positive));
             alternatives.push(all(conditions));
         }
         let holds = any(alternatives);
@@ -274,13 +294,13 @@ impl<'a> Resolver<'a> {
     /// Reports a comparison that no message can make true, because of its type or its symbol.
     fn check(
         &mut self,
-        places: &[FieldPosition<'_>],
+        positions: &[FieldPosition<'_>],
         whole: ByteRange,
         relation: Relation,
         value: &Value,
         span: ByteRange,
     ) {
-        let kinds: Vec<(usize, &FieldKind)> = places.iter().flat_map(FieldPosition::kinds).collect();
+        let kinds: Vec<(usize, &FieldKind)> = positions.iter().flat_map(FieldPosition::kinds).collect();
         let is_number = value.is_number();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem =
@@ -288,31 +308,32 @@ impl<'a> Resolver<'a> {
             self.problems.push(problem.with_help("compare it with `=` or `!=`"));
             return;
         }
-        if places.iter().all(|place| place.with.is_empty())
+        if positions.iter().all(|position| position.with.is_empty())
             || kinds.iter().any(|(_, kind)| kind.is_comparable_to(value))
         {
             return;
         }
-        let symbols: Vec<&str> = kinds
-            .iter()
-            .flat_map(|(_, kind)| if let FieldKind::Symbol(symbols) = kind { symbols.as_slice() } else { &[] })
-            .map(|symbol| symbol.name())
-            .collect();
-        let accepted: Vec<String> = kinds.iter().map(|(field, kind)| format!("m[{field}] is {kind}")).collect();
-        let (accepted, field) = (accepted.join(", or "), places.first().map_or(1, |place| place.number));
-        let problem = match value {
-            Value::Symbol(symbol) if !symbols.is_empty() => {
-                let near = nearest(symbol.name(), symbols.iter().copied());
-                let problem =
-                    Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol in this field");
-                problem.with_help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
-            }
-            _ => {
-                let problem = Problem::new(format!("m[{field}] cannot be compared with `{value}`"));
-                problem.at(span, format!("this is {}", type_name(value))).with_help(accepted)
-            }
-        };
-        self.problems.push(problem);
+        let field = positions.first().map_or(1, |position| position.number);
+        self.problems.push(never_equal(field, &kinds, value, span));
+    }
+}
+
+/// The problem of a comparison with a value that the field never has.
+fn never_equal(field: usize, kinds: &[(usize, &FieldKind)], value: &Value, span: ByteRange) -> Problem {
+    let accepted: Vec<String> = kinds.iter().map(|(field, kind)| format!("m[{field}] is {kind}")).collect();
+    let accepted = accepted.join(", or ");
+    let mut symbols = kinds.iter().flat_map(|(_, kind)| symbols_of(kind)).map(Symbol::name).peekable();
+    match value {
+        Value::Symbol(symbol) if symbols.peek().is_some() => {
+            let near = nearest(symbol.name(), symbols);
+            let problem =
+                Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol in this field");
+            problem.with_help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
+        }
+        _ => {
+            let problem = Problem::new(format!("m[{field}] cannot be compared with `{value}`"));
+            problem.at(span, format!("this is {}", type_name(value))).with_help(accepted)
+        }
     }
 }
 
@@ -377,10 +398,11 @@ fn distinguishes(shape: &Shape, other: &Shape, at: usize) -> bool {
 
 /// The symbols of a field, if it holds one.
 fn symbols(shape: &Shape, at: usize) -> &[Symbol] {
-    match kind(shape, at) {
-        Some(FieldKind::Symbol(symbols)) => symbols,
-        _ => &[],
-    }
+    kind(shape, at).map_or(&[], symbols_of)
+}
+
+fn symbols_of(kind: &FieldKind) -> &[Symbol] {
+    if let FieldKind::Symbol(symbols) = kind { symbols } else { &[] }
 }
 
 fn is(field: usize, symbol: &Symbol) -> MessageCondition {
