@@ -8,7 +8,7 @@ use components::{BatteryReader, Localization, Navigation, TripStatus};
 use explorer::{Environment, Instant, Move};
 use scenarios::scenario::schedule::DriverData;
 
-use super::battery::{BatteryModel, BatteryUpdate, Charge, Since};
+use super::battery::{BatteryModel, BatteryUpdate, Charge};
 use super::faults::{inside, is_out};
 use super::levels::Class;
 
@@ -260,7 +260,7 @@ impl Environment for RobotEnvironment {
     }
 
     /// Components move when they receive a request or have an answer to send.
-    fn may_stir(&self, _state: &State, driven: &[&dyn Process]) -> bool {
+    fn may_stir(&self, _state: &WorldState, driven: &[&dyn Process]) -> bool {
         driven.iter().map(|process| inside(*process).as_any()).any(|process| {
             process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)
                 && process.downcast_ref::<Localization>().is_none_or(Localization::is_asked)

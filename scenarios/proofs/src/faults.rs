@@ -244,7 +244,12 @@ impl WithFaults {
         changes
     }
 
-    fn with(&self, inner: &Move<EnvironmentState>, change: Option<Switching>, before: &FaultyState) -> Move<FaultyState> {
+    fn with(
+        &self,
+        inner: &Move<EnvironmentState>,
+        change: Option<Switching>,
+        before: &FaultyState,
+    ) -> Move<FaultyState> {
         let mut state = FaultyState { inner: inner.state.clone(), ..before.clone() };
         if let Some(Switching { index, begins }) = change {
             state.active[index] = begins;

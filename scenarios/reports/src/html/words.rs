@@ -74,7 +74,7 @@ pub(super) fn sentence(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use channels::FieldKind;
-    use monitors::Field;
+    use monitors::MessageField;
 
     use super::*;
 
@@ -95,7 +95,7 @@ mod tests {
         assert_eq!(wanted(&equals(2, true.into()), &[]), "a message with m[2] = true");
         let answer = Shape::new([("status", FieldKind::symbols(["ok"])), ("at", FieldKind::Bool)]);
         assert_eq!(wanted(&equals(2, true.into()), std::slice::from_ref(&answer)), "a message with m[2] = true");
-        let field = Field { number: 2, name: Some("at".into()) };
+        let field = MessageField { number: 2, name: Some("at".into()) };
         let named = MessageCondition::Compare { field, relation: Relation::Equal, value: true.into() };
         assert_eq!(wanted(&named, &[answer]), "a message with m.at = true");
     }
