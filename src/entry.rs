@@ -1,6 +1,6 @@
 //! Entries of a list: names with their meanings beside them.
 
-use scenarios::schema::Key;
+use diagnostics::document::Key;
 
 /// A key's meaning, its type, and its default.
 pub(crate) fn meaning(key: &Key) -> String {

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use campaigns::Error;
 use clap::Args;
+use diagnostics::document::Key;
 use scenarios::faults::{FaultKind, KINDS, Parameter, kind};
-use scenarios::scenario::keys::keys;
-use scenarios::schema::Key;
+use scenarios::scenario::ScenarioFile;
 use serde_json::json;
 
 use crate::entry::{column, entry, meaning};
@@ -68,8 +68,9 @@ pub(crate) fn overview() -> String {
 /// Everything about one kind.
 fn details(kind: &FaultKind) -> String {
     let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
-    let timing = keys().into_iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");
-    let timing: Vec<Key> = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s")).collect();
+    let timing = ScenarioFile::keys().iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");
+    let timing = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s"));
+    let timing: Vec<Key> = timing.cloned().collect();
     let column = column(parameters.iter().chain(&timing).map(|key| key.split().1));
     let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &meaning(key))).collect::<String>();
     let mut text = format!("{}: {} ({})\n", kind.name, kind.about, kind.subsystem.name());

@@ -1,10 +1,12 @@
 //! `steward help`: for a command, or on a topic.
 
-use campaigns::Error;
+use bags::Mapping;
+use campaigns::{CampaignFile, Error};
 use clap::{Args, Command, ValueEnum};
+use diagnostics::document::Key;
+use interfaces::Interface;
 use monitors::{GRAMMAR, OPERATORS};
-use scenarios::scenario::keys as scenario;
-use scenarios::schema::{Key, interface, mapping};
+use scenarios::scenario::ScenarioFile;
 
 use crate::entry::{column, entry, meaning};
 use crate::output::{explain, print};
@@ -36,10 +38,10 @@ pub(crate) enum SchemaFile {
 pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
     let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
     match topic.as_slice() {
-        ["scenario"] => return explain(format!("{SCENARIO}{}", listed(&scenario::keys()))),
+        ["scenario"] => return explain(format!("{SCENARIO}{}", listed(ScenarioFile::keys()))),
         ["faults"] => return explain(crate::faults::overview()),
         ["scope"] => return explain(scope()),
-        ["mapping"] => return explain(format!("{MAPPING}{}", listed(&mapping::keys()))),
+        ["mapping"] => return explain(format!("{MAPPING}{}", listed(&Mapping::keys()))),
         _ => {}
     }
     cli.build();
@@ -55,16 +57,16 @@ pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
         (command, topics) = (found, &[]);
     }
     print(&command.render_long_help().to_string())?;
-    if topic == ["campaign"] { explain(format!("\n{CAMPAIGN}{}", listed(&campaigns::keys::keys()))) } else { Ok(()) }
+    if topic == ["campaign"] { explain(format!("\n{CAMPAIGN}{}", listed(&CampaignFile::keys()))) } else { Ok(()) }
 }
 
 /// Prints the JSON schema of one kind of file.
 pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
     let schema = match file {
-        SchemaFile::Scenario => scenario::schema(),
-        SchemaFile::Campaign => campaigns::keys::schema(),
-        SchemaFile::Interface => interface::schema(),
-        SchemaFile::Mapping => mapping::schema(),
+        SchemaFile::Scenario => ScenarioFile::schema(),
+        SchemaFile::Campaign => CampaignFile::schema(),
+        SchemaFile::Interface => Interface::schema(),
+        SchemaFile::Mapping => Mapping::schema(),
     };
     print(&format!("{schema:#}\n"))
 }

@@ -8,7 +8,7 @@ use campaigns::Error;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
 use scenarios::files::{shipped_campaigns, shipped_paths};
-use scenarios::scenario::{Found, Scenario, ScenarioFile, find, keys};
+use scenarios::scenario::{Found, Scenario, ScenarioFile, find};
 
 use crate::names::ScenarioName;
 use crate::output::print_wrapped;
@@ -170,7 +170,7 @@ impl Application {
 
     /// Adds the schema of scenarios, and a README unless there is one.
     fn describe(&mut self) {
-        self.files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", keys::schema()).into());
+        self.files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", ScenarioFile::schema()).into());
         let start = self.files.entry(PathBuf::from(&self.start)).or_default();
         if !start.starts_with(b"#:schema") {
             start.splice(..0, format!("#:schema {SCHEMA}\n").into_bytes());

@@ -5,12 +5,13 @@ use std::path::Path;
 use std::process::Command;
 
 use bt::{Kind, builtin_ports};
+use campaigns::CampaignFile;
 use channels::Symbol;
-use interfaces::{Interface, KEYS, KINDS as KINDS_OF_FIELDS};
+use diagnostics::document::Key;
+use interfaces::{Interface, KINDS as KINDS_OF_FIELDS};
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::scenario::DeviceKind;
-use scenarios::schema::Key;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -73,17 +74,19 @@ fn help_of(path: &[&str]) -> String {
 
 #[test]
 fn scenario() {
-    compare_part("scenario", "keys", &keys(&scenarios::scenario::keys::keys()));
+    compare_part("scenario", "keys", &keys(scenarios::scenario::ScenarioFile::keys()));
 }
 
 #[test]
 fn mappings() {
-    compare_part("mappings", "keys", &keys(&scenarios::schema::mapping::keys()));
+    compare_part("mappings", "keys", &keys(&bags::Mapping::keys()));
 }
 
 #[test]
 fn interfaces() {
-    let rows = KEYS.iter().map(|key| [code(key.path), key.about.to_owned(), key.takes.to_owned()]);
+    let keys = Interface::keys();
+    let rows = keys.iter().filter(|key| !key.is_table());
+    let rows = rows.map(|key| [code(&key.path), key.about.clone(), key.accepts()]);
     compare_part("interfaces", "keys", &table(["key", "meaning", "takes"], rows));
     let rows = KINDS_OF_FIELDS.iter().map(|(kind, about)| [code(kind), format!("{about}.")]);
     compare_part("interfaces", "kinds", &table(["kind", "a field holds"], rows));
@@ -115,7 +118,7 @@ fn examples_of_interface_files_are_interfaces() {
 
 #[test]
 fn campaign() {
-    compare_part("campaign", "keys", &keys(&campaigns::keys::keys()));
+    compare_part("campaign", "keys", &keys(&CampaignFile::keys()));
 }
 
 /// All keys, table by table.
@@ -154,11 +157,11 @@ fn faults() {
     let mut place = None;
     for kind in KINDS {
         if place != Some(kind.subsystem) {
-            text += &format!("\n## {}\n", scenarios::schema::sentence(kind.subsystem.name()).trim_end_matches('.'));
+            text += &format!("\n## {}\n", scenarios::faults::sentence(kind.subsystem.name()).trim_end_matches('.'));
             place = Some(kind.subsystem);
         }
         let momentary = if kind.momentary { " Happens at one instant." } else { "" };
-        text += &format!("\n### `{}`\n\n{}{momentary}\n\n", kind.name, scenarios::schema::sentence(kind.about));
+        text += &format!("\n### `{}`\n\n{}{momentary}\n\n", kind.name, scenarios::faults::sentence(kind.about));
         let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
         text += &rows(parameters.iter().collect());
         text += &format!("\n```toml\n[[faults]]\nkind = \"{}\"\n{}\n```\n", kind.name, kind.example);

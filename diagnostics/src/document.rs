@@ -19,15 +19,15 @@
 //! # Ok::<(), diagnostics::FileProblems>(())
 //! ```
 //!
-//! A key may also carry its meaning and default: [`DeclaredKey::all`] collects them from the reader, without a file,
-//! for schemas and references.
+//! A key may also carry its meaning and default: [`Key::all`] collects them from the reader, without a file, for JSON
+//! schemas and references.
 //!
 //! To find every problem, ask for all the keys of a table before a `?` can end the reading, and use
 //! [`each`](Field::each) for arrays.
 
-mod declared;
 mod field;
 mod item;
+mod key;
 mod log;
 mod node;
 mod overrides;
@@ -35,9 +35,9 @@ mod table;
 mod toml_text;
 mod yaml_text;
 
-pub use declared::{DeclaredKey, Takes, Written};
 pub use field::Field;
 pub use item::{FromItem, Item};
+pub use key::{Key, Written};
 pub use table::Table;
 
 use std::cell::RefCell;
@@ -140,25 +140,28 @@ impl Document {
     }
 }
 
-impl DeclaredKey {
-    /// All keys that `read` asks for, in this order. It reads an empty file in which every table exists once, so what
-    /// it returns and reports has no meaning.
+impl Key {
+    /// All keys that `read` asks for: in each table those that are no tables, in this order, and then the tables. It
+    /// reads an empty file in which every table exists once, in all its [forms](Table::form) and with one of all
+    /// possible [names](Table::names), so what it returns and reports has no meaning.
     ///
     /// ```
-    /// use diagnostics::document::DeclaredKey;
+    /// use diagnostics::document::Key;
     ///
-    /// let keys = DeclaredKey::all(|root| {
+    /// let keys = Key::all(|root| {
     ///     let battery = root.table("battery").about("The battery.").optional();
-    ///     battery.map(|battery| battery.number("charge_pct").about("Charge, in percent.").default(80.0));
+    ///     battery.map(|battery| battery.number("charge_pct").about("Charge, in percent.").within(0.0..=100.0).default(80.0));
     /// });
     /// assert_eq!(keys[1].path, "battery.charge_pct");
-    /// assert_eq!(keys[1].default, Some(80.0.into()));
+    /// assert_eq!(keys[1].accepts(), "a number from 0 to 100");
+    /// assert_eq!(keys[1].default().as_deref(), Some("80"));
     /// ```
-    pub fn all(read: impl for<'d> FnOnce(Table<'d>)) -> Vec<Self> {
+    pub fn all<T>(read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Self> {
         let (entries, span) = (Entries::default(), Source::new("", "").span(0..0));
         let log = Log { declared: Some(RefCell::default()), ..Log::default() };
         read(Table::open(&entries, &span, &log));
-        log.declared.map(RefCell::into_inner).unwrap_or_default()
+        let declared = log.declared.map(RefCell::into_inner).unwrap_or_default();
+        Self::in_order(&declared, "")
     }
 }
 

@@ -18,12 +18,15 @@ mod argument;
 mod catalogue;
 mod effect;
 mod kind;
+mod schema;
 mod trigger;
 
-use diagnostics::Spanned;
-use diagnostics::document::Table;
+use std::sync::Arc;
 
-pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
+use diagnostics::Spanned;
+use diagnostics::document::{Key, Table};
+
+pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter, sentence};
 pub use catalogue::{KINDS, kind};
 pub use effect::{Damage, DeviceTrouble, Effect, MachineChange, TickTrouble, Which};
 pub use kind::{FaultKind, Subsystem};
@@ -39,15 +42,27 @@ pub struct Fault {
 }
 
 impl Fault {
+    /// Reads `[[faults]]`.
+    pub(crate) fn read_all(root: Table<'_>) -> Vec<Arc<Self>> {
+        let about = "Something that goes wrong: its kind with the parameters of that kind, and one trigger.";
+        let faults = root.tables("faults").about(about).rules(|| schema::rules(&Key::all(Self::read)));
+        faults.each(|table| Self::read(table).map(Arc::new)).or(Vec::new())
+    }
+
     /// Reads an entry of `[[faults]]`. `None` after recording its problems.
-    pub(crate) fn read(table: Table<'_>) -> Option<Self> {
+    fn read(table: Table<'_>) -> Option<Self> {
         let choices: Vec<(&str, &'static FaultKind)> = KINDS.iter().map(|kind| (kind.name, *kind)).collect();
-        let Some(kind) = table.one_of("kind", &choices).required() else {
-            // Without a kind, the other keys cannot be checked.
+        let kind = table.one_of("kind", &choices).words("the name of a kind").about(
+            "What goes wrong. `steward faults` lists the kinds, and `steward faults KIND` the parameters of one.",
+        );
+        let kind = kind.required();
+        // Without a kind, the other keys cannot be checked.
+        let timing = table.form(kind.is_some());
+        let timing = timing.and_then(|table| Timing::read(table, kind.is_some_and(|kind| kind.momentary)));
+        let Some(kind) = kind else {
             table.allow_other_keys();
             return None;
         };
-        let timing = Timing::read(table, kind.momentary);
         let arguments = Arguments::read(table, kind.parameters);
         Some(Self { kind, arguments: arguments?, timing: timing? })
     }

@@ -5,7 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-use diagnostics::Span;
+use diagnostics::document::{Field, Table};
+use diagnostics::{Span, Spanned};
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
@@ -229,6 +230,11 @@ const HERE: &str = ".";
 /// scenario that it changes is a shipped one.
 pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
     if span.is_assignment() { Path::new(HERE).join(path) } else { span.source().folder().join(path) }
+}
+
+/// The path under a key, as [`named`].
+pub(crate) fn path<'d>(table: Table<'d>, key: &str, about: &str) -> Field<'d, Spanned<PathBuf>> {
+    table.text(key).about(about).try_map(|path, span| Ok(named(path, span))).spanned()
 }
 
 /// A kind of file that people name on the command line: by its path, or a shipped one by its name.

@@ -18,6 +18,7 @@
 //! Only `scenario/skill.rs` decides which machine implements which leaf, and `scenario/component.rs` makes components
 //! from files.
 
+mod coordinates;
 mod error;
 pub mod faults;
 pub mod files;
@@ -25,6 +26,5 @@ pub mod names;
 pub mod occurrences;
 pub mod processes;
 pub mod scenario;
-pub mod schema;
 
 pub use error::{Complaints, Error};

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use channels::Symbol;
-use diagnostics::document::{Document, Item, Table};
+use diagnostics::document::{Document, Item, Key, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 use ros_messages::Message;
+use serde_json::{Map, Value, json};
 
 use crate::flatten::{FlatField, Flattening};
 use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, TOPIC, Topic};
@@ -52,10 +53,19 @@ impl Interface {
     pub fn load(path: &Path, places: &[Symbol], read: ReadFile<'_>) -> Result<Self, diagnostics::Error> {
         let document = Document::parse_toml(&path.display().to_string(), &read_text(path, read)?)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Ok(document.read(|root| {
-            let packages = root.get::<Vec<String>>("packages").or(Vec::new());
-            InterfaceReader { packages: Packages::new(folder, packages, read), places }.interface(root)
-        })?)
+        Ok(document.read(|root| read_file(root, folder, places, read))?)
+    }
+
+    /// All keys of an interface file.
+    #[must_use]
+    pub fn keys() -> Vec<Key> {
+        Key::all(|root| read_file(root, Path::new(""), &[], &|_| Err(std::io::ErrorKind::NotFound.into())))
+    }
+
+    /// The JSON schema of an interface file.
+    #[must_use]
+    pub fn schema() -> Value {
+        Key::json_schema("An interface of steward", json!({}), &Self::keys())
     }
 }
 
@@ -64,25 +74,78 @@ struct InterfaceReader<'r> {
     places: &'r [Symbol],
 }
 
-/// A part of an operation: the key of its fields, and the names of the fields before them.
-type PartKey = (&'static str, &'static [&'static str]);
+fn read_file(root: Table<'_>, folder: &Path, places: &[Symbol], read: ReadFile<'_>) -> Option<Interface> {
+    let packages = root
+        .get::<Vec<String>>("packages")
+        .words("an array of strings, relative to this file")
+        .about("Folders with ROS packages, such as `/opt/ros/jazzy/share`. They are searched last.");
+    InterfaceReader { packages: Packages::new(folder, packages.or(Vec::new()), read), places }.interface(root)
+}
+
+/// A part of an operation: the key of its fields, the names of the fields before them, and the key's meaning.
+type PartKey = (&'static str, &'static [&'static str], &'static str);
+
+const REQUEST_PART: PartKey = ("request", &[REQUEST], "The fields of the request.");
+const REPLY_PART: PartKey = ("reply", &[STATUS], "The fields of the reply if the service did what it was asked to do.");
+const TOPIC_PART: PartKey = ("fields", &[TOPIC], "The fields of the message.");
+const GOAL_PART: PartKey = ("goal", &[REQUEST], "The fields of a goal.");
+const FEEDBACK_PART: PartKey = ("feedback", &[STATUS], "The fields of feedback.");
+const RESULT_PART: PartKey = ("result", &[STATUS], "The fields of the result if the goal was reached.");
+
+/// The fields of these parts are a selection from a ROS definition if there is one, and otherwise have kinds.
+fn fields_of<const N: usize>(parts: [PartKey; N]) -> Value {
+    let names: Vec<String> =
+        kind::KINDS.iter().flat_map(|(kind, _)| [(*kind).to_owned(), format!("{kind}?")]).collect();
+    let text = json!({ "type": "string" });
+    let symbols = json!({ "type": "array", "items": text, "minItems": 1 });
+    let kinds = json!({ "type": "object", "additionalProperties": { "anyOf": [{ "enum": names }, symbols] } });
+    let selection = json!({
+        "anyOf": [{ "type": "array", "items": text }, { "type": "object", "additionalProperties": text }],
+    });
+    let all = |takes: Value| {
+        let parts: Map<String, Value> = parts.iter().map(|(key, ..)| ((*key).to_owned(), takes.clone())).collect();
+        json!({ "properties": parts })
+    };
+    json!({ "if": { "required": ["ros"] }, "then": all(selection), "else": all(kinds) })
+}
 
 impl InterfaceReader<'_> {
     fn interface(&self, root: Table<'_>) -> Option<Interface> {
-        let services = each(root, "services", false, |name, table| {
-            let [request, reply] =
-                self.parts(table, DefinitionKind::Service, [("request", &[REQUEST]), ("reply", &[STATUS])])?;
-            Some(Service { name, request, reply })
-        });
-        let topics = each(root, "topics", true, |name, table| {
-            let [fields] = self.parts(table, DefinitionKind::Message, [("fields", &[TOPIC])])?;
-            Some(Topic { name, fields })
-        });
-        let actions = each(root, "actions", false, |name, table| {
-            let parts: [PartKey; 3] = [("goal", &[REQUEST]), ("feedback", &[STATUS]), ("result", &[STATUS])];
-            let [goal, feedback, result] = self.parts(table, DefinitionKind::Action, parts)?;
-            Some(Action { name, goal, feedback, result })
-        });
+        let about = ["The services, topics and actions of the component.", "A service: a request, and one reply."];
+        let parts = [REQUEST_PART, REPLY_PART];
+        let services = each(
+            root,
+            "services",
+            about,
+            || fields_of(parts),
+            |name, table| {
+                let [request, reply] = self.parts(table, DefinitionKind::Service, parts)?;
+                Some(Service { name, request, reply })
+            },
+        );
+        let about = ["The topics that the component publishes.", "A topic: messages to all that read it."];
+        let topics = each(
+            root,
+            "topics",
+            about,
+            || fields_of([TOPIC_PART]),
+            |name, table| {
+                let [fields] = self.parts(table, DefinitionKind::Message, [TOPIC_PART])?;
+                Some(Topic { name, fields })
+            },
+        );
+        let about = ["The actions of the component.", "An action: a goal, feedback on the way, and a result."];
+        let parts = [GOAL_PART, FEEDBACK_PART, RESULT_PART];
+        let actions = each(
+            root,
+            "actions",
+            about,
+            || fields_of(parts),
+            |name, table| {
+                let [goal, feedback, result] = self.parts(table, DefinitionKind::Action, parts)?;
+                Some(Action { name, goal, feedback, result })
+            },
+        );
         Some(Interface { services: services?, topics: topics?, actions: actions? })
     }
 
@@ -93,21 +156,28 @@ impl InterfaceReader<'_> {
         kind: DefinitionKind,
         parts: [PartKey; N],
     ) -> Option<[Vec<Field>; N]> {
-        let fields = match table.text("ros").spanned().map(Some).or(None) {
+        let takes = "a table: the name of each field with its kind; with `ros`, a selection";
+        for (key, _, about) in parts {
+            let fields = table.get::<Item<'_>>(key).about(about).words(takes);
+            let _ = fields.rules(|| json!({ "type": ["object", "array"] })).optional();
+        }
+        let definition = match kind {
+            DefinitionKind::Message => "a `.msg` file, relative to this file",
+            DefinitionKind::Service => "a `.srv` file, relative to this file",
+            DefinitionKind::Action => "an `.action` file, relative to this file",
+        };
+        let ros = table.text("ros").about("The definition with the fields.").words(definition).spanned();
+        let fields = match ros.map(Some).or(None) {
             _ if !table.has("ros") => parts.map(|part| self.written(table, part)),
             Some(named) => self.defined(table, kind, &named, parts),
-            None => {
-                parts.iter().for_each(|(key, _)| table.know(key));
-                return None;
-            }
+            None => return None,
         };
         fields.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
     }
 
     /// Fields that the file itself lists, with their kinds.
-    fn written(&self, table: Table<'_>, (key, taken): PartKey) -> Option<Vec<Field>> {
+    fn written(&self, table: Table<'_>, (key, taken, _): PartKey) -> Option<Vec<Field>> {
         if !table.has(key) {
-            table.know(key);
             return Some(Vec::new());
         }
         let fields = table.table(key).optional()?;
@@ -130,13 +200,13 @@ impl InterfaceReader<'_> {
         named: &Spanned<String>,
         parts: [PartKey; N],
     ) -> [Option<Vec<Field>>; N] {
-        let selections = parts.map(|(key, _)| selection(table, key));
+        let selections = parts.map(|(key, ..)| selection(table, key));
         let Some((definition, folders)) = self.packages.definition(named, kind, table) else {
             return parts.map(|_| None);
         };
         let mut numbers = 0..N;
         let mut selections = selections.into_iter();
-        parts.map(|(key, taken)| {
+        parts.map(|(key, taken, _)| {
             let part = &definition.parts[numbers.next()?];
             let flattening = Flattening { packages: &self.packages, folders: &folders, named, key, table };
             let fields = selected(&flattening, &definition, part, selections.next()??)?;
@@ -156,7 +226,6 @@ enum Selection {
 
 fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
     if !table.has(key) {
-        table.know(key);
         return Some(Selection::All);
     }
     let item = table.get::<Item<'_>>(key).required()?;
@@ -236,21 +305,21 @@ fn all<T>(read: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
     read.collect::<Vec<_>>().into_iter().collect()
 }
 
-/// Reads each table in the table `key`, in the order of the file, even if others fail.
+/// Reads each table in the table `key`, in the order of the file, even if others fail. `about` has the meaning of the
+/// table and of the tables in it, which obey `rules`.
 fn each<'d, T>(
     root: Table<'d>,
     key: &str,
-    begins: bool,
+    about: [&str; 2],
+    rules: impl Fn() -> Value,
     mut read: impl FnMut(String, Table<'d>) -> Option<T>,
 ) -> Option<Vec<T>> {
-    if !root.has(key) {
-        root.know(key);
-        return Some(Vec::new());
-    }
-    let tables = root.table(key).optional()?;
-    let read = in_order(tables).into_iter().map(|(name, place)| {
-        let is_sound = name_is_sound(name, begins, place, root);
-        let value = read(name.to_owned(), tables.table(name).required()?);
+    let Some(tables) = root.table(key).about(about[0]).optional() else {
+        return if root.has(key) { None } else { Some(Vec::new()) };
+    };
+    let read = tables.names_as_written("NAME").into_iter().map(|(name, place)| {
+        let is_sound = name_is_sound(name, key == "topics", place, root);
+        let value = read(name.to_owned(), tables.table(name).about(about[1]).rules(&rules).optional()?);
         value.filter(|_| is_sound)
     });
     all(read)

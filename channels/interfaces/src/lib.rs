@@ -32,7 +32,7 @@
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
 //!
-//! The keys of such a file are [`KEYS`]; [`Interface::load`] documents what it accepts. The crate
+//! The keys of such a file are [`Interface::keys`]; [`Interface::load`] documents what it accepts. The crate
 //! `steward-ros-messages` reads the ROS 2 definitions.
 //!
 //! # Inside
@@ -42,7 +42,6 @@
 mod file;
 mod flatten;
 mod interface;
-mod keys;
 mod kind;
 mod name;
 mod packages;
@@ -51,5 +50,4 @@ pub use interface::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,
     REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, TOPIC, Topic,
 };
-pub use keys::{KEYS, Key};
 pub use kind::KINDS;

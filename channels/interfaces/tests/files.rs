@@ -6,7 +6,7 @@ use std::path::Path;
 
 use channels::{FieldKind, Symbol};
 use diagnostics::Error;
-use interfaces::{Field, Interface, KEYS, Operation};
+use interfaces::{Field, Interface, Operation};
 
 /// Loads `robot/arm.toml` from these files.
 fn load<const N: usize>(files: [(&str, &str); N]) -> Result<Interface, Error> {
@@ -142,24 +142,6 @@ fn all_mistakes_in_a_file_are_reported_at_once() {
         [action.pick]
     "#;
     insta::assert_snapshot!(problems([("robot/arm.toml", text)]));
-}
-
-#[test]
-fn the_list_of_keys_matches_what_the_reader_accepts() {
-    let known = |table: &str, text: &str| {
-        let problem = problems([("robot/arm.toml", text)]);
-        let keys = problem.split("known here: ").nth(1).expect("a list of keys").trim_end_matches([')', '\n']);
-        keys.split(", ").map(|key| format!("{table}{}", key.trim_matches('`'))).collect::<Vec<_>>()
-    };
-    let mut read = known("", "zzzzzzzz = 1");
-    read.retain(|key| key == "packages");
-    for table in ["services", "topics", "actions"] {
-        read.extend(known(&format!("{table}.NAME."), &format!("[{table}.t]\nzzzzzzzz = 1\n")));
-    }
-    let mut listed: Vec<&str> = KEYS.iter().map(|key| key.path).collect();
-    read.sort();
-    listed.sort_unstable();
-    assert_eq!(read, listed);
 }
 
 #[test]

@@ -2,8 +2,11 @@
 
 use std::fmt;
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
-use super::{DeclaredKey, Table, Written};
+use serde_json::{Value, json};
+
+use super::{Key, Table, Written};
 use crate::{Problem, Span, Spanned};
 
 /// The value of a table under one key. Checks skip a value that is missing or already refused, so one mistake is
@@ -44,7 +47,7 @@ impl<'d, T> Field<'d, T> {
         Self { declared, ..self }
     }
 
-    pub(super) fn declare(self, change: impl FnOnce(&mut DeclaredKey)) -> Self {
+    pub(super) fn declare(self, change: impl FnOnce(&mut Key)) -> Self {
         self.table.log.amend(self.declared, change);
         self
     }
@@ -56,7 +59,18 @@ impl<'d, T> Field<'d, T> {
 
     /// The accepted values in words: `[x, y] in meters`.
     pub fn words(self, words: &str) -> Self {
-        self.declare(|key| key.words = Some(words.to_owned()))
+        self.rules(|| json!({ "title": words }))
+    }
+
+    /// Keywords of JSON Schema that say more about the accepted values than their type does: what a later check
+    /// refuses, or how the keys of a table are related. `null` removes a keyword.
+    pub fn rules(self, keywords: impl FnOnce() -> Value) -> Self {
+        self.declare(|key| key.extend(keywords()))
+    }
+
+    /// The key has no meaning without this one of the top level. The reader has to refuse it.
+    pub fn needs(self, other: &str) -> Self {
+        self.declare(|key| key.needs = Some(other.to_owned()))
     }
 
     /// Refuses a value for which `holds` does not. `must` completes the sentence "`key` must …".
@@ -97,12 +111,13 @@ impl<'d, T> Field<'d, T> {
             FieldState::Missing(wanted) => format!("add `{}`: {wanted}", self.key),
             _ => String::new(),
         };
-        self.declare(|key| key.required = true).required_or(&help)
+        self.required_or(&help)
     }
 
     /// Like [`required`](Self::required), with advice in case the key is missing.
     #[must_use]
     pub fn required_or(self, help: &str) -> Option<T> {
+        self.table.log.amend(self.declared, |key| key.required = !self.table.is_form);
         match self.state {
             FieldState::Given(value, _) => Some(value),
             FieldState::Refused => None,
@@ -132,7 +147,17 @@ impl<'d, T> Field<'d, T> {
     where
         T: Written,
     {
-        self.declare(|key| key.default = Some(default.written())).or(default)
+        self.rules(|| json!({ "default": default.written() })).or(default)
+    }
+
+    /// Like [`default`](Self::default), with the first of the `choices` that a [`one_of`](Table::one_of) offers.
+    #[must_use]
+    pub fn or_first(self, choices: &[(&str, T)]) -> T
+    where
+        T: Clone,
+    {
+        let (name, value) = &choices[0];
+        self.rules(|| json!({ "default": name })).or(value.clone())
     }
 
     /// Processes a given value further. If `next` returns `None`, it has recorded a problem.
@@ -154,29 +179,47 @@ impl<'d, T> Field<'d, Vec<T>> {
         // Collecting into an Option would stop at the first invalid item.
         self.and_then(|items| items.into_iter().map(read).collect::<Vec<_>>().into_iter().collect())
     }
+
+    /// Like [`default`](Field::default), with no items.
+    #[must_use]
+    pub fn or_empty(self) -> Vec<T> {
+        self.rules(|| json!({ "default": [] })).or(Vec::new())
+    }
 }
 
 impl Field<'_, String> {
     /// Refuses an empty text.
     pub fn filled(self, must: impl fmt::Display) -> Self {
-        self.declare(|key| key.filled = true).check(|text| !text.is_empty(), must)
+        self.rules(|| json!({ "minLength": 1 })).check(|text| !text.is_empty(), must)
     }
 }
 
-impl<T: PartialOrd + fmt::Display> Field<'_, T> {
+impl<T: PartialOrd + Written> Field<'_, T> {
     /// Refuses a value outside `range`.
-    pub fn within(self, range: RangeInclusive<T>) -> Self
-    where
-        T: Written,
-    {
-        let must = format!("lie between {} and {}", range.start(), range.end());
-        let declared = self.declare(|key| key.range = Some([range.start().written(), range.end().written()]));
-        declared.check(|value| range.contains(value), must)
+    pub fn within(self, range: RangeInclusive<T>) -> Self {
+        let (least, most) = (range.start().written(), range.end().written());
+        let must = format!("lie between {least} and {most}");
+        self.rules(|| json!({ "minimum": least, "maximum": most })).check(|value| range.contains(value), must)
+    }
+
+    /// Refuses a value below `least`.
+    pub fn at_least(self, least: T) -> Self {
+        let limit = least.written();
+        let must = format!("be at least {limit}");
+        self.rules(|| json!({ "minimum": limit })).check(|value| *value >= least, must)
     }
 
     /// Refuses a value that is not above `limit`.
     pub fn above(self, limit: T) -> Self {
-        let must = format!("be greater than {limit}");
-        self.check(|value| *value > limit, must)
+        let must = format!("be greater than {}", limit.written());
+        self.rules(|| json!({ "exclusiveMinimum": limit.written() })).check(|value| *value > limit, must)
+    }
+}
+
+impl Field<'_, Duration> {
+    /// Refuses no time at all.
+    pub fn above_0(self) -> Self {
+        let declared = self.rules(|| json!({ "minimum": null, "exclusiveMinimum": 0 }));
+        declared.check(|time| !time.is_zero(), "be above 0")
     }
 }

@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use serde_json::{Value, json};
+
 use super::log::Log;
 use super::node::{Kind, Node};
-use super::{Table, Takes};
+use super::{Table, key};
 use crate::{Problem, Span, Spanned};
 
 /// A value of a document whose type is not yet determined.
@@ -91,10 +93,10 @@ pub trait FromItem<'d>: Sized {
     /// The accepted values, as a phrase that follows "must be": "a number".
     fn wanted() -> String;
 
-    /// The type of the accepted values.
+    /// The accepted values, as JSON Schema; `title` has them in words, unless the type says it all.
     #[must_use]
-    fn takes() -> Takes {
-        Takes::Other
+    fn takes() -> Value {
+        json!({ "title": Self::wanted() })
     }
 
     /// The value where keys are declared without a file: `table`, if this is a table or contains one.
@@ -112,14 +114,14 @@ pub trait FromItem<'d>: Sized {
 
 /// Implements [`FromItem`] for a type with a simple conversion.
 macro_rules! plain {
-    ($type:ty, $takes:ident, $wanted:literal, $convert:expr) => {
+    ($type:ty, $takes:tt, $wanted:literal, $convert:expr) => {
         impl<'d> FromItem<'d> for $type {
             fn wanted() -> String {
                 $wanted.into()
             }
 
-            fn takes() -> Takes {
-                Takes::$takes
+            fn takes() -> Value {
+                json!($takes)
             }
 
             fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
@@ -130,26 +132,26 @@ macro_rules! plain {
     };
 }
 
-plain!(f64, Number, "a number", |item| item.as_number().filter(|number| number.is_finite()));
-plain!(i64, Integer, "an integer", Item::as_integer);
-plain!(u64, Count, "an integer of at least 0", |item| {
+plain!(f64, { "type": "number" }, "a number", |item| item.as_number().filter(|number| number.is_finite()));
+plain!(i64, { "type": "integer" }, "an integer", Item::as_integer);
+plain!(u64, { "type": "integer", "minimum": 0 }, "an integer of at least 0", |item| {
     if let Kind::Integer(number) = item.node.kind { number.try_into().ok() } else { None }
 });
-plain!(bool, Flag, "true or false", Item::as_boolean);
-plain!(String, Text, "a string", |item| item.as_text().map(str::to_owned));
-plain!(Duration, Seconds, "a number of seconds from 0 to 1e9", |item| {
+plain!(bool, { "type": "boolean" }, "true or false", Item::as_boolean);
+plain!(String, { "type": "string" }, "a string", |item| item.as_text().map(str::to_owned));
+plain!(Duration, { "type": "number", "minimum": 0, "maximum": 1_000_000_000 }, "a number of seconds from 0 to 1e9", |item| {
     let seconds = item.as_number().filter(|seconds| (0.0..=1e9).contains(seconds))?;
     Duration::try_from_secs_f64(seconds).ok()
 });
-plain!(Item<'d>, Other, "a value", |item| Some(item.clone()));
+plain!(Item<'d>, {}, "a value", |item| Some(item.clone()));
 
 impl<'d> FromItem<'d> for Table<'d> {
     fn wanted() -> String {
         "a table".into()
     }
 
-    fn takes() -> Takes {
-        Takes::Table
+    fn takes() -> Value {
+        key::table()
     }
 
     fn declaring(table: Table<'d>) -> Option<Self> {
@@ -166,7 +168,7 @@ impl<'d, T: FromItem<'d>> FromItem<'d> for Spanned<T> {
         T::wanted()
     }
 
-    fn takes() -> Takes {
+    fn takes() -> Value {
         T::takes()
     }
 
@@ -184,8 +186,8 @@ impl<'d, T: FromItem<'d>> FromItem<'d> for Vec<T> {
         format!("an array, each item {}", T::wanted())
     }
 
-    fn takes() -> Takes {
-        Takes::Array(Box::new(T::takes()), None)
+    fn takes() -> Value {
+        json!({ "type": "array", "items": T::takes() })
     }
 
     fn declaring(table: Table<'d>) -> Option<Self> {
@@ -210,8 +212,8 @@ impl<'d, T: FromItem<'d>, const N: usize> FromItem<'d> for [T; N] {
         format!("an array of {N} items, each {}", T::wanted())
     }
 
-    fn takes() -> Takes {
-        Takes::Array(Box::new(T::takes()), Some(N))
+    fn takes() -> Value {
+        json!({ "type": "array", "items": T::takes(), "minItems": N, "maxItems": N })
     }
 
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {

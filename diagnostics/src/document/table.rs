@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use serde_json::json;
+
 use super::log::Log;
-use super::node::Entries;
-use super::{Field, FromItem, Item, Takes};
+use super::node::{Entries, Kind};
+use super::{Field, FromItem, Item};
 use crate::{Problem, Span, did_you_mean};
 
 /// A table of a document that is being read. Every requested key counts as known.
@@ -15,19 +17,21 @@ pub struct Table<'d> {
     pub(super) log: &'d Log,
     /// Its number among the declared keys. The top level and the tables of a file have none.
     declared: Option<usize>,
+    /// Whether its keys are those of one of its forms.
+    pub(super) is_form: bool,
 }
 
 impl<'d> Table<'d> {
     pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d Log) -> Self {
-        Self { entries, span, log, declared: None }
+        Self { entries, span, log, declared: None, is_form: false }
     }
 
     /// The value of `key` as a `T`.
     pub fn get<T: FromItem<'d>>(&self, key: &str) -> Field<'d, T> {
         self.know(key);
         let Some(entry) = self.entries.by_key.get(key) else {
-            let declared = self.log.declare(self.declared, key, T::takes());
-            let field = match declared.and_then(|_| T::declaring(Self { declared, ..*self })) {
+            let declared = self.log.declare(self.declared, key, T::takes);
+            let field = match declared.and_then(|_| T::declaring(Self { declared, is_form: false, ..*self })) {
                 Some(value) => Field::given(*self, key, value, self.span.clone()),
                 None => Field::missing(*self, key, T::wanted()),
             };
@@ -80,8 +84,8 @@ impl<'d> Table<'d> {
 
     /// The choice that the text under `key` names. `choices` lists every name with its value.
     pub fn one_of<T: Clone>(&self, key: &str, choices: &[(&str, T)]) -> Field<'d, T> {
-        let names = || Takes::OneOf(choices.iter().map(|(name, _)| (*name).to_owned()).collect());
-        self.text(key).declare(|key| key.takes = names()).try_map(|text, span| {
+        let names = || choices.iter().map(|(name, _)| *name).collect::<Vec<_>>();
+        self.text(key).declare(|key| key.takes = json!({ "enum": names() })).try_map(|text, span| {
             if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
                 return Ok(value.clone());
             }
@@ -98,6 +102,40 @@ impl<'d> Table<'d> {
     /// each.
     pub fn keys(&self) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
         self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
+    }
+
+    /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its location.
+    /// This does not make them known: ask for each. While keys are declared, `placeholder`, in capitals, stands for all
+    /// of them.
+    pub fn names(&self, placeholder: &'static str) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
+        let placeholder = self.log.declared.as_ref().map(|_| (placeholder, self.span));
+        let asked = self.entries.asked.borrow().clone();
+        self.keys().filter(move |(key, _)| !asked.contains(*key)).chain(placeholder)
+    }
+
+    /// Like [`names`](Self::names), in the order of the file.
+    #[must_use]
+    pub fn names_as_written(&self, placeholder: &'static str) -> Vec<(&'d str, &'d Span)> {
+        let mut names: Vec<_> = self.names(placeholder).collect();
+        names.sort_by_key(|(_, span)| span.range().start);
+        names
+    }
+
+    /// The table, to ask for the keys of one of its forms, if it has this form. While keys are declared, it has all its
+    /// forms, and does not require the keys that only one of them requires.
+    #[must_use]
+    pub fn form(&self, has_it: bool) -> Option<Self> {
+        (has_it || self.log.declared.is_some()).then_some(Self { is_form: true, ..*self })
+    }
+
+    /// The location of the key at a path such as `stop.at`, if the file has it. This does not make it known.
+    #[must_use]
+    pub fn find(&self, path: &str) -> Option<&'d Span> {
+        let Some((table, rest)) = path.split_once('.') else {
+            return self.entries.by_key.get(path).map(|entry| &entry.key);
+        };
+        let Kind::Table(entries) = &self.entries.by_key.get(table)?.value.kind else { return None };
+        Self { entries, ..*self }.find(rest)
     }
 
     /// Whether the table has this key. This does not make the key known.

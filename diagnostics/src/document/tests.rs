@@ -1,6 +1,7 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
+use serde_json::json;
 
 use super::*;
 use crate::{Problem, Span, Spanned};
@@ -285,18 +286,42 @@ fn many_unknown_keys_are_each_reported() {
 
 #[test]
 fn a_reader_declares_its_keys_without_a_file() {
-    let keys = DeclaredKey::all(|root| {
-        let _ = root.get::<u64>("beams").about("Beams.").within(2..=5000).default(360);
-        let _ = root.tables("lasers").each(|laser| laser.text("name").filled("not be empty").required()).optional();
-        let docking = root.table("docking").optional();
-        let _ = docking.map(|docking| docking.one_of("side", &[("left", 1), ("right", 2)]).optional());
-        let _ = root.get::<u64>("beams").optional();
-    });
+    let read = |root: Table<'_>| {
+        let lasers = root.tables("lasers").each(|laser| laser.text("name").filled("not be empty").required());
+        let lasers = lasers.about("The lasers.").optional();
+        let beams = root.get::<u64>("beams").about("Beams.").within(2..=5000).default(360);
+        let docking = root.table("docking").needs("map").optional();
+        let sides = [("left", 1), ("right", 2)];
+        let side = docking.map(|docking| docking.one_of("side", &sides).or_first(&sides));
+        let names: Vec<_> = root.names("NAME").map(|(name, _)| root.integer(name).optional()).collect();
+        let fixed = root.form(!names.is_empty()).map(|root| root.seconds("pause_s").above_0().required());
+        (lasers, beams, side, names, fixed)
+    };
+    let keys = Key::all(read);
     let paths: Vec<&str> = keys.iter().map(|key| key.path.as_str()).collect();
-    assert_eq!(paths, ["beams", "lasers[]", "lasers[].name", "docking", "docking.side"]);
-    let [beams, _, name, docking, side] = &keys[..] else { panic!("{keys:?}") };
-    assert_eq!((&*beams.about, &beams.range), ("Beams.", &Some([2.into(), 5000.into()])));
-    assert_eq!(beams.default, Some(360.into()));
-    assert!(name.required && name.filled && !docking.required);
-    assert_eq!((&docking.takes, &side.takes), (&Takes::Table, &Takes::OneOf(vec!["left".into(), "right".into()])));
+    assert_eq!(paths, ["NAME", "beams", "pause_s", "lasers[]", "lasers[].name", "docking", "docking.side"]);
+    let [_, beams, pause, _, name, docking, _] = &keys[..] else { panic!("{keys:?}") };
+    assert_eq!(
+        (&*beams.about, &*beams.accepts(), beams.default().as_deref()),
+        ("Beams.", "an integer from 2 to 5000", Some("360"))
+    );
+    assert_eq!((&*pause.accepts(), pause.required), ("a number above 0", false));
+    assert!(name.required && !docking.required && docking.needs.as_deref() == Some("map"));
+    let schema = Key::json_schema("A robot", json!({ "dependentRequired": { "docking": ["map"] } }), &keys);
+    insta::assert_snapshot!(format!("{schema:#}"));
+}
+
+#[test]
+fn forms_and_names_in_a_file_are_those_that_it_has() {
+    let document = Document::parse_toml("a.toml", "zebra = 1\nknown = 2\napple = 3\n").unwrap();
+    let problems = document.read(|root| {
+        root.know("known");
+        assert_eq!(root.names("NAME").map(|(name, _)| name).collect::<Vec<_>>(), ["apple", "zebra"]);
+        let as_written = root.names_as_written("NAME");
+        assert_eq!(as_written.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["zebra", "apple"]);
+        assert!(root.form(false).is_none() && root.find("apple.b").is_none());
+        assert_eq!(root.find("apple").map(Span::line), Some(3));
+        root.form(true)?.integer("apple").required()
+    });
+    assert_eq!(problems.unwrap_err().plain(), "a.toml:1:1: unknown key `zebra` (known here: `apple`, `known`)\n");
 }

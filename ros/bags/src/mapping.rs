@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use channels::{Symbol, Value};
-use diagnostics::document::{Document, Item, Table};
+use diagnostics::document::{Document, Item, Key, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+use serde_json::json;
 
 pub use compile::Compiled;
 pub(crate) use compile::{CompiledEntry, FieldRule, MessageTime, Number};
@@ -52,40 +53,62 @@ impl Mapping {
     pub fn load(path: &Path, read: ReadFile<'_>) -> Result<Self, diagnostics::Error> {
         let document = Document::parse_toml(&path.display().to_string(), &read_text(path, read)?)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Ok(document.read(|root| {
-            let above_0 = |tick: &Duration| !tick.is_zero();
-            let tick = root.seconds("tick_s").check(above_0, "be above 0").or(Duration::from_secs(1));
-            let reorder = root.seconds("reorder_s").or(Duration::from_secs(1));
-            let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
-            let time = root.text("time").spanned().or(log);
-            let folders = root.get::<Vec<String>>("definitions").or(Vec::new());
-            let messages = root
-                .tables("messages")
-                .required_or("add a table `[[messages]]`; `steward verify --list BAG` proposes some")?;
-            let messages: Vec<Option<Mapped>> = messages.into_iter().map(mapped).collect();
-            Some(Self {
-                tick,
-                reorder,
-                time,
-                folders: folders.into_iter().map(|name| folder.join(name)).collect(),
-                messages: messages.into_iter().collect::<Option<_>>()?,
-            })
-        })?)
+        Ok(document.read(|root| read_file(root, folder))?)
+    }
+
+    /// All keys of a mapping file.
+    #[must_use]
+    pub fn keys() -> Vec<Key> {
+        Key::all(|root| read_file(root, Path::new("")))
+    }
+
+    /// The JSON schema of a mapping file.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        Key::json_schema("A mapping of a bag for steward", json!({}), &Self::keys())
     }
 }
 
+/// The sources of time, in words.
+const TIME: &str = "`log`, `publish`, or the path of a stamp in the message, such as `header.stamp`";
+
+fn read_file(root: Table<'_>, folder: &Path) -> Option<Mapping> {
+    let about = "Time between ticks, in seconds. The first tick comes with the first mapped message.";
+    let tick = root.seconds("tick_s").about(about).above_0().default(Duration::from_secs(1));
+    let log = Spanned { value: "log".to_owned(), span: root.span().clone() };
+    let about = "The time of a message: when it was recorded, when it was sent, or the value of a field.";
+    let time = root.text("time").about(about).words(TIME).spanned().default(log);
+    let reorder = root.seconds("reorder_s").about(
+        "How long to wait for messages that arrive late, in seconds. Messages that arrive even later get the time \
+         of the message before them.",
+    );
+    let reorder = reorder.default(Duration::from_secs(1));
+    let folders = root
+        .get::<Vec<String>>("definitions")
+        .words("an array of strings, relative to this file")
+        .about("Folders with ROS packages, such as `/opt/ros/jazzy/share`, for types that the bag does not define.");
+    let folders = folders.or(Vec::new());
+    let messages = root.tables("messages").about("The messages that travel on a channel.");
+    let messages = messages.required_or("add a table `[[messages]]`; `steward verify --list BAG` proposes some")?;
+    let messages: Vec<Option<Mapped>> = messages.into_iter().map(mapped).collect();
+    Some(Mapping {
+        tick,
+        reorder,
+        time,
+        folders: folders.into_iter().map(|name| folder.join(name)).collect(),
+        messages: messages.into_iter().collect::<Option<_>>()?,
+    })
+}
+
 fn mapped(table: Table<'_>) -> Option<Mapped> {
-    let [topic, from, to] = ["topic", "from", "to"].map(|key| table.text(key).spanned().required());
-    let time = table.text("time").spanned().optional();
-    // For people.
-    let _ = table.text("about").optional();
-    let tests = if table.has("where") {
-        tests(table)
-    } else {
-        table.know("where");
-        Some(Vec::new())
-    };
+    let text = |key, about| table.text(key).about(about).spanned();
+    let topic = text("topic", "The topic; also one of a service or an action: `/go/_action/status`.").required();
+    let from = text("from", "The process that sends.").required();
+    let to = text("to", "The process that receives.").required();
     let fields = fields(table);
+    let tests = tests(table);
+    let time = table.text("time").about("Like `time`, for these messages.").words(TIME).spanned().optional();
+    let _ = text("about", "A description of the messages. The program does not use it.").optional();
     let (from, to) = (from?, to?);
     if from.value == to.value {
         let problem = to.span.problem("a process cannot send to itself").with_label("the same as `from`");
@@ -93,6 +116,32 @@ fn mapped(table: Table<'_>) -> Option<Mapped> {
         return None;
     }
     Some(Mapped { topic: topic?, from, to, time, tests: tests?, fields: fields?, span: table.span().clone() })
+}
+
+/// A value without parts, as JSON Schema.
+fn scalar() -> serde_json::Value {
+    json!({ "title": "a string, a number, true or false", "type": ["string", "number", "boolean"] })
+}
+
+/// The sources of fields, as JSON Schema.
+fn sources() -> serde_json::Value {
+    let text = json!({ "type": "string" });
+    let symbols = json!({ "type": "object", "additionalProperties": text });
+    let scale = json!({ "type": "number", "minimum": -1e300, "maximum": 1e300 });
+    let form = |required: &str, properties: serde_json::Value| {
+        json!({
+            "type": "object", "additionalProperties": false, "required": [required], "properties": properties,
+        })
+    };
+    let forms = [
+        text.clone(),
+        form("path", json!({ "path": text, "symbols": symbols, "scale": scale })),
+        form("symbol", json!({ "symbol": text })),
+        form("value", json!({ "value": scalar() })),
+    ];
+    let words = "a table: each field with the path of a field in the topic's message, or with a table that has `path` \
+                 and, if need be, `symbols` or `scale`, or that has `symbol` or `value` for a constant";
+    json!({ "title": words, "type": ["object"], "additionalProperties": { "anyOf": forms } })
 }
 
 /// The keys of a table, in the order of the file.
@@ -103,7 +152,13 @@ fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
 }
 
 fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
-    let tests = table.table("where").required()?;
+    let about = "Only messages in which each of these paths has this value, or one of these values.";
+    let one_or_several = || json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] });
+    let tests = table.table("where").about(about).rules(|| {
+        let words = "a table: each path with a string, a number, true or false, or with an array of these";
+        json!({ "title": words, "type": ["object"], "additionalProperties": one_or_several() })
+    });
+    let Some(tests) = tests.optional() else { return if table.has("where") { None } else { Some(Vec::new()) } };
     let read = in_order(tests).into_iter().map(|(path, place)| {
         let item = tests.get::<Item<'_>>(path).required()?;
         let items = item.as_array().unwrap_or_else(|| vec![item.clone()]);
@@ -118,7 +173,8 @@ fn tests(table: Table<'_>) -> Option<Vec<(Spanned<String>, Vec<Value>)>> {
 }
 
 fn fields(table: Table<'_>) -> Option<Vec<(String, FieldSource)>> {
-    let fields = table.table("fields").required()?;
+    let about = "The fields of the channel's message, in order, each with its source.";
+    let fields = table.table("fields").about(about).rules(sources).required()?;
     let read = in_order(fields).into_iter().map(|(name, place)| {
         if !is_name(name) {
             let problem = place.problem(format!("`{name}` cannot be the name of a field")).with_label("this field");

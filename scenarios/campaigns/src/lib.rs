@@ -28,7 +28,6 @@ mod error;
 pub mod file;
 mod formula;
 mod journal;
-pub mod keys;
 pub mod matrix;
 mod measure;
 mod model;

@@ -3,6 +3,7 @@
 use diagnostics::Spanned;
 use diagnostics::document::Table;
 
+use super::file::EVENT;
 use super::{Formula, Parameter, ParameterDomain, ParameterValue};
 
 /// A campaign's `[model]`.
@@ -21,16 +22,17 @@ pub struct Model {
 impl Model {
     /// Reads a model. If something is wrong with it, reports that and returns `None`.
     pub(super) fn read(table: Table<'_>) -> Option<Self> {
-        let of = table.text("of").spanned().required();
-        let about = table.text("about").or(String::new());
+        let of = table.text("of").about(&format!("What happens: {EVENT}.")).spanned().required();
+        let about = table.text("about").about("The model, in words.").default(String::new());
         let parse = |text: String, span: &diagnostics::Span| {
             Formula::parse(&text).map_err(|error| {
                 let help = "numbers, names of parameters, `+ - * /` and parentheses";
                 span.problem(error.to_string()).with_label("this formula").with_help(help)
             })
         };
-        let quantity = table.text("quantity").try_map(parse).spanned().required();
-        let bound = table.number("bound").required();
+        let quantity = table.text("quantity").try_map(parse).spanned();
+        let quantity = quantity.about("A formula of parameter names, numbers, `+ - * /` and parentheses.").required();
+        let bound = table.number("bound").about("The event happens if the quantity is greater than this.").required();
         Some(Self { of: of?, about, quantity: quantity?, bound: bound? })
     }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use diagnostics::document::{FromItem, Item};
 use diagnostics::{Problem, Spanned};
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// A value that a campaign gives to a key of the scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +36,10 @@ impl fmt::Display for ParameterValue {
 impl FromItem<'_> for ParameterValue {
     fn wanted() -> String {
         "a number, a Boolean or a string".into()
+    }
+
+    fn takes() -> Value {
+        json!({ "title": "a string, a number, true or false", "type": ["string", "number", "boolean"] })
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {

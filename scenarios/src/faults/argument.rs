@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use diagnostics::document::Table;
+use diagnostics::document::{Field, Key, Table, Written};
 use diagnostics::{Span, Spanned};
 use maps::{Point, Pose};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::schema::{Key, flag, number, one_of, or, plain, point, points, pose, sentence, text, whole, with};
+use crate::coordinates::{POINT, POSE};
 
 /// A parameter of a kind of fault.
 #[derive(Clone, Copy, Debug)]
@@ -114,26 +114,27 @@ impl Parameter {
     /// The parameter as a key of its fault.
     #[must_use]
     pub fn key(&self) -> Key {
-        let takes = match self.domain {
-            ArgumentDomain::Numbers(least, most) => number(least, most),
-            ArgumentDomain::Whole(least, most) => with(whole(least), json!({ "maximum": most })),
-            ArgumentDomain::Text => text(),
-            ArgumentDomain::OneOf(names) => one_of(names),
-            ArgumentDomain::Flag => flag(),
-            ArgumentDomain::Point => point(),
-            ArgumentDomain::Pose => pose(),
-            ArgumentDomain::Points => with(points(), json!({ "minItems": 1 })),
-        };
-        let takes = match self.default {
-            ArgumentDefault::Required | ArgumentDefault::Absent => takes,
-            ArgumentDefault::Number(number) => or(takes, plain(number)),
-            ArgumentDefault::Whole(number) => or(takes, number),
-            ArgumentDefault::Text(text) => or(takes, text),
-            ArgumentDefault::Flag(flag) => or(takes, flag),
-        };
-        let key = Key::new(self.name, &sentence(self.about), takes);
-        if self.default == ArgumentDefault::Required { key.required() } else { key }
+        let key = Key::all(|table| self.read(table)).pop();
+        key.expect("its reader asks for one key")
     }
+
+    /// Reads its value from a fault's table.
+    fn read(&self, table: Table<'_>) -> Option<Spanned<ArgumentValue>> {
+        let field = read_value(table, self).about(&sentence(self.about));
+        if self.default == ArgumentDefault::Required {
+            return field.required();
+        }
+        let span = table.span().clone();
+        let default = self.default.value().map(|value| Spanned { value, span });
+        field.rules(|| json!({ "default": self.default.written() })).optional().or(default)
+    }
+}
+
+/// A phrase as a sentence.
+#[must_use]
+pub fn sentence(phrase: &str) -> String {
+    let mut rest = phrase.chars();
+    rest.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), rest.as_str()))
 }
 
 impl ArgumentValue {
@@ -168,18 +169,8 @@ impl Arguments {
         let mut given = BTreeMap::new();
         let mut complete = true;
         for parameter in parameters {
-            let value = match parameter.default {
-                ArgumentDefault::Required => {
-                    let value = read_value(table, parameter).required();
-                    complete &= value.is_some();
-                    value
-                }
-                default => {
-                    let span = table.span().clone();
-                    let default = default.value().map(|value| Spanned { value, span });
-                    read_value(table, parameter).optional().or(default)
-                }
-            };
+            let value = parameter.read(table);
+            complete &= value.is_some() || parameter.default != ArgumentDefault::Required;
             given.extend(value.map(|value| (parameter.name, value)));
         }
         complete.then(|| Self { given, span: table.span().clone() })
@@ -276,9 +267,20 @@ impl ArgumentDefault {
             Self::Flag(flag) => Some(ArgumentValue::Flag(flag)),
         }
     }
+
+    /// `null` for none.
+    fn written(self) -> Value {
+        match self {
+            Self::Required | Self::Absent => Value::Null,
+            Self::Number(number) => number.written(),
+            Self::Whole(number) => json!(number),
+            Self::Text(text) => json!(text),
+            Self::Flag(flag) => json!(flag),
+        }
+    }
 }
 
-fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::document::Field<'d, Spanned<ArgumentValue>> {
+fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> Field<'d, Spanned<ArgumentValue>> {
     let key = parameter.name;
     match parameter.domain {
         ArgumentDomain::Numbers(least, most) => {
@@ -294,16 +296,19 @@ fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::docum
         }
         ArgumentDomain::Flag => table.boolean(key).map(ArgumentValue::Flag).spanned(),
         ArgumentDomain::Point => {
-            table.get::<[f64; 2]>(key).map(|[x, y]| ArgumentValue::Point(Point::new(x, y))).spanned()
+            table.get::<[f64; 2]>(key).words(POINT).map(|[x, y]| ArgumentValue::Point(Point::new(x, y))).spanned()
         }
         ArgumentDomain::Pose => table
             .get::<[f64; 3]>(key)
+            .words(POSE)
             .map(|[x, y, degrees]| ArgumentValue::Pose(maps::pose(x, y, degrees.to_radians())))
             .spanned(),
         ArgumentDomain::Points => {
             let points =
                 table.get::<Vec<[f64; 2]>>(key).check(|points| !points.is_empty(), "contain at least one point");
             points
+                .rules(crate::coordinates::points)
+                .rules(|| json!({ "minItems": 1 }))
                 .map(|points| ArgumentValue::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect()))
                 .spanned()
         }

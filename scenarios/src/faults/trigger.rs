@@ -5,6 +5,9 @@ use std::time::Duration;
 use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned};
 
+/// The keys of triggers, of which a fault has exactly one.
+pub(super) const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
+
 /// The trigger of a fault. Each fires on an edge: when its condition *becomes* true.
 #[derive(Clone, Debug)]
 pub enum Trigger {
@@ -66,13 +69,28 @@ impl Timing {
     /// Reads the keys that determine when a fault is active. `momentary` says that it is instantaneous and cannot last.
     pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
         let trigger = read_trigger(table);
-        let probability = table.number("probability").within(0.0..=1.0).or(1.0);
-        let lasts = table.seconds("lasts_s").check(|time| !time.is_zero(), "be above 0").spanned().optional();
+        let probability = table.number("probability").within(0.0..=1.0);
+        let probability = probability.about("The probability that the fault takes effect when it is triggered.");
+        let probability = probability.default(1.0);
+        let lasts = table.seconds("lasts_s").above_0().spanned().about(
+            "How long it lasts, in seconds. Without it, the fault lasts to the end of the run. A momentary fault \
+             cannot last.",
+        );
+        let lasts = lasts.optional();
         if let Some(lasts) = lasts.as_ref().filter(|_| momentary) {
             let problem = lasts.span.problem("this fault is instantaneous and cannot last");
             table.report(problem.with_label("remove this").with_help("use `every_s` and `times` to repeat it"));
         }
-        let times = table.get::<u64>("times").within(1..=1_000_000_000).optional();
+        let every = table.seconds("every_s").above_0();
+        let every = every.about("With `at_s`: the fault repeats after this time, in seconds.").optional();
+        let trigger = trigger.map(|trigger| match trigger {
+            Trigger::Time { at, .. } => Trigger::Time { at, every },
+            other => other,
+        });
+        let times = table.get::<u64>("times").within(1..=1_000_000_000);
+        let times = times
+            .about("The maximum number of times that it takes effect. By default once; with `every_s`, without limit.");
+        let times = times.optional();
         let repeats = !matches!(trigger, Some(Trigger::Time { every: None, .. } | Trigger::Tick(_)));
         if times.is_some_and(|times| times > 1) && !repeats {
             let problem = table.span().problem("a fault at a single time is active once, but `times` is larger");
@@ -90,17 +108,20 @@ fn step_at(time: Duration, dt: Duration) -> Duration {
     u64::try_from(nanos).map_or(Duration::MAX, Duration::from_nanos)
 }
 
-/// Reads the only trigger of a fault.
+/// Reads the only trigger of a fault, without its repetitions.
 fn read_trigger(table: Table<'_>) -> Option<Trigger> {
-    let at = table.seconds("at_s").optional();
-    let every = table.seconds("every_s").check(|time| !time.is_zero(), "be above 0").optional();
-    let tick = table.get::<u64>("at_tick").optional();
-    let near = table.text("near").spanned().optional();
-    let within_m = table.number("within_m").within(0.0..=1e6).or(1.0);
-    let message = table.text("when").spanned().optional();
-    let state = table.text("in_state").spanned().optional();
-    // All keys have been read by now, so that none is called unknown.
-    let given = ["at_s", "at_tick", "near", "when", "in_state"].into_iter().filter(|key| table.has(key));
+    let text = |key, about| table.text(key).about(about).spanned().optional();
+    let at = table.seconds("at_s").about("Trigger: the fault takes effect at this time, in seconds.").optional();
+    let tick = table.get::<u64>("at_tick").about("Trigger: when this tick has been generated.").optional();
+    let near = text("near", "Trigger: when the robot comes near this place.");
+    let message = text(
+        "when",
+        "Trigger: when such a message has been received: an event of the SCOPE language, or several joined by `or`.",
+    );
+    let state = table.text("in_state").about("Trigger: when a skill enters a state.").words("`SKILL.STATE`");
+    let state = state.spanned().optional();
+    let within_m = table.number("within_m").about("With `near`: how near, in meters.").within(0.0..=1e6).default(1.0);
+    let given = TRIGGERS.into_iter().filter(|key| table.has(key));
     let given: Vec<&str> = given.collect();
     if given.len() != 1 {
         let message = match given.as_slice() {
@@ -119,7 +140,7 @@ fn read_trigger(table: Table<'_>) -> Option<Trigger> {
         }
     }
     let state = state.map(|text| split_state(&text)).transpose().map_err(|problem| table.report(problem)).ok()?;
-    let time = at.map(|at| Trigger::Time { at, every });
+    let time = at.map(|at| Trigger::Time { at, every: None });
     let near = near.map(|place| Trigger::Near { place, within_m });
     time.or(tick.map(Trigger::Tick)).or(near).or(message.map(Trigger::Message)).or(state)
 }

@@ -6,9 +6,13 @@ use devices::{DeviceKind, DeviceSettings};
 use diagnostics::document::Table;
 use diagnostics::{Span, Spanned};
 use programs::Limits;
+use serde_json::{Value, json};
 
 use super::leaves::{Data, read_data};
-use crate::files::named;
+use crate::files::{named, path};
+
+/// An array of texts, in words.
+const STRINGS: &str = "an array of strings";
 
 /// The settings of a component from files: an entry of the table `components`.
 #[derive(Clone, Debug)]
@@ -59,17 +63,45 @@ pub enum RunsEntry {
 }
 
 /// Reads the table `components`.
-pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
+pub(super) fn read_components(root: Table<'_>) -> Vec<ComponentEntry> {
+    let about = "The components that skills ask, by the name of their process.";
+    let Some(table) = root.table("components").about(about).optional() else { return Vec::new() };
     let mut entries = Vec::new();
-    for (name, span) in table.keys() {
-        let Some(entry) = table.table(name).required() else { continue };
+    for (name, span) in table.names("NAME") {
+        let about = "A component that answers others: an SCXML machine, a program, or a device of the world.";
+        let Some(entry) = table.table(name).about(about).rules(one_form).optional() else { continue };
         let runs = read_runs(&entry, name, span);
-        let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
-        let interface = entry.text("interface").try_map(|path, span| Ok(named(path, span))).spanned().optional();
+        let data = read_data(
+            entry,
+            "The initial value of `<data id=\"ID\">`; for a program, a value that it receives when it starts.",
+        );
+        let interface = path(
+            entry,
+            "interface",
+            "The file with its interface: its services, topics and actions. Needed if others ask it \
+             or read its topics.",
+        );
         let name = Spanned { value: name.to_owned(), span: span.clone() };
-        entries.extend(runs.map(|runs| ComponentEntry { name, runs, data, interface, stands_for: None }));
+        let entry = |runs| ComponentEntry { name, runs, data, interface: interface.optional(), stands_for: None };
+        entries.extend(runs.map(entry));
     }
     entries
+}
+
+/// The keys that say what a component runs.
+pub(super) const FORMS: [&str; 3] = ["machine", "program", "builtin"];
+
+/// A component has at most one form, the rest being in its base, and the keys of that form.
+fn one_form() -> Value {
+    let form = |(key, kind, _, keys): Form| {
+        let is_kind = kind.map_or_else(|| json!(true), |kind| json!({ "const": kind.name() }));
+        json!({
+            "if": { "required": [key], "properties": { (key): is_kind } },
+            "then": { "propertyNames": { "enum": keys } },
+        })
+    };
+    let both = [[0, 1], [0, 2], [1, 2]].map(|pair| json!({ "required": pair.map(|form| FORMS[form]) }));
+    json!({ "not": { "anyOf": both }, "allOf": forms().map(form).collect::<Vec<_>>() })
 }
 
 /// The forms of a component: the key that selects each, the kind of a device, its name, and its keys.
@@ -94,16 +126,25 @@ pub(super) fn forms() -> impl Iterator<Item = Form> {
 }
 
 fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
-    let machine = entry.text("machine").try_map(|path, span| Ok(named(path, span))).spanned().optional();
-    let command = entry.get("program").spanned().optional();
+    let machine = path(*entry, "machine", "The file of its machine.").optional();
+    let command = entry.get("program").words(STRINGS).spanned().about(
+        "A program instead of a machine: a path relative to the folder of the file that sets it or a name on the \
+         `PATH`, followed by its arguments.",
+    );
+    let command = command.optional();
     let default = Limits::default();
-    let answer_within = entry.seconds("answer_within_s").check(|time| !time.is_zero(), "be above 0");
-    let memory_mb = entry.get::<u64>("memory_mb").within(1..=1 << 20).or(default.memory_bytes >> 20);
-    let limits = Limits { answer_within: answer_within.or(default.answer_within), memory_bytes: memory_mb << 20 };
-    let asks = entry.get("asks").or(Vec::new());
+    let answer_within = entry.seconds("answer_within_s").above_0();
+    let answer_within = answer_within.about("How long a program may take to answer, in seconds of real time.");
+    let memory_mb = entry.get::<u64>("memory_mb").within(1..=1 << 20);
+    let memory_mb = memory_mb.about("The address space that each process of a program may use, in MiB.");
+    let limits = Limits {
+        answer_within: answer_within.default(default.answer_within),
+        memory_bytes: memory_mb.default(default.memory_bytes >> 20) << 20,
+    };
+    let asks = entry.get("asks").about("The components that a program asks, or whose topics it reads.");
+    let asks = asks.words(STRINGS).or(Vec::new());
     let device = read_device(entry);
-    let is_form = |key: &str| ["machine", "program", "builtin"].contains(&key);
-    let given: Vec<(&str, &Span)> = entry.keys().filter(|(key, _)| is_form(key)).collect();
+    let given: Vec<(&str, &Span)> = entry.keys().filter(|(key, _)| FORMS.contains(key)).collect();
     match given[..] {
         [_] => {}
         [(first, _), (second, span), ..] => {
@@ -142,20 +183,28 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
 
 fn read_device(entry: &Table<'_>) -> Option<(Spanned<DeviceSettings>, Vec<Spanned<String>>)> {
     let kinds = DeviceKind::ALL.map(|kind| (kind.name(), kind));
-    let kind = entry.one_of("builtin", &kinds).spanned().optional();
-    let door = entry.text("door").spanned().optional();
-    let within_m = entry.number("within_m").within(0.1..=100.0).or(5.0);
-    let only = entry.get::<Vec<Spanned<String>>>("only").or(Vec::new());
-    let letters_per_s = entry.number("letters_per_s").within(0.1..=1000.0).or(15.0);
-    let pressed = entry.get("pressed_s").or(Vec::new());
-    let hears = entry.tables("hears").each(|heard| {
-        let text =
-            heard.text("text").check(|text| (1..=1000).contains(&text.chars().count()), "have 1 to 1000 letters");
-        let (at, text) = (heard.seconds("at_s").required(), text.required());
+    let kind = entry.one_of("builtin", &kinds).spanned();
+    let kind = kind.about("A device of the world instead of a machine. Its interface is fixed.").optional();
+    let door = entry.text("door").about("For a door: its name in the world.").spanned().optional();
+    let number = |key, about, range, default| entry.number(key).about(about).within(range).default(default);
+    let about = "For a people sensor: its range from the robot's center, in meters.";
+    let within_m = number("within_m", about, 0.1..=100.0, 5.0);
+    let only = entry.get::<Vec<Spanned<String>>>("only").words(STRINGS);
+    let only = only.about("For a people sensor: the people that it detects; everyone if empty.").or_empty();
+    let about = "For a speaker: how fast it speaks, in letters per second.";
+    let letters_per_s = number("letters_per_s", about, 0.1..=1000.0, 15.0);
+    let pressed = entry.get("pressed_s").words("an array of times in seconds");
+    let pressed = pressed.about("For a button: the times at which it is pressed, in seconds.").or_empty();
+    let hears = entry.tables("hears").about("For a microphone: a request that it hears.").each(|heard| {
+        let at = heard.seconds("at_s").about("When, in seconds.").required();
+        let text = heard.text("text").about("What somebody says.");
+        let text = text.rules(|| json!({ "minLength": 1, "maxLength": 1000 }));
+        let text = text.check(|text| (1..=1000).contains(&text.chars().count()), "have 1 to 1000 letters").required();
         Some((at?, text?))
     });
     let hears = hears.or(Vec::new());
-    let reach_m = entry.number("reach_m").within(0.0..=5.0).or(0.8);
+    let about = "For a tray: the maximum distance of a box from the robot's edge, in meters.";
+    let reach_m = number("reach_m", about, 0.0..=5.0, 0.8);
     let Spanned { value: kind, span } = kind?;
     let name = |name: &Spanned<String>| name.value.clone();
     let (value, names) = match kind {

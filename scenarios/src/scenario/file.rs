@@ -1,27 +1,28 @@
 //! The scenario file, read and checked.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, LazyLock};
 
-use components::StopRule;
-use diagnostics::document::{Document, Table};
-use diagnostics::{FileProblems, Source, Span, Spanned, nearest_or_all};
-use monitors::Outcome;
-use recording::{Expected, SnapshotOccasion, Snapshots};
+use diagnostics::document::{Document, Key, Table};
+use diagnostics::{FileProblems, Source, Span, Spanned};
+use recording::Snapshots;
 
 use super::base::Base;
 use super::component_entry::{ComponentEntry, read_components};
+use super::execution::Execution;
+use super::expectations::Expectations;
 use super::find::Found;
 use super::leaves::{LeafEntry, read_leaves};
 use super::model_entry::ModelEntry;
-use super::premises::PremisesEntry;
+use super::premises::{MAP, PremisesEntry, Sites, report_missing_map};
 use super::prove::ProveEntry;
 use super::ready_made::ReadyMade;
-use super::robot::STEP;
+use super::robot::read_sim;
+use super::snapshots::read_snapshots;
 use super::stop::Stop;
+use super::world::read_world;
 use crate::faults::Fault;
-use crate::files::{Files, named};
+use crate::files::{Files, named, path};
 
 /// A scenario file, read and checked as far as possible without the files that it names.
 #[derive(Clone, Debug)]
@@ -111,97 +112,15 @@ impl BehaviorEntry {
     }
 }
 
-/// The form of the tree's process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TreeForm {
-    /// One process for the whole tree.
-    Whole,
-    /// One process per node, with handshakes, as in the paper.
-    Nodes,
-}
-
-/// The scheduling policy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Policy {
-    /// Each enabled transition is equally likely.
-    Random,
-    /// Each process takes its turn.
-    RoundRobin,
-}
-
-/// An order among messages, as in [`channels::Precedence`]: two events in the SCOPE language.
-#[derive(Clone, Debug)]
-pub struct Order {
-    /// What comes first.
-    pub first: Spanned<String>,
-    /// The message that waits for it.
-    pub then: Spanned<String>,
-}
-
-/// How tree, skills and components are run.
-#[derive(Clone, Debug)]
-pub struct Execution {
-    /// Time between ticks.
-    pub tick: Duration,
-    /// The file with the schedule that runs follow, if they follow one.
-    pub schedule: Option<Spanned<PathBuf>>,
-    /// The scheduling policy.
-    pub policy: Policy,
-    /// This process moves only when no other can.
-    pub starved: Option<Spanned<String>>,
-    /// Orders among messages that the scheduler must enforce.
-    pub orders: Vec<Order>,
-    /// The effect of a stop request to Navigation.
-    pub stops: StopRule,
-    /// The form of the tree's process.
-    pub tree: TreeForm,
-    /// How long the tree waits for a leaf's answer.
-    pub leaf_timeout: Duration,
-    /// The latest time at which the run ends.
-    pub max_time: Duration,
-    /// The maximum number of transitions of the system in one step of the simulation. Beyond it, the system is
-    /// considered never to become quiet.
-    pub step_budget: u64,
-    /// The maximum number of communications in a run.
-    pub run_budget: u64,
-}
-
-/// The expected results of a run.
-#[derive(Clone, Debug, Default)]
-pub struct Expectations {
-    /// The expected outcome of each property.
-    pub outcomes: Vec<(Spanned<String>, Outcome)>,
-    /// Places that must have been reached.
-    pub reached: Vec<Spanned<String>>,
-    /// Places that must not have been reached.
-    pub not_reached: Vec<Spanned<String>>,
-    /// Components whose program must fail; no other program may.
-    pub failed_programs: Vec<Spanned<String>>,
-    /// The maximum number of collisions.
-    pub max_collisions: Option<u64>,
-    /// The minimum charge of the battery, in percent.
-    pub min_battery_pct: Option<f64>,
-    /// The maximum error of localization, in meters.
-    pub max_localization_m: Option<f64>,
-}
-
-impl Expectations {
-    /// Their record.
-    pub fn record(&self) -> Expected {
-        let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
-        Expected {
-            outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
-            reached: names(&self.reached),
-            not_reached: names(&self.not_reached),
-            failed_programs: names(&self.failed_programs),
-            max_collisions: self.max_collisions,
-            min_battery_pct: self.min_battery_pct,
-            max_localization_m: self.max_localization_m,
-        }
-    }
-}
-
 impl ScenarioFile {
+    /// All keys of a scenario file except the parameters of its faults, which depend on their
+    /// [kinds](crate::faults::KINDS).
+    #[must_use]
+    pub fn keys() -> &'static [Key] {
+        static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| Key::all(read_file));
+        &KEYS
+    }
+
     /// Reads a scenario. `name` is the file's name in diagnostics; `overrides` are assignments as for `--set`. Missing
     /// keys are inherited from the scenario that it names as its `base`, which is looked up in `files`.
     ///
@@ -283,45 +202,60 @@ impl ScenarioFile {
 }
 
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
-    let _ = root.text("base").optional();
-    let path = |key| root.text(key).try_map(|path, span| Ok(named(path, span))).spanned().required();
-    let about = root.text("about").or(String::new());
-    let seed = root.get::<u64>("seed").or(1);
-    let folder = root.text("folder").map(PathBuf::from).spanned().optional();
-    let premises = PremisesEntry::read(root);
-    let behavior = match ModelEntry::read(root) {
-        Some(model) => Some(BehaviorEntry::Model(model)),
-        None => {
-            let (tree, skills) = (path("tree"), path("skills"));
-            tree.zip(skills).map(|(tree, skills)| BehaviorEntry::Files(BehaviorFiles { tree, skills }))
-        }
-    };
-    let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
-    let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
+    let base = root.text("base").about(
+        "Another scenario, as a file or by its name. This one inherits everything that it does not set itself. \
+         An array is inherited as a whole or not at all. Inherited paths are relative to the file that \
+         writes them, or to this one if there is nothing.",
+    );
+    let _ = base.optional();
+    let about = root.text("about").about("What the scenario shows, on one line.").default(String::new());
+    let seed = root.get::<u64>("seed");
+    let seed = seed.about("The root seed unless `--seed` gives one. All random numbers of a run are derived from it.");
+    let seed = seed.default(1);
+    let folder = root.text("folder").about(
+        "The folder in which the scenario's other files are looked up first, instead of its own. It does not apply to \
+         the files of a base in another folder.",
+    );
+    let folder = folder.map(PathBuf::from).spanned().optional();
+    let about_map = "The map: a YAML file in the format of ROS's `map_server`. Without a map, there is no robot: tree, \
+                     skills and components run on their own.";
+    let map = path(root, MAP, about_map).optional();
+    let places = path(root, "places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).");
+    let places = places.needs(MAP).optional();
+    let behavior = read_behavior(root);
+    let properties = root.get::<Vec<Spanned<String>>>("properties").words("an array of strings");
+    let properties = properties.about("The property files. Each of their properties is monitored.");
+    let (properties, said) =
+        properties.spanned().optional().map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
-    let monitors = root.tables("monitors").each(ReadyMade::read).or(Vec::new());
-    let leaves = root.table("leaves").optional().map_or_else(Vec::new, read_leaves);
-    let components = root.table("components").optional().map_or_else(Vec::new, read_components);
-    let execution = read_execution(root);
-    let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
-    let schedule = execution.as_ref().and_then(|execution| execution.schedule.as_ref());
-    if let (Some(schedule), false) = (schedule, faults.is_empty()) {
+    let leaves = read_leaves(root);
+    let sites = Sites::read(root);
+    let mut sim = read_sim(root);
+    let components = read_components(root);
+    let execution = Execution::read(root);
+    let world = read_world(root);
+    sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
+    let premises = map.zip(sites).map(|(map, sites)| PremisesEntry { map, places, sites, sim, world });
+    let monitors = ReadyMade::read_all(root);
+    let faults = Fault::read_all(root);
+    if let (Some(schedule), false) = (&execution.schedule, faults.is_empty()) {
         let problem = schedule.span.problem("a run that follows a schedule has no faults, but this scenario has some");
         let help = "remove them: `faults = []`; a schedule itself determines which messages are lost";
         root.report(problem.with_label("this schedule").with_help(help));
     }
-    if matches!(premises, Ok(None)) {
-        PremisesEntry::report_missing(root, &faults);
+    // An empty file has nothing that needs a map; and its reader tells which keys need one.
+    if !root.has(MAP) && root.keys().next().is_some() {
+        report_missing_map(root, ScenarioFile::keys(), &faults);
     }
-    let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
-    let snapshots = root.table("snapshots").optional().map_or_else(Snapshots::default, read_snapshots);
-    let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
-    let prove = root.table("prove").optional().map_or_else(|| Some(ProveEntry::default()), ProveEntry::read);
+    let stop = Stop::read(root);
+    let snapshots = read_snapshots(root);
+    let expect = Expectations::read(root);
+    let prove = ProveEntry::read(root);
     Some(ScenarioFile {
         about,
         seed,
         folder,
-        premises: premises.ok()?,
+        premises,
         behavior: behavior?,
         leaves,
         components,
@@ -330,95 +264,31 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         sources: Vec::new(),
         base_folders: Vec::new(),
         monitors,
-        execution: execution?,
+        execution,
         faults,
         stop,
         snapshots,
-        expect: expect?,
+        expect,
         prove: prove?,
     })
 }
 
-fn read_execution(root: Table<'_>) -> Option<Execution> {
-    let mut execution = Execution {
-        tick: Duration::from_secs(1),
-        schedule: None,
-        policy: Policy::Random,
-        starved: None,
-        orders: Vec::new(),
-        stops: StopRule::OwnTrip,
-        tree: TreeForm::Whole,
-        leaf_timeout: bt::LEAF_TIMEOUT,
-        max_time: Duration::from_secs(3600),
-        step_budget: 100_000,
-        run_budget: 10_000_000,
-    };
-    let Some(table) = root.table("execution").optional() else { return Some(execution) };
-    execution.tick = table.seconds("tick_s").check(|tick| *tick >= STEP, "be at least 0.02").or(execution.tick);
-    let schedule = table.text("schedule").try_map(|path, span| Ok(named(path, span))).spanned();
-    execution.schedule = schedule.optional();
-    let leaf_timeout = table.seconds("leaf_timeout_s").check(|time| !time.is_zero(), "be above 0");
-    execution.leaf_timeout = leaf_timeout.or(execution.leaf_timeout);
-    execution.max_time = table.seconds("max_time_s").check(|time| !time.is_zero(), "be above 0").or(execution.max_time);
-    execution.step_budget = table.get::<u64>("step_budget").within(1..=u64::MAX).or(execution.step_budget);
-    execution.run_budget = table.get::<u64>("run_budget").within(1..=u64::MAX).or(execution.run_budget);
-    execution.tree = table.one_of("tree", &[("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)]).or(execution.tree);
-    let policies = [("random", Policy::Random), ("round-robin", Policy::RoundRobin)];
-    execution.policy = table.one_of("policy", &policies).or(Policy::Random);
-    let rules = [("own-trip", StopRule::OwnTrip), ("any-trip", StopRule::AnyTrip)];
-    execution.stops = table.one_of("stops", &rules).or(StopRule::OwnTrip);
-    execution.starved = table.text("starve").spanned().optional();
-    execution.orders = table.tables("order").each(read_order).or(Vec::new());
-    Some(execution)
-}
-
-fn read_order(table: Table<'_>) -> Option<Order> {
-    let event = |key| table.text(key).spanned().required();
-    let (first, then) = (event("first"), event("then"));
-    Some(Order { first: first?, then: then? })
-}
-
-fn read_snapshots(table: Table<'_>) -> Snapshots {
-    const MOMENTS: [(&str, SnapshotOccasion); 5] = [
-        ("start", SnapshotOccasion::Start),
-        ("fault", SnapshotOccasion::Fault),
-        ("verdict", SnapshotOccasion::Verdict),
-        ("arrival", SnapshotOccasion::Arrival),
-        ("end", SnapshotOccasion::End),
-    ];
-    let at = table.get::<Vec<Spanned<String>>>("at").try_map(|names, _| {
-        let moment = |name: Spanned<String>| {
-            let found = MOMENTS.iter().find(|(known, _)| *known == name.value).map(|(_, moment)| *moment);
-            found.ok_or_else(|| {
-                let problem = name.span.problem(format!("unknown moment `{}`", name.value));
-                let help = nearest_or_all(&name.value, "the moments", &MOMENTS.map(|(known, _)| known));
-                problem.with_label("no such moment").with_help(help)
-            })
-        };
-        names.into_iter().map(moment).collect::<Result<Vec<_>, _>>()
+fn read_behavior(root: Table<'_>) -> Option<BehaviorEntry> {
+    let model = ModelEntry::read(root);
+    let files = root.form(model.is_none()).and_then(|root| {
+        let tree = path(
+            root,
+            "tree",
+            "The behavior tree: an XML file of BehaviorTree.CPP. Required unless there is a `base` or a `model`.",
+        );
+        let skills = path(
+            root,
+            "skills",
+            "The folder of the SCXML machines that carry out the tree's leaves. Required unless there is a `base` or a \
+             `model`.",
+        );
+        let (tree, skills) = (tree.required(), skills.required());
+        Some(BehaviorFiles { tree: tree?, skills: skills? })
     });
-    let every = table.seconds("every_s").check(|every| *every >= STEP, "be at least 0.02");
-    Snapshots { at: at.or(Vec::new()), at_times: table.get("at_s").or(Vec::new()), every: every.optional() }
-}
-
-fn read_expectations(table: Table<'_>) -> Option<Expectations> {
-    let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
-    let mut expect = Expectations {
-        reached: table.get("reached").or(Vec::new()),
-        not_reached: table.get("not_reached").or(Vec::new()),
-        failed_programs: table.get("failed_programs").or(Vec::new()),
-        max_collisions: table.get("max_collisions").optional(),
-        min_battery_pct: table.number("min_battery_pct").within(0.0..=100.0).optional(),
-        max_localization_m: table.number("max_localization_m").within(0.0..=1e6).optional(),
-        outcomes: Vec::new(),
-    };
-    let known =
-        ["reached", "not_reached", "failed_programs", "max_collisions", "min_battery_pct", "max_localization_m"];
-    let properties = table.keys().filter(|(key, _)| !known.contains(key));
-    for (property, span) in properties {
-        let outcome = table.one_of(property, &outcomes).required();
-        let name = Spanned { value: property.to_owned(), span: span.clone() };
-        expect.outcomes.extend(outcome.map(|outcome| (name, outcome)));
-    }
-    Some(expect)
+    model.map(BehaviorEntry::Model).or(files.map(BehaviorEntry::Files))
 }

@@ -2,6 +2,7 @@
 
 use diagnostics::document::{Item, Table};
 use diagnostics::{Span, Spanned};
+use serde_json::{Value, json};
 use skills::Datum;
 
 /// Initial values of a machine's data, by datum id.
@@ -29,20 +30,28 @@ pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
 }
 
 /// Reads the table `leaves`.
-pub(super) fn read_leaves(table: Table<'_>) -> Vec<LeafEntry> {
+pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
+    let about = "Settings of the tree's leaves that differ from the defaults.";
+    let Some(table) = root.table("leaves").about(about).optional() else { return Vec::new() };
     let entry = |(name, span): (&str, &Span)| {
-        let entry = table.table(name).optional()?;
+        let entry = table.table(name).about("A leaf of the tree, by the name of its process.").optional()?;
         let leaf = Spanned { value: name.to_owned(), span: span.clone() };
-        let machine = entry.text("machine").spanned().optional();
-        let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
+        let machine = entry
+            .text("machine")
+            .about("The file of the leaf's machine, in the folder `skills`. If not given, `NAME.scxml` or `ID.scxml`.");
+        let machine = machine.spanned().optional();
+        let data = read_data(entry, "The initial value of `<data id=\"ID\">`.");
         Some(LeafEntry { leaf, machine, data })
     };
-    table.keys().filter_map(entry).collect()
+    table.names("NAME").filter_map(entry).collect()
 }
 
-pub(super) fn read_data(table: Table<'_>) -> Data {
+/// Reads an entry's table `data`; `about` is the meaning of each of its keys.
+pub(super) fn read_data(entry: Table<'_>, about: &str) -> Data {
+    let table = entry.table("data").about("Initial values of the machine's data.").optional();
+    let Some(table) = table else { return Vec::new() };
     let value = |(name, span): (&str, &Span)| {
-        let item = table.get::<Item<'_>>(name).optional()?;
+        let item = table.get::<Item<'_>>(name).about(about).rules(scalar).optional()?;
         let value = datum(&item);
         if value.is_none() {
             // The numbers of machines are those of ECMAScript.
@@ -55,7 +64,12 @@ pub(super) fn read_data(table: Table<'_>) -> Data {
         }
         Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
     };
-    table.keys().filter_map(value).collect()
+    table.names("ID").filter_map(value).collect()
+}
+
+/// What [`datum`] reads, as JSON Schema.
+pub(super) fn scalar() -> Value {
+    json!({ "title": "a string, a number, true or false", "type": ["string", "number", "boolean"] })
 }
 
 /// A text, a number, true or false. An integer that would be rounded is none of them.

@@ -8,7 +8,7 @@ use std::time::Duration;
 use interfaces::Interface;
 use roaml::Model;
 
-use super::file::Execution;
+use super::execution::Execution;
 use super::file_reader::FileReader;
 use super::model_entry::ModelEntry;
 use super::{Component, Runs, Skill};

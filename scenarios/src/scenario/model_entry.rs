@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use diagnostics::Spanned;
 use diagnostics::document::Table;
 
-use crate::files::named;
+use crate::files::path;
 
 /// The keys that describe what a model itself contains.
 const OF_THE_MODEL: [&str; 5] = ["tree", "skills", "leaves", "components", "map"];
@@ -22,13 +22,19 @@ pub struct ModelEntry {
 impl ModelEntry {
     /// Reads the key `model`, and refuses keys that describe what the model itself contains.
     pub(super) fn read(root: Table<'_>) -> Option<Self> {
-        let path = root.text("model").try_map(|path, span| Ok(named(path, span))).spanned().optional()?;
+        let path = path(
+            root,
+            "model",
+            "A RoAML model: its main file. It replaces `tree`, `skills`, `leaves` and `components`, and has no map. \
+             It also gives `execution.tick_s` and `execution.max_time_s`, unless they are set.",
+        );
+        let path = path.optional()?;
         for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
             let problem = span.problem(format!("`{key}` is not allowed beside a `model`"));
             let help = "a RoAML model has its own tree and machines, and no map: remove one of the two keys";
             root.report(problem.with_label("this key").with_help(help));
         }
-        let _ = (root.text("tree").optional(), root.text("skills").optional());
+        ["tree", "skills"].into_iter().for_each(|key| root.know(key));
         let execution = root.table("execution").optional();
         let set = execution.into_iter().flat_map(|table| table.keys()).map(|(key, _)| key.to_owned()).collect();
         Some(Self { path, set })

@@ -5,18 +5,17 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::document::{FromItem, Item, Key, Table};
 use diagnostics::{Problem, Span, Spanned};
 use maps::{OccupancyGrid, Places, PlacesFile, Pose, pose};
 use nav::{Atlas, LocalizationParameters, Reach};
 use robot::RobotModel;
+use serde_json::{Value, json};
 use sim::{Building, SimConfig};
 
-use super::robot::read_sim;
-use super::world::{WorldBody, read_world};
-use crate::error::Recorded;
+use super::world::WorldBody;
+use crate::coordinates::POSE;
 use crate::faults::{Fault, Trigger};
-use crate::files::named;
 
 /// The contents of a scenario file that concern its map and the robot on it.
 #[derive(Clone, Debug)]
@@ -58,6 +57,12 @@ impl FromItem<'_> for Start {
         "the name of a point, or [x, y, heading] in meters and degrees".into()
     }
 
+    fn takes() -> Value {
+        let mut pose = <[f64; 3]>::takes();
+        pose["title"] = json!(POSE);
+        json!({ "title": Self::wanted(), "anyOf": [String::takes(), pose] })
+    }
+
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
         let named = item.as_text().map(|name| Self::Named(name.to_owned()));
         let at = || item.get::<[f64; 3]>().ok().map(|[x, y, degrees]| Self::At(pose(x, y, degrees.to_radians())));
@@ -65,71 +70,54 @@ impl FromItem<'_> for Start {
     }
 }
 
-/// The keys of a file that concern its map and the robot on it.
-pub(super) const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
+/// The key of the map, which everything about the robot needs.
+pub(super) const MAP: &str = "map";
 
-/// The keys of tables that require something of a robot on a map.
-const OF_A_ROBOT: [(&str, &[&str]); 3] = [
-    ("stop", &["at"]),
-    ("prove", &["battery", "trips"]),
-    ("expect", &["reached", "not_reached", "max_collisions", "min_battery_pct", "max_localization_m"]),
-];
-
-impl PremisesEntry {
-    /// Reads the parts of a file that concern its map, if it has one.
-    pub(super) fn read(root: Table<'_>) -> Result<Option<Self>, Recorded> {
-        let map = root.text("map").try_map(|path, span| Ok(named(path, span))).spanned();
-        if !root.has("map") {
-            ON_A_MAP.into_iter().for_each(|key| root.know(key));
-            return Ok(None);
-        }
-        let map = map.optional();
-        let places = root.text("places").try_map(|path, span| Ok(named(path, span))).spanned().optional();
-        let sites = root.table("sites").required().and_then(read_sites);
-        let mut sim = read_sim(root);
-        let world = read_world(root);
-        sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
-        let (map, sites) = map.zip(sites).ok_or(Recorded)?;
-        Ok(Some(Self { map, places, sites, sim, world }))
-    }
-
-    /// Reports every part of a file without a map that concerns a map or the robot on it, each at its location.
-    pub(super) fn report_missing(root: Table<'_>, faults: &[Arc<Fault>]) {
-        let report = |span: &Span, what: &str| {
-            let problem = span.problem(format!("{what} needs a map, and this scenario has none"));
-            let help = "name the map, `map = \"FILE.yaml\"`, and where the robot starts, `sites.start`; without a map, \
-                        tree and skills run alone";
-            root.report_missing("map", problem.with_label("this needs a map").with_help(help));
-        };
-        for (key, span) in root.keys().filter(|(key, _)| ON_A_MAP.contains(key)) {
-            report(span, &format!("`{key}`"));
-        }
-        for (table, needy) in OF_A_ROBOT {
-            let keys = root.table(table).optional().into_iter().flat_map(|table| table.keys());
-            for (key, span) in keys.filter(|(key, _)| needy.contains(key)) {
-                report(span, &format!("`{table}.{key}`"));
-            }
-        }
-        let snapshots = root.table("snapshots").optional();
-        let moments = snapshots.and_then(|table| table.get::<Vec<Spanned<String>>>("at").optional());
-        for moment in moments.into_iter().flatten().filter(|moment| moment.value == "arrival") {
-            report(&moment.span, "a picture of an arrival");
-        }
-        for fault in faults {
-            if fault.needs_robot() {
-                report(fault.arguments().span(), &format!("a fault `{}`", fault.kind().name));
-            } else if let Trigger::Near { place, .. } = &fault.timing.trigger {
-                report(&place.span, "the trigger `near`");
-            }
-        }
+impl Sites {
+    /// Reads the places that a scenario on a map needs.
+    pub(super) fn read(root: Table<'_>) -> Option<Self> {
+        let sites = root.table("sites").about("The places that the scenario needs. Required if there is a map.");
+        let sites = sites.needs(MAP);
+        let table = if root.has(MAP) { sites.required() } else { sites.optional() }?;
+        let site = |key, about| table.text(key).about(about).spanned().optional();
+        let start = table.get("start").about("Where the robot starts. Required if there is a map.").spanned();
+        let start = if root.has(MAP) { start.required() } else { start.optional() };
+        let station = site(
+            "station",
+            "The point at which the charging station stands. Without it, the battery is never charged.",
+        );
+        let destination = site("destination", "The place to which the robot is sent, for pictures.");
+        Some(Self { start: start?, station, destination })
     }
 }
 
-fn read_sites(table: Table<'_>) -> Option<Sites> {
-    let site = |key| table.text(key).spanned().optional();
-    let start = table.get("start").spanned().required();
-    let (station, destination) = (site("station"), site("destination"));
-    Some(Sites { start: start?, station, destination })
+/// Reports every part of a file without a map that concerns a map or the robot on it, each at its location: those of
+/// these `keys` that need the map, and what only their values say.
+pub(super) fn report_missing_map(root: Table<'_>, keys: &[Key], faults: &[Arc<Fault>]) {
+    let report = |span: &Span, what: &str| {
+        let problem = span.problem(format!("{what} needs a map, and this scenario has none"));
+        let help = "name the map, `map = \"FILE.yaml\"`, and where the robot starts, `sites.start`; without a map, \
+                    tree and skills run alone";
+        root.report_missing(MAP, problem.with_label("this needs a map").with_help(help));
+    };
+    for key in keys.iter().filter(|key| key.needs.as_deref() == Some(MAP)) {
+        let path = key.path.trim_end_matches("[]");
+        if let Some(span) = root.find(path) {
+            report(span, &format!("`{path}`"));
+        }
+    }
+    let snapshots = root.table("snapshots").optional();
+    let moments = snapshots.and_then(|table| table.get::<Vec<Spanned<String>>>("at").optional());
+    for moment in moments.into_iter().flatten().filter(|moment| moment.value == "arrival") {
+        report(&moment.span, "a picture of an arrival");
+    }
+    for fault in faults {
+        if fault.needs_robot() {
+            report(fault.arguments().span(), &format!("a fault `{}`", fault.kind().name));
+        } else if let Trigger::Near { place, .. } = &fault.timing.trigger {
+            report(&place.span, "the trigger `near`");
+        }
+    }
 }
 
 /// The map on which a scenario's robot drives, with its places and everything computed from it.

@@ -6,11 +6,13 @@ use std::time::Duration;
 
 use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Span, Spanned};
+use serde_json::{Value, json};
 
 use super::component_entry::{ComponentEntry, RunsEntry};
+use super::premises::MAP;
 use super::stop::Names;
 use crate::error::{Complaints, Error};
-use crate::files::named;
+use crate::files::path;
 use crate::names::unknown;
 
 /// A proof's assumptions about everything around tree, skills and components, and its subject.
@@ -164,6 +166,16 @@ impl AllowedFault {
             Self::Mutant => "skill_mutant",
         }
     }
+
+    /// The meaning of its key.
+    fn about(self) -> &'static str {
+        match self {
+            Self::Crash => "Components that may crash, and restart.",
+            Self::Frozen => "Components that may hang, and continue later.",
+            Self::WrongReply => "Components that may report the opposite of the truth.",
+            Self::Mutant => "Mistakes that skills may have, as `steward skill mutants` lists them.",
+        }
+    }
 }
 
 /// A machine that replaces a component in a proof.
@@ -176,11 +188,11 @@ pub struct StandIn {
 }
 
 /// How much memory the proof of a property may use by default, in MiB.
-pub(super) const MEMORY_MB: u64 = 2048;
+const MEMORY_MB: u64 = 2048;
 
 /// How many states the proof of a property may visit by default. This takes about a minute on two cores, and at most
 /// half of [`MEMORY_MB`].
-pub(super) const STATES: u64 = 20_000_000;
+const STATES: u64 = 20_000_000;
 
 impl Default for ProveEntry {
     fn default() -> Self {
@@ -208,18 +220,33 @@ impl Default for TripAssumption {
 
 impl ProveEntry {
     /// Reads the table `prove`. `None` after recording problems.
-    pub(super) fn read(table: Table<'_>) -> Option<Self> {
-        let Names(properties) = table.get("properties").or(Names(Vec::new()));
-        let memory_mb = table.get::<u64>("memory_mb").within(1..=1 << 20).or(MEMORY_MB);
-        let states = table.get::<u64>("states").within(1..=1 << 40).or(STATES);
-        let threads = table.get::<u64>("threads").within(1..=1024).optional();
-        let battery = table.table("battery").optional().map_or(Some(BatteryAssumption::Free), read_battery);
-        let trips = table.table("trips").optional().map_or_else(TripAssumption::default, read_trips);
-        let messages = table.table("messages").optional().map_or_else(MessageAssumption::default, read_messages);
-        let faults = table.table("faults").optional().map_or_else(FaultAssumption::default, read_faults);
-        let drivers = table.one_of("drivers", &[("between-steps", false), ("anywhere", true)]).or(false);
-        let components = table.table("components").optional().map_or_else(Vec::new, read_stand_ins);
-        let expect = table.table("expect").optional().map_or_else(Vec::new, read_expect);
+    pub(super) fn read(root: Table<'_>) -> Option<Self> {
+        let table = root.table("prove").about("What `steward prove` assumes and proves.").optional();
+        let Some(table) = table else { return Some(Self::default()) };
+        let properties = table.get("properties").about(
+            "The properties to prove. If not given, all of them. `progress` (no deadlock and no livelock) is always \
+             among them.",
+        );
+        let Names(properties) = properties.or(Names(Vec::new()));
+        let count = |key, about, range| table.get::<u64>(key).about(about).within(range);
+        let about = "How much memory the proof of a property may take, in MiB.";
+        let memory_mb = count("memory_mb", about, 1..=1 << 20).default(MEMORY_MB);
+        let about = "How many states the proof of a property may visit, over all its rounds. Then it is not decided.";
+        let states = count("states", about, 1..=1 << 40).default(STATES);
+        let about = "How many threads explore. If not given, one per core. The result does not depend on it.";
+        let threads = count("threads", about, 1..=1024).optional();
+        let battery = read_battery(table);
+        let trips = read_trips(table);
+        let messages = read_messages(table);
+        let faults = read_faults(table);
+        let drivers = [("between-steps", false), ("anywhere", true)];
+        let anywhere = table.one_of("drivers", &drivers).about(
+            "When the drivers of the built-in components exchange data with them: between the steps of a run \
+             (`between-steps`), as in the simulation, or also while processes communicate (`anywhere`).",
+        );
+        let drivers_anywhere = anywhere.or_first(&drivers);
+        let components = read_stand_ins(table);
+        let expect = read_expect(table);
         // The expectations of a base do not matter if its properties are not used.
         let is_asked = |name: &Spanned<String>| {
             let here: Vec<_> =
@@ -243,7 +270,7 @@ impl ProveEntry {
             trips,
             messages,
             faults,
-            drivers_anywhere: drivers,
+            drivers_anywhere,
             components,
         })
     }
@@ -268,8 +295,14 @@ impl ProveEntry {
     }
 }
 
-fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
-    let drain = table.number("drain_pct_per_tick").try_map(|pct, span| match (0.0..=100.0).contains(&pct) {
+fn read_battery(prove: Table<'_>) -> Option<BatteryAssumption> {
+    let table = prove.table("battery").about("How the battery's level may change.").needs(MAP).optional();
+    let Some(table) = table else { return Some(BatteryAssumption::Free) };
+    let drain = table.number("drain_pct_per_tick").rules(percent).about(
+        "The maximum fall of the level per tick, in percent; it rises only at the charging station. Without it, \
+         the level may jump to any value at any time.",
+    );
+    let drain = drain.try_map(|pct, span| match (0.0..=100.0).contains(&pct) {
         true => Ok(pct),
         false => {
             let problem = span.problem("`drain_pct_per_tick` must lie between 0 and 100").with_label("this value");
@@ -277,8 +310,14 @@ fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
         }
     });
     let drain_pct = drain.optional();
-    let charge_pct = table.number("charge_pct_per_tick").within(0.0..=100.0).optional();
-    let start_pct = table.get::<Range>("start_pct").optional();
+    let charge_pct = table
+        .number("charge_pct_per_tick")
+        .within(0.0..=100.0)
+        .about("The minimum rise of the level, in percent, in a tick throughout which the battery is charging.");
+    let charge_pct = charge_pct.default(0.0);
+    let start_pct = table.get::<Range>("start_pct");
+    let start_pct = start_pct.about("The level at the start, in percent. If not given, `battery.initial_pct`.");
+    let start_pct = start_pct.optional();
     if drain_pct.is_none() && !table.has("drain_pct_per_tick") {
         for (key, span) in table.keys().filter(|(key, _)| ["charge_pct_per_tick", "start_pct"].contains(key)) {
             let problem = span.problem(format!("`{key}` contradicts a battery whose level may jump to any value"));
@@ -290,9 +329,14 @@ fn read_battery(table: Table<'_>) -> Option<BatteryAssumption> {
     Some(BatteryAssumption::Drained(Drained {
         drain_pct: drain_pct?,
         place: table.span().clone(),
-        charge_pct: charge_pct.unwrap_or(0.0),
+        charge_pct,
         start_pct: start_pct.map(|Range(range)| range),
     }))
+}
+
+/// Numbers from 0 to 100, as JSON Schema.
+fn percent() -> Value {
+    json!({ "minimum": 0, "maximum": 100 })
 }
 
 /// A level, or the lowest and the highest.
@@ -301,6 +345,13 @@ struct Range(RangeInclusive<f64>);
 impl FromItem<'_> for Range {
     fn wanted() -> String {
         "a number from 0 to 100, or [lowest, highest]".into()
+    }
+
+    fn takes() -> Value {
+        let mut level = percent();
+        level["type"] = json!("number");
+        let both = json!({ "type": "array", "items": level, "minItems": 2, "maxItems": 2 });
+        json!({ "title": Self::wanted(), "anyOf": [level, both] })
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
@@ -316,17 +367,31 @@ impl FromItem<'_> for Range {
     }
 }
 
-fn read_trips(table: Table<'_>) -> TripAssumption {
+fn read_trips(prove: Table<'_>) -> TripAssumption {
+    let table = prove.table("trips").about("What the trips of the built-in Navigation may do.").needs(MAP).optional();
+    let Some(table) = table else { return TripAssumption::default() };
+    let ticks = table.get::<u64>("ticks").about(
+        "A trip ends before this number of ticks has passed since its start. Without it, a trip may take forever.",
+    );
+    let fail = table.boolean("fail").about("Whether trips may fail.");
+    let passes = table.get("passes").rules(|| json!({ "default": [] }));
+    let passes = passes.about("The places that the robot may pass during a trip, besides its start and its goal.");
     TripAssumption {
-        ticks: table.get::<u64>("ticks").within(1..=10_000).optional(),
-        fail: table.boolean("fail").or(true),
-        passes: table.get("passes").or(Passes::These(Vec::new())),
+        ticks: ticks.within(1..=10_000).optional(),
+        fail: fail.default(true),
+        passes: passes.or(Passes::These(Vec::new())),
     }
 }
 
 impl FromItem<'_> for Passes {
     fn wanted() -> String {
         "\"any\", the name of a place, or an array of names".into()
+    }
+
+    fn takes() -> Value {
+        let mut names = Names::takes();
+        names["title"] = json!("`\"any\"`, a name, or an array of names");
+        names
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
@@ -340,11 +405,22 @@ impl FromItem<'_> for Passes {
     }
 }
 
-fn read_messages(table: Table<'_>) -> MessageAssumption {
-    let count = |key| u8::try_from(table.get::<u64>(key).within(0..=9).or(0)).unwrap_or(u8::MAX);
-    let (lose, repeat, delay) = (count("lose"), count("repeat"), count("delay"));
-    let hold = table.seconds("delay_s").check(|time| !time.is_zero(), "be above 0").or(Duration::from_secs(1));
-    let on = table.get("on").or(Vec::new());
+fn read_messages(prove: Table<'_>) -> MessageAssumption {
+    let table = prove.table("messages").about("What may happen to messages in transit.").optional();
+    let Some(table) = table else { return MessageAssumption::default() };
+    let count = |key, what: &str| {
+        let about = format!("The maximum number of messages of a run that may be {what}.");
+        let count = table.get::<u64>(key).about(&about).within(0..=9).default(0);
+        u8::try_from(count).unwrap_or(u8::MAX)
+    };
+    let lose = count("lose", "lost");
+    let repeat = count("repeat", "delivered twice");
+    let delay = count("delay", "delayed");
+    let hold = table.seconds("delay_s").about("How long a delayed message is held back, in seconds.").above_0();
+    let hold = hold.default(Duration::from_secs(1));
+    let on = table.get("on").words("[[from, to], …]");
+    let on = on.about("The channels on which this may happen, by sender and receiver. If not given, all of them.");
+    let on = on.or_empty();
     let report = |key: &str, needs: &str| {
         for (_, span) in table.keys().filter(|(known, _)| *known == key) {
             let problem = span.problem(format!("`{key}` has no effect if no message may be {needs}"));
@@ -362,10 +438,14 @@ fn read_messages(table: Table<'_>) -> MessageAssumption {
     MessageAssumption { lose, repeat, delay, hold, on }
 }
 
-fn read_faults(table: Table<'_>) -> FaultAssumption {
-    let count = u8::try_from(table.get::<u64>("count").within(1..=9).or(1)).unwrap_or(u8::MAX);
+fn read_faults(prove: Table<'_>) -> FaultAssumption {
+    let table = prove.table("faults").about("Faults that may begin and end at any time.").optional();
+    let Some(table) = table else { return FaultAssumption::default() };
+    let count = table.get::<u64>("count").about("The maximum number of faults in a run.").within(1..=9).default(1);
+    let count = u8::try_from(count).unwrap_or(u8::MAX);
     let named = |kind: AllowedFault| {
-        let Names(names) = table.get(kind.name()).or(Names(Vec::new()));
+        let names = table.get(kind.name()).about(kind.about()).rules(|| json!({ "default": [] }));
+        let Names(names) = names.or(Names(Vec::new()));
         names.into_iter().map(move |name| (kind, name))
     };
     let allowed: Vec<_> = AllowedFault::ALL.into_iter().flat_map(named).collect();
@@ -377,20 +457,37 @@ fn read_faults(table: Table<'_>) -> FaultAssumption {
     FaultAssumption { count, allowed }
 }
 
-fn read_stand_ins(table: Table<'_>) -> Vec<StandIn> {
+fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
+    let about = "Machines that replace components, by the name of the component.";
+    let Some(table) = prove.table("components").about(about).optional() else { return Vec::new() };
     let read = |(name, span): (&str, &Span)| {
-        let machine = table.table(name).required()?.text("machine");
-        let machine = machine.try_map(|path, span| Ok(named(path, span))).spanned().required()?;
-        Some(StandIn { component: Spanned { value: name.to_owned(), span: span.clone() }, machine })
+        let component = table.table(name).about("A component that a proof replaces by a machine.").optional()?;
+        let machine = path(
+            component,
+            "machine",
+            "The file of the machine. It has the component's interface, and may do everything that the component may \
+             do.",
+        );
+        Some(StandIn {
+            component: Spanned { value: name.to_owned(), span: span.clone() },
+            machine: machine.required()?,
+        })
     };
-    table.keys().filter_map(read).collect()
+    table.names("NAME").filter_map(read).collect()
 }
 
-fn read_expect(table: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {
+fn read_expect(prove: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {
+    let about = "The expected results of the properties; `proved` by default.";
+    let Some(table) = prove.table("expect").about(about).optional() else { return Vec::new() };
     let outcomes = ProofOutcome::ALL.map(|outcome| (outcome.name(), outcome));
     let read = |(name, span): (&str, &Span)| {
-        let outcome = table.one_of(name, &outcomes).required()?;
-        Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome))
+        let outcome = table.one_of(name, &outcomes).about(
+            "The expected result of a property, of `progress` (no deadlock and no livelock), or of `all_reached` \
+             (every node is ticked, succeeds and fails in some run, and every state and transition of every machine \
+             is reached). \
+             `all_reached` counts only if it is named.",
+        );
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, outcome.optional()?))
     };
-    table.keys().filter_map(read).collect()
+    table.names("PROPERTY").filter_map(read).collect()
 }

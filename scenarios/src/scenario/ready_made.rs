@@ -4,14 +4,15 @@ use std::fmt;
 use std::path::PathBuf;
 
 use channels::{Topology, WiringError};
-use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::document::{FromItem, Item, Key, Table};
 use diagnostics::{Problem, Span, Spanned};
 use monitors::{PhiTwo, Property};
+use serde_json::{Value, json};
 use skills::Datum;
 
-use super::leaves::datum;
+use super::leaves::{datum, scalar};
 use super::stop::Names;
-use crate::files::named;
+use crate::files::path;
 
 /// A ready-made monitor.
 #[derive(Clone, Debug)]
@@ -111,6 +112,10 @@ impl FromItem<'_> for Content {
         "`m[1]`, `m[2]`, … for a field of the message, or a string, a number, true or false".into()
     }
 
+    fn takes() -> Value {
+        scalar()
+    }
+
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
         let content = match item.as_text().and_then(|text| text.strip_prefix("m[")) {
             Some(field) => {
@@ -124,26 +129,53 @@ impl FromItem<'_> for Content {
 }
 
 impl ReadyMade {
-    pub(super) fn read(table: Table<'_>) -> Option<Self> {
-        let name = table.text("name").spanned().optional();
-        let kind = if table.has("figure") {
-            let figures = [("5 (a)", Figure::Safety), ("5 (b)", Figure::Response)];
-            table.one_of("figure", &figures).required().map(ReadyMadeKind::Figure)
-        } else {
-            table.know("figure");
-            WatchingMachine::read(table).map(ReadyMadeKind::Machine)
+    /// Reads `[[monitors]]`.
+    pub(super) fn read_all(root: Table<'_>) -> Vec<Self> {
+        let about =
+            "A monitor that is not made from a property: an SCXML machine or, with `figure`, one of the paper's.";
+        let forms = || {
+            let of_machine =
+                Key::all(WatchingMachine::read).into_iter().filter(|key| key.required && key.split().0.is_empty());
+            let required: Vec<String> = of_machine.map(|key| key.path.trim_end_matches("[]").to_owned()).collect();
+            json!({
+                "if": { "required": ["figure"] },
+                "then": { "propertyNames": { "enum": ["name", "figure"] } },
+                "else": { "required": required },
+            })
         };
+        root.tables("monitors").about(about).rules(forms).each(Self::read).or(Vec::new())
+    }
+
+    fn read(table: Table<'_>) -> Option<Self> {
+        let name = table.text("name").about("The monitor's name. If not given, that of the machine or figure.");
+        let name = name.spanned().optional();
+        let has_figure = table.has("figure");
+        table.know("figure");
+        let figure = table.form(has_figure).and_then(|table| {
+            let figures = [("5 (a)", Figure::Safety), ("5 (b)", Figure::Response)];
+            table.one_of("figure", &figures).about("The monitor of the paper's Figure 5 (a) or (b).").required()
+        });
+        let machine = table.form(!has_figure).and_then(WatchingMachine::read);
+        let kind = figure.map(ReadyMadeKind::Figure).or(machine.map(ReadyMadeKind::Machine));
         Some(Self { name, kind: kind?, span: table.span().clone() })
     }
 }
 
 impl WatchingMachine {
     fn read(table: Table<'_>) -> Option<Self> {
-        let machine = table.text("machine").try_map(|path, span| Ok(named(path, span))).spanned();
+        let machine = path(table, "machine", "The SCXML file. Required without `figure`.");
         let machine = machine.required_or("`machine` names an SCXML file, `figure` a monitor of the paper");
-        let violated_in = table.get::<Names>("violated_in").required();
-        let Names(pending_in) = table.get("pending_in").or(Names(Vec::new()));
-        let events = table.tables("events").each(EventRule::read).required();
+        let violated_in = table.get::<Names>("violated_in").about(
+            "The states that indicate a violation, which is final even if the machine leaves them at once. Required \
+             with `machine`.",
+        );
+        let violated_in = violated_in.required();
+        let pending_in = table.get("pending_in");
+        let pending_in = pending_in.about("The states in which the verdict is inconclusive if the run ends there.");
+        let Names(pending_in) = pending_in.or(Names(Vec::new()));
+        let events = table.tables("events");
+        let events = events.about("The messages that become events of the machine. Required with `machine`.");
+        let events = events.each(EventRule::read).required();
         let Names(violated_in) = violated_in?;
         Some(Self { machine: machine?, violated_in, pending_in, events: events? })
     }
@@ -151,11 +183,16 @@ impl WatchingMachine {
 
 impl EventRule {
     fn read(table: Table<'_>) -> Option<Self> {
-        let (event, when) = (table.text("event").spanned().required(), table.text("when").spanned().required());
-        let data = table.table("data").optional().map_or_else(Vec::new, |data| {
-            let members = data.keys().map(|(name, _)| (name.to_owned(), data.get::<Content>(name).required()));
-            members.filter_map(|(name, content)| Some((name, content?))).collect()
+        let text = |key, about| table.text(key).about(about).spanned().required();
+        let event = text("event", "The event's name.");
+        let when = text("when", "The messages: an event of the SCOPE language, or several joined by `or`.");
+        let data = table.table("data").about("The values of `_event.data`.").optional();
+        let about = "The value of `_event.data.NAME`. `m[1]`, `m[2]`, … are fields of the message.";
+        let member = |data: Table<'_>, name: &str| data.get::<Content>(name).about(about).optional();
+        let data = data.into_iter().flat_map(|data| {
+            data.names("NAME").filter_map(move |(name, _)| Some((name.to_owned(), member(data, name)?)))
         });
+        let data = data.collect();
         Some(Self { event: event?, when: when?, data })
     }
 }

@@ -9,10 +9,11 @@ use maps::pose;
 use robot::{LaserSpec, RobotModel};
 use sim::{BatteryConfig, DockingConfig, DriftNoise, DriveConfig, SimConfig};
 
+use super::premises::MAP;
+use crate::coordinates::POSE;
 use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
-use crate::schema::POSE;
 
 /// Time between the steps of a run.
 pub const STEP: Duration = Duration::from_millis(20);
@@ -20,15 +21,17 @@ pub const STEP: Duration = Duration::from_millis(20);
 /// Reads the settings of the simulated robot.
 pub(super) fn read_sim(root: Table<'_>) -> SimConfig {
     let mut sim = SimConfig { dt: STEP, ..SimConfig::default() };
-    if let Some(robot) = root.table("robot").about("The robot: a round body on two driven wheels.").optional() {
+    if let Some(robot) =
+        root.table("robot").about("The robot: a round body on two driven wheels.").needs(MAP).optional()
+    {
         sim.model = read_model(robot);
         sim.drive = DriveConfig::of(&sim.model);
         let docking = robot.table("docking").about("When the robot is docked at its station, and charges.");
         sim.docking = docking.optional().map_or(sim.docking, read_docking);
     }
-    let battery = root.table("battery").about("The battery.").optional();
+    let battery = root.table("battery").about("The battery.").needs(MAP).optional();
     sim.battery = battery.map_or(sim.battery, |battery| read_battery(battery, sim.battery));
-    if let Some(noise) = root.table("noise").about("The noise of sensors and wheels.").optional() {
+    if let Some(noise) = root.table("noise").about("The noise of sensors and wheels.").needs(MAP).optional() {
         sim.lasers.range_sigma_m = sigma(noise, "laser_sigma_m", "Standard deviation of a range, in meters.");
         let odometry = noise.table("odometry").about("The noise of the motion that the odometry reports.");
         sim.odometry.noise = odometry.optional().map_or(DriftNoise::NONE, read_drift);

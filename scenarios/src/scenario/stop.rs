@@ -4,6 +4,9 @@ use std::time::Duration;
 
 use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Spanned};
+use serde_json::{Value, json};
+
+use super::premises::MAP;
 
 /// When a run ends before its time limit: as soon as the first of these conditions is met.
 #[derive(Clone, Debug, Default)]
@@ -31,13 +34,21 @@ pub enum StopOnViolation {
 }
 
 impl Stop {
-    pub(super) fn read(table: Table<'_>) -> Self {
-        let Names(at) = table.get("at").or(Names(Vec::new()));
+    pub(super) fn read(root: Table<'_>) -> Self {
+        let about = "When the run ends before `execution.max_time_s`: at the first of these.";
+        let Some(table) = root.table("stop").about(about).optional() else { return Self::default() };
+        let at = table.get("at").about("When the robot has come to rest at this place, or at one of several.");
+        let Names(at) = at.needs(MAP).or(Names(Vec::new()));
+        let on_violation = table.get("on_violation").about(
+            "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
+        );
+        let when_settled = table.boolean("when_settled").about("When every property has a final verdict.");
+        let after = table.seconds("after_s").about("How long the run continues after that, in seconds.");
         Self {
             at,
-            on_violation: table.get("on_violation").or(StopOnViolation::Never),
-            when_settled: table.boolean("when_settled").or(false),
-            after: table.seconds("after_s").or(Duration::ZERO),
+            on_violation: on_violation.rules(|| json!({ "default": false })).or(StopOnViolation::Never),
+            when_settled: when_settled.default(false),
+            after: after.default(Duration::ZERO),
         }
     }
 }
@@ -67,6 +78,10 @@ impl FromItem<'_> for Names {
         "a name, or an array of names".into()
     }
 
+    fn takes() -> Value {
+        json!({ "title": Self::wanted(), "anyOf": [String::takes(), <Vec<String>>::takes()] })
+    }
+
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
         if let Some(name) = item.as_text() {
             return Ok(Self(vec![Spanned { value: name.to_owned(), span: item.span().clone() }]));
@@ -81,6 +96,10 @@ impl FromItem<'_> for Names {
 impl FromItem<'_> for StopOnViolation {
     fn wanted() -> String {
         "true, false, the name of a property, or an array of names".into()
+    }
+
+    fn takes() -> Value {
+        json!({ "title": Self::wanted(), "anyOf": [bool::takes(), String::takes(), <Vec<String>>::takes()] })
     }
 
     fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {

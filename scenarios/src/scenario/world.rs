@@ -3,11 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::document::Table;
+use diagnostics::document::{Field, FromItem, Item, Key, Table};
 use diagnostics::{Problem, Spanned};
 use maps::{Cell, OccupancyGrid, Point, Pose, Shape, pose};
+use serde_json::{Value, json};
 use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Walk};
 
+use super::premises::MAP;
+use crate::coordinates::{POINT, POSE, points};
 use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
@@ -23,9 +26,13 @@ pub type WorldBody = Spanned<ObstacleConfig>;
 
 /// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; their names must be unique.
 pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
-    let mut bodies = read_each(root, "people", "person", read_person);
-    bodies.extend(read_each(root, "doors", "door", read_door));
-    bodies.extend(read_each(root, "boxes", "box", read_box));
+    let people = root.tables("people").rules(kinds_of_people);
+    let people = people.about("Somebody who stands, walks along a route, or with `follows` follows the robot.");
+    let doors = root.tables("doors").about("A door, which never closes onto the robot.");
+    let boxes = root.tables("boxes").about("A box that is not on the map.");
+    let mut bodies = read_each(people, "person", read_person);
+    bodies.extend(read_each(doors, "door", read_door));
+    bodies.extend(read_each(boxes, "box", read_box));
     for (index, body) in bodies.iter().enumerate() {
         if bodies[..index].iter().any(|other| other.value.name == body.value.name) {
             let problem = body.span.problem(format!("there are two bodies named `{}`", body.value.name));
@@ -36,17 +43,17 @@ pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
     bodies
 }
 
-/// Reads the tables under `key`. One without a name is named after its kind and number.
+/// Reads the tables. One without a name is named after its kind and number.
 fn read_each(
-    root: Table<'_>,
-    key: &str,
+    tables: Field<'_, Vec<Table<'_>>>,
     what: &str,
     read: impl Fn(Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)>,
 ) -> Vec<WorldBody> {
     let mut number = 0;
-    let bodies = root.tables(key).each(|table| {
+    let about = format!("The name in reports. If not given, `{what} 1`, `{what} 2`, …");
+    let bodies = tables.needs(MAP).each(|table| {
         number += 1;
-        let name = table.text("name").check(|name| !name.is_empty(), "not be empty").or(format!("{what} {number}"));
+        let name = table.text("name").about(&about).filled("not be empty").or(format!("{what} {number}"));
         let (shape, pose, motion) = read(table)?;
         Some(Spanned { value: ObstacleConfig { name, shape, pose, motion }, span: table.span().clone() })
     });
@@ -54,16 +61,34 @@ fn read_each(
 }
 
 fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
-    let at = table.get::<[f64; 2]>("at").required();
-    let radius_m = table.number("radius_m").within(0.05..=1.0).or(0.25);
-    let speed_mps = table.number("speed_mps").within(0.05..=3.0).or(0.8);
-    let motion = if table.boolean("follows").or(false) {
-        ObstacleMotion::Follower(read_follow(table, speed_mps))
-    } else {
-        ObstacleMotion::Person(read_walk(table, speed_mps))
-    };
+    let at = table.get::<[f64; 2]>("at").about("The person's initial position.").words(POINT).required();
+    let radius_m = table.number("radius_m").about("Radius of the body, in meters.").within(0.05..=1.0).default(0.25);
+    let speed_mps = table
+        .number("speed_mps")
+        .about("Walking speed, in meters per second; the maximum speed of somebody who follows the robot.");
+    let speed_mps = speed_mps.within(0.05..=3.0).default(0.8);
+    let follows = table
+        .boolean("follows")
+        .about("Whether the person follows the robot after meeting it. Such a person has no `route`.");
+    let follows = follows.default(false);
+    let walk = table.form(!follows).map(|table| ObstacleMotion::Person(read_walk(table, speed_mps)));
+    let follow = table.form(follows).map(|table| ObstacleMotion::Follower(read_follow(table, speed_mps)));
     let [x, y] = at?;
-    Some((Shape::Disc { radius_m }, pose(x, y, 0.0), motion))
+    Some((Shape::Disc { radius_m }, pose(x, y, 0.0), walk.or(follow)?))
+}
+
+/// Which keys belong to somebody who follows the robot, and which do not.
+fn kinds_of_people() -> Value {
+    let names = |keys: Vec<Key>| keys.into_iter().map(|key| key.path).collect::<Vec<_>>();
+    let walking = names(Key::all(|table| read_walk(table, 0.0)));
+    let following = names(Key::all(|table| read_follow(table, 0.0)));
+    let mut of_followers = vec!["name".to_owned()];
+    of_followers.extend(names(Key::all(read_person)).into_iter().filter(|key| !walking.contains(key)));
+    json!({
+        "if": { "required": ["follows"], "properties": { "follows": { "const": true } } },
+        "then": { "propertyNames": { "enum": of_followers } },
+        "else": { "propertyNames": { "not": { "enum": following } } },
+    })
 }
 
 fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
@@ -73,78 +98,131 @@ fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
         table.report(problem.with_label("this route").with_help("leave out either `route` or `follows`"));
     }
     let defaults = Follow::default();
-    let meters = |key, default| table.number(key).within(0.1..=20.0).or(default);
-    let stands = table.get::<Vec<Spanned<Vec<f64>>>>("stands_s");
+    let meters = |key, about, default| table.number(key).about(about).within(0.1..=20.0).default(default);
     Follow {
-        distance_m: meters("distance_m", defaults.distance_m),
-        meets_within_m: meters("meets_within_m", defaults.meets_within_m),
+        distance_m: meters(
+            "distance_m",
+            "With `follows`: the distance that the person keeps from the robot's center, in meters.",
+            defaults.distance_m,
+        ),
+        meets_within_m: meters(
+            "meets_within_m",
+            "With `follows`: the maximum distance from the robot's center at which they meet, in meters. Nothing may \
+             be between them.",
+            defaults.meets_within_m,
+        ),
         speed_mps,
-        stands: stands.try_map(|spans, _| spans.iter().map(read_span).collect()).or(Vec::new()),
+        stands: read_intervals(
+            table,
+            "stands_s",
+            "With `follows`: when the person stands still and falls behind, in seconds. `[from]` lasts to the end of \
+             the run.",
+        ),
     }
 }
 
 fn read_walk(table: Table<'_>, speed_mps: f64) -> Walk {
-    let waypoints = table.get::<Vec<[f64; 2]>>("route").or(Vec::new());
-    let defaults = Manners::default();
-    let patience = table.seconds("patience_s").or(defaults.patience);
-    let gives_way = table.boolean("gives_way").or(true);
+    let waypoints = table
+        .get::<Vec<[f64; 2]>>("route")
+        .rules(points)
+        .about("The points to which the person walks, each in a straight line. Without any, the person stands still.");
+    let waypoints = waypoints.or_empty();
     let ends = [("back", RouteEnd::BackAndForth), ("around", RouteEnd::Loop), ("stop", RouteEnd::Stop)];
+    let end = table
+        .one_of("then", &ends)
+        .about("At the end of the route: walk it `back`, go `around` to its beginning, or `stop`.");
+    let end = end.or_first(&ends);
+    let seconds = |key, about, default| table.seconds(key).about(about).default(default);
+    let sets_out = seconds("sets_out_s", "The time at which the person sets out, in seconds.", Duration::ZERO);
+    let pause = seconds("pause_s", "How long the person pauses, in seconds.", Duration::ZERO);
+    let places = [("waypoints", Pauses::Waypoints), ("ends", Pauses::Ends)];
+    let pauses = table
+        .one_of("pauses", &places)
+        .about("Where the person pauses: at every point of the route, or only at its `ends`.");
+    let pauses = pauses.or_first(&places);
+    let gives_way = table.boolean("gives_way").about("Whether the person waits for the robot, or walks into it.");
+    let gives_way = gives_way.default(true);
+    let defaults = Manners::default();
+    let patience = seconds(
+        "patience_s",
+        "After this time, in seconds, a blocked person steps aside to clear the robot's path, or turns back.",
+        defaults.patience,
+    );
     Walk {
         waypoints: waypoints.into_iter().map(|[x, y]| Point::new(x, y)).collect(),
         speed_mps,
-        end: table.one_of("then", &ends).or(RouteEnd::BackAndForth),
-        sets_out: table.seconds("sets_out_s").or(Duration::ZERO),
-        pause: table.seconds("pause_s").or(Duration::ZERO),
-        pauses: table
-            .one_of("pauses", &[("waypoints", Pauses::Waypoints), ("ends", Pauses::Ends)])
-            .or(Pauses::Waypoints),
+        end,
+        sets_out,
+        pause,
+        pauses,
         manners: gives_way.then_some(Manners { patience, ..defaults }),
     }
 }
 
 fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
-    let at = read_pose(table);
-    let length_m = table.number("width_m").within(0.1..=20.0).or(1.0);
+    let at = read_pose(table, "The middle of the closed door.");
+    let length_m = table.number("width_m").about("Its width, in meters.").within(0.1..=20.0).default(1.0);
     let openings = [("slide", Opening::Slide), ("left", Opening::Left), ("right", Opening::Right)];
-    let closed = table.get::<Vec<Spanned<Vec<f64>>>>("closed_s");
-    let door = Door {
-        opening: table.one_of("opens", &openings).or(Opening::Slide),
-        moving: table.seconds("moves_s").or(Duration::from_secs(2)),
-        closed: closed.try_map(|spans, _| spans.iter().map(read_span).collect()).or(Vec::new()),
-        every: table.seconds("every_s").check(|every| !every.is_zero(), "be above 0").optional(),
-    };
+    let opening = table.one_of("opens", &openings).about("How it opens: it slides, or swings to one side.");
+    let opening = opening.or_first(&openings);
+    let moving = table.seconds("moves_s").about("How long it takes to open or close, in seconds.");
+    let moving = moving.default(Duration::from_secs(2));
+    let about = "When it is closed, in seconds. `[from]` lasts to the end of the run.";
+    let closed = read_intervals(table, "closed_s", about);
+    let every = table.seconds("every_s").above_0();
+    let every = every.about("The time after which `closed_s` repeats, in seconds. Without it, it never does.");
+    let door = Door { opening, moving, closed, every: every.optional() };
     Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
 }
 
+/// Intervals of time.
+fn read_intervals(table: Table<'_>, key: &str, about: &str) -> Vec<(Duration, Duration)> {
+    let intervals = table.get::<Vec<Interval>>(key).about(about).words("[[from, to], …] in seconds").or_empty();
+    intervals.into_iter().map(|Interval(from, to)| (from, to)).collect()
+}
+
 /// A time interval; it lasts until the end if only the beginning is given.
-fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem> {
-    let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
-    let span = match times.value.as_slice() {
-        [from] => time(*from).map(|from| (from, Duration::MAX)),
-        [from, to] if from < to => time(*from).zip(time(*to)),
-        _ => None,
-    };
-    span.ok_or_else(|| {
-        let problem = times.span.problem("this is not a time interval");
-        problem.with_help(
-            "write `[from, to]` in seconds, the second later than the first; or `[from]`, until the end of the run",
-        )
-    })
+struct Interval(Duration, Duration);
+
+impl FromItem<'_> for Interval {
+    fn wanted() -> String {
+        <Vec<f64>>::wanted()
+    }
+
+    fn takes() -> Value {
+        json!({ "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 1, "maxItems": 2 })
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
+        let interval = match item.get::<Vec<f64>>()?.as_slice() {
+            [from] => time(*from).map(|from| Self(from, Duration::MAX)),
+            [from, to] if from < to => time(*from).zip(time(*to)).map(|(from, to)| Self(from, to)),
+            _ => None,
+        };
+        interval.ok_or_else(|| {
+            let problem = item.span().problem("this is not a time interval");
+            let help = "write `[from, to]` in seconds, the second later than the first; or `[from]`, until the end of \
+                        the run";
+            vec![problem.with_help(help)]
+        })
+    }
 }
 
 fn read_box(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
-    let at = read_pose(table);
-    let side = |key, default| table.number(key).within(0.05..=20.0).or(default);
-    let (length_m, width_m) = (side("length_m", 0.6), side("width_m", 0.4));
-    let mass_kg = table.number("mass_kg").within(0.1..=1000.0).or(10.0);
-    let fixed = table.boolean("fixed").or(false);
-    let motion = if fixed { ObstacleMotion::Fixed } else { ObstacleMotion::Movable { mass_kg } };
+    let at = read_pose(table, "The middle of the box.");
+    let number = |key, about, range, default| table.number(key).about(about).within(range).default(default);
+    let length_m = number("length_m", "Length, in meters.", 0.05..=20.0, 0.6);
+    let width_m = number("width_m", "Width, in meters.", 0.05..=20.0, 0.4);
+    let mass_kg = number("mass_kg", "Mass, in kilograms.", 0.1..=1000.0, 10.0);
+    let fixed = table.boolean("fixed").about("Whether it stays where it is. Otherwise, the robot can push it.");
+    let motion = if fixed.default(false) { ObstacleMotion::Fixed } else { ObstacleMotion::Movable { mass_kg } };
     Some((Shape::Box { length_m, width_m }, at?, motion))
 }
 
 /// `at`: x and y in meters, and a heading in degrees.
-fn read_pose(table: Table<'_>) -> Option<Pose> {
-    let at = table.get::<[f64; 3]>("at").required();
+fn read_pose(table: Table<'_>, about: &str) -> Option<Pose> {
+    let at = table.get::<[f64; 3]>("at").about(about).words(POSE).required();
     at.map(|[x, y, degrees]| pose(x, y, degrees.to_radians()))
 }
 

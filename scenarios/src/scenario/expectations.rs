@@ -1,0 +1,89 @@
+//! The expected outcome of a run: the `[expect]` of a scenario file.
+
+use diagnostics::Spanned;
+use diagnostics::document::Table;
+use monitors::Outcome;
+use recording::Expected;
+
+use super::premises::MAP;
+
+/// The expected results of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Expectations {
+    /// The expected outcome of each property.
+    pub outcomes: Vec<(Spanned<String>, Outcome)>,
+    /// Places that must have been reached.
+    pub reached: Vec<Spanned<String>>,
+    /// Places that must not have been reached.
+    pub not_reached: Vec<Spanned<String>>,
+    /// Components whose program must fail; no other program may.
+    pub failed_programs: Vec<Spanned<String>>,
+    /// The maximum number of collisions.
+    pub max_collisions: Option<u64>,
+    /// The minimum charge of the battery, in percent.
+    pub min_battery_pct: Option<f64>,
+    /// The maximum error of localization, in meters.
+    pub max_localization_m: Option<f64>,
+}
+
+impl Expectations {
+    /// Their record.
+    pub fn record(&self) -> Expected {
+        let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
+        Expected {
+            outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
+            reached: names(&self.reached),
+            not_reached: names(&self.not_reached),
+            failed_programs: names(&self.failed_programs),
+            max_collisions: self.max_collisions,
+            min_battery_pct: self.min_battery_pct,
+            max_localization_m: self.max_localization_m,
+        }
+    }
+
+    pub(super) fn read(root: Table<'_>) -> Self {
+        let about = "The expected outcome of the run. The exit status says whether the run met it.";
+        let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
+        let names = |key, about| table.get(key).about(about).words("an array of names");
+        let mut expect = Self {
+            reached: names("reached", "Places where the robot must have come to rest.").needs(MAP).or_empty(),
+            not_reached: names(
+                "not_reached",
+                "Places where the robot must never have been, not even on its way: in no step was its true position \
+                 within the area, or within the tolerance of the point (with any heading).",
+            )
+            .needs(MAP)
+            .or_empty(),
+            failed_programs: names(
+                "failed_programs",
+                "Components whose program must fail. If another program fails, the run is not as expected.",
+            )
+            .or_empty(),
+            max_collisions: table
+                .get("max_collisions")
+                .about("The maximum number of collisions.")
+                .needs(MAP)
+                .optional(),
+            min_battery_pct: table
+                .number("min_battery_pct")
+                .about("The minimum charge of the battery, in percent.")
+                .within(0.0..=100.0)
+                .needs(MAP)
+                .optional(),
+            max_localization_m: table
+                .number("max_localization_m")
+                .about("The maximum localization error, in meters.")
+                .within(0.0..=1e6)
+                .needs(MAP)
+                .optional(),
+            outcomes: Vec::new(),
+        };
+        let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
+        for (property, span) in table.names("PROPERTY") {
+            let outcome = table.one_of(property, &outcomes).about("The expected verdict of a property.").optional();
+            let name = Spanned { value: property.to_owned(), span: span.clone() };
+            expect.outcomes.extend(outcome.map(|outcome| (name, outcome)));
+        }
+        expect
+    }
+}
