@@ -272,6 +272,9 @@ impl Written {
             match item {
                 syn::Item::Struct(item) => {
                     let field = |field: syn::Field| {
+                        if field.attrs.iter().any(is_not_written) {
+                            return None;
+                        }
                         let name = field.ident?.to_string().trim_start_matches("r#").to_owned();
                         Some((name, field.ty, docs(&field.attrs)))
                     };
@@ -317,7 +320,8 @@ impl Written {
             ("f64", _) => ("number".to_owned(), None),
             ("u64" | "usize", _) => ("integer".to_owned(), None),
             ("bool", _) => ("boolean".to_owned(), None),
-            ("Map" | "Value", _) => ("object".to_owned(), None),
+            // A witness writes itself, as its documentation says.
+            ("Map" | "Value" | "WitnessReport", _) => ("object".to_owned(), None),
             (name, _) if self.structs.contains_key(name) => ("object".to_owned(), Some((name.to_owned(), ""))),
             (name, _) => (self.enums.get(name).unwrap_or_else(|| panic!("what is {name}?")).join(" or "), None),
         }
@@ -345,6 +349,12 @@ impl Written {
         }
         text
     }
+}
+
+/// Whether this is `serde(skip)`.
+fn is_not_written(attribute: &syn::Attribute) -> bool {
+    let is_skip = || attribute.parse_args::<syn::Ident>().is_ok_and(|what| what == "skip");
+    attribute.path().is_ident("serde") && is_skip()
 }
 
 fn snake_case(name: &str) -> String {

@@ -295,8 +295,8 @@ impl GraphBuilder {
         if !self.initial_condition.holds(&evaluation) {
             return Err(problem("starts with variables that do not satisfy its initial condition"));
         }
-        // The transitions of a location become one range. The sort is stable: they keep the order in which they were added,
-        // which is the order of the process's offers.
+        // The transitions of a location become one range. The sort is stable: they keep the order in which they were
+        // added, which is the order of the process's offers.
         self.transitions.sort_by_key(|transition| transition.from);
         let outgoing = (0..self.locations.len())
             .map(|location| {

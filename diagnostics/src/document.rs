@@ -150,11 +150,9 @@ impl Key {
     ///
     /// let keys = Key::all(|root| {
     ///     let battery = root.table("battery").about("The battery.").optional();
-    ///     battery.map(|battery| battery.number("charge_pct").about("Charge, in percent.").within(0.0..=100.0).default(80.0));
-    /// });
-    /// assert_eq!(keys[1].path, "battery.charge_pct");
-    /// assert_eq!(keys[1].accepts(), "a number from 0 to 100");
-    /// assert_eq!(keys[1].default().as_deref(), Some("80"));
+    /// battery.map(|battery| battery.number("charge_pct").about("Charge, in
+    /// percent.").within(0.0..=100.0).default(80.0)); }); assert_eq!(keys[1].path, "battery.charge_pct");
+    /// assert_eq!(keys[1].accepts(), "a number from 0 to 100"); assert_eq!(keys[1].default().as_deref(), Some("80"));
     /// ```
     pub fn all<T>(read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Self> {
         let (entries, span) = (Entries::default(), Source::new("", "").span(0..0));

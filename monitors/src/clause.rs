@@ -380,8 +380,8 @@ fn combine(
 ) -> Result<Form, FormulaError> {
     let start: Vec<LiteralSet> = constant(and, shape).into_iter().collect();
     let unite = and == (shape == Shape::Clauses);
-    // Clauses joined by `and` are all of them; joined by `or`, they are multiplied out, by the distributive law. Parts that
-    // another one subsumes are dropped at once, since products of what remains would only be subsumed again.
+    // Clauses joined by `and` are all of them; joined by `or`, they are multiplied out, by the distributive law. Parts
+    // that another one subsumes are dropped at once, since products of what remains would only be subsumed again.
     let parts = forms.try_fold(start, |mut all, form| {
         let form = form?;
         let count = if unite { all.len() + form.len() } else { all.len() * form.len() };

@@ -204,7 +204,8 @@ impl ScopeMonitor {
                 }
             });
             let what = describe::text(Formula::Or(parts.collect()), words, &self.topology);
-            // One obligation of a clause is enough: it is due with the last of them, or never if one of them has no end.
+            // One obligation of a clause is enough: it is due with the last of them, or never if one of them has no
+            // end.
             let ends = clause.iter().map(|obligation| match obligation {
                 Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
                 _ => None,

@@ -106,8 +106,8 @@ pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<Messa
         MessageCondition::Not(inside) => (&**inside, true),
         from => (from, false),
     };
-    // The resolver puts the conditions that select messages first, and the comparison last. Whether the comparison alone
-    // means the same is not decided here but asked of the resolver.
+    // The resolver puts the conditions that select messages first, and the comparison last. Whether the comparison
+    // alone means the same is not decided here but asked of the resolver.
     let mut last = inside;
     while let MessageCondition::And(parts) | MessageCondition::Or(parts) = last {
         last = parts.last()?;

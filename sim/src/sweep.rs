@@ -52,7 +52,7 @@ use bit_rows::BitRows;
 use edges::Edges;
 use fan::{FanBeam, Origin, lay_out};
 use maps::{Cell, CellIndex, OccupancyGrid, Point};
-use march::{Interval, March};
+use march::{BeamInterval, March};
 use nalgebra::Vector2;
 use outcome::{Outcome, measure};
 
@@ -71,7 +71,7 @@ pub(crate) struct Sweep {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SweepMemory {
     beams: Vec<FanBeam>,
-    waiting: Vec<Interval>,
+    waiting: Vec<BeamInterval>,
     outcomes: Vec<Outcome>,
     distances: Vec<f64>,
 }

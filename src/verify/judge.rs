@@ -150,8 +150,8 @@ pub(super) fn judge_in_words(
     properties: &mut [Property],
 ) -> Result<Judged, Error> {
     let (mut end, mut doubts) = (LogEnd::default(), Doubts::none(properties.len()));
-    // `monitors::verify` reads events until there is none. So a gap ends a part of the log, after which properties whose
-    // verdicts are settled keep them, and all others continue in doubt.
+    // `monitors::verify` reads events until there is none. So a gap ends a part of the log, after which properties
+    // whose verdicts are settled keep them, and all others continue in doubt.
     loop {
         let mut gap = None;
         let present = std::iter::from_fn(|| match events.next()? {

@@ -96,8 +96,8 @@ pub struct EnvironmentState(Arc<dyn ErasedState>);
 
 /// An environment of any type.
 ///
-/// Models, tables and runs hold it in this form, so that they do not depend on the type of its states. Only their hashes
-/// and equality matter to a search, and each state is hashed once, so the indirection costs nothing.
+/// Models, tables and runs hold it in this form, so that they do not depend on the type of its states. Only their
+/// hashes and equality matter to a search, and each state is hashed once, so the indirection costs nothing.
 pub type AnyEnvironment = dyn Environment<State = EnvironmentState>;
 
 impl EnvironmentState {

@@ -152,8 +152,8 @@ impl Exploration {
 }
 
 /// How many states are expanded before their successors are stored. Limits, interruption and progress are looked at as
-/// often: several hundred times per second, at the speeds that the benchmark of the philosophers measures. The number is
-/// chosen, not measured.
+/// often: several hundred times per second, at the speeds that the benchmark of the philosophers measures. The number
+/// is chosen, not measured.
 const BATCH: u32 = 4096;
 
 /// The fewest states for which it is worth starting a thread: chosen, not measured.
@@ -428,8 +428,8 @@ impl<'a> Search<'a> {
 
     /// Expands some states on all threads, without changing the tables.
     fn expand_all(&self, batch: Range<u32>, per_thread: &mut [Scratch]) -> Vec<Expansions> {
-        // Each thread takes a run of adjacent states, and what they find is stored in this order: so states have the same
-        // numbers with any number of threads.
+        // Each thread takes a run of adjacent states, and what they find is stored in this order: so states have the
+        // same numbers with any number of threads.
         let share = (batch.end - batch.start).div_ceil(per_thread.len() as u32).max(SMALLEST_SHARE);
         let shares = (0..per_thread.len() as u32).map(|index| {
             let begin = batch.start.saturating_add(index * share).min(batch.end);
@@ -486,8 +486,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Follows one of the successors of the state on the scratch: adds it to what was found, or reports what is wrong with
-    /// it.
+    /// Follows one of the successors of the state on the scratch: adds it to what was found, or reports what is wrong
+    /// with it.
     fn follow(
         &self,
         number: u32,

@@ -69,8 +69,8 @@ impl Semantics {
     }
 
     /// Performs the send of the first process that can only send, and returns whether there is one. No process can
-    /// prevent the send or depend on when it happened: the channel is empty, no other process sends on it, nothing happens
-    /// to its messages, and no numbers change.
+    /// prevent the send or depend on when it happened: the channel is empty, no other process sends on it, nothing
+    /// happens to its messages, and no numbers change.
     fn send_first(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<bool, Gap> {
         for process in self.populated() {
             let actor = self.actor(state, transit, process);

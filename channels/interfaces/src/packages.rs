@@ -195,8 +195,8 @@ impl<'r> Packages<'r> {
                 None
             }
         };
-        // A refused file is remembered, too: many types may use it, and its problems are reported once. A missing one is
-        // not: it may be found in another folder, and the report depends on who needs it.
+        // A refused file is remembered, too: many types may use it, and its problems are reported once. A missing one
+        // is not: it may be found in another folder, and the report depends on who needs it.
         self.known.borrow_mut().insert(path.to_owned(), read.clone());
         read.ok_or(Missing::Refused)
     }

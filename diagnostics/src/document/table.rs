@@ -104,9 +104,9 @@ impl<'d> Table<'d> {
         self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
     }
 
-    /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its location.
-    /// This does not make them known: ask for each. While keys are declared, `placeholder`, in capitals, stands for all
-    /// of them.
+    /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its
+    /// location. This does not make them known: ask for each. While keys are declared, `placeholder`, in capitals,
+    /// stands for all of them.
     pub fn names(&self, placeholder: &'static str) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
         let placeholder = self.log.declared.as_ref().map(|_| (placeholder, self.span));
         let asked = self.entries.asked.borrow().clone();

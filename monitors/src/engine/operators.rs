@@ -253,8 +253,8 @@ impl Operators {
         }
     }
 
-    /// The obligation that an event passes within a bound, or that it does not. In each window it may; without the event,
-    /// all windows must stay empty.
+    /// The obligation that an event passes within a bound, or that it does not. In each window it may; without the
+    /// event, all windows must stay empty.
     fn awaited(&self, event: EventId, bound: Bound, holds: bool, state: State<'_>, values: &Values) -> Obligations {
         let passes = self.passes(event, state, values);
         let values = if state.data.is_some() { values.only(&self.past.names(event)) } else { Values::default() };
@@ -288,8 +288,8 @@ impl Operators {
                 .into_iter()
                 .fold(Obligations::broken(), |any, part| any.or(self.product(&goal[part].part, state, values)))
         };
-        // The expansion laws: α until β is β ∨ (α ∧ ○(α until β)), and release is its dual. Parts that this state does not
-        // trigger neither hold nor fail here.
+        // The expansion laws: α until β is β ∨ (α ∧ ○(α until β)), and release is its dual. Parts that this state does
+        // not trigger neither hold nor fail here.
         match &self.operators[operator as usize] {
             Operator::Until { hold, goal } if is_triggered(hold) || is_triggered(goal) => {
                 Some(any(goal).or(all(hold).and(later())))

@@ -6,8 +6,8 @@
 //! apart.
 //!
 //! # The numbers
-//! They were chosen. To see what they decide, each was halved and doubled (shares as far as they can be), and the drives
-//! of `nav/tests/drives` repeated. Four matter there; with all others, every drive ended as before:
+//! They were chosen. To see what they decide, each was halved and doubled (shares as far as they can be), and the
+//! drives of `nav/tests/drives` repeated. Four matter there; with all others, every drive ended as before:
 //!
 //! | changed | what then fails |
 //! |---|---|

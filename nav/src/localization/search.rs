@@ -16,8 +16,8 @@
 //!
 //! # The numbers
 //! They were chosen together, and none was measured alone. What they achieve together is measured: `steward localize
-//! --global --starts 100` finds the robot 100 times within 15 m on the log of the Intel Research Lab, with 5 % drift and
-//! noise. `nav/tests/drives/rebuilt.rs` holds that a pose survives walls that were removed, `hemmed_in.rs` that it
+//! --global --starts 100` finds the robot 100 times within 15 m on the log of the Intel Research Lab, with 5 % drift
+//! and noise. `nav/tests/drives/rebuilt.rs` holds that a pose survives walls that were removed, `hemmed_in.rs` that it
 //! survives crowds and doors.
 
 use maps::{Pose, heading, wrap_angle};

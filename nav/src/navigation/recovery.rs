@@ -7,8 +7,8 @@ use robot::VelocityCommand;
 
 use super::now::Now;
 
-/// How far the robot backs up, in meters, as in Nav2's trees, farther by this much each time, and how fast, in m/s. In a
-/// narrow place it blocks the people for whom it waits, until it has left.
+/// How far the robot backs up, in meters, as in Nav2's trees, farther by this much each time, and how fast, in m/s. In
+/// a narrow place it blocks the people for whom it waits, until it has left.
 const BACK_UP_M: f64 = 0.3;
 const BACK_UP_MPS: f64 = 0.12;
 

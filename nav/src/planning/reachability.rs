@@ -19,8 +19,8 @@ pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool 
     let mut flooded = vec![NONE; ground.costmap.clearances().len()];
     let mut floods = [vec![from], vec![to]];
     (flooded[from], flooded[to]) = (0, 1);
-    // One ring of cells at a time, of the flood whose shore is shorter: in a closed room it soon has no cell left, while
-    // in the open it grows.
+    // One ring of cells at a time, of the flood whose shore is shorter: in a closed room it soon has no cell left,
+    // while in the open it grows.
     loop {
         let side = usize::from(floods[1].len() < floods[0].len());
         let shore = std::mem::take(&mut floods[side]);

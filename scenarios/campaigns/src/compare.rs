@@ -253,8 +253,8 @@ impl Tally {
     }
 
     fn compared(self, confidence: Confidence) -> Vec<Compared> {
-        // Bonferroni's correction: with n comparisons at a level of 5 % / n each, the probability that any of them shows
-        // a difference by chance is at most 5 %.
+        // Bonferroni's correction: with n comparisons at a level of 5 % / n each, the probability that any of them
+        // shows a difference by chance is at most 5 %.
         let enough = (1.0 - CONFIDENCE) / self.events.len().max(1) as f64;
         let pairs = self.pairs;
         let compared = |Counted {

@@ -6,7 +6,7 @@ use scenarios::names::unknown;
 use serde_json::{Value, json};
 
 use super::Measure;
-use super::model::Model;
+use super::model::{EVENT, Model};
 use super::parameter::{Parameter, ParameterDomain, normal_cdf};
 use super::sampling::{MAX_SOBOL_DIMENSIONS, Sampling};
 use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
@@ -105,9 +105,6 @@ impl CampaignFile {
         Key::json_schema("A campaign of steward", rules, &Self::keys())
     }
 }
-
-/// What a goal or a model is about, in words.
-pub(super) const EVENT: &str = "the name of a property, or `expectation` for a run that is not as the scenario expects";
 
 fn read(root: Table<'_>) -> Option<CampaignFile> {
     let scenario = root.text("scenario").about("The scenario to run: a file beside this one, or a name.");

@@ -3,8 +3,10 @@
 use diagnostics::Spanned;
 use diagnostics::document::Table;
 
-use super::file::EVENT;
 use super::{Formula, Parameter, ParameterDomain, ParameterValue};
+
+/// What a goal or a model is about, in words.
+pub(super) const EVENT: &str = "the name of a property, or `expectation` for a run that is not as the scenario expects";
 
 /// A campaign's `[model]`.
 #[derive(Clone, Debug)]

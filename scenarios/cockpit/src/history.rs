@@ -76,7 +76,8 @@ impl History {
         if chunk > complete && chunk.is_multiple_of(self.spacing) {
             self.marks.push(Mark { moment: self.newest.clone(), chunk });
         }
-        // Half of the marks are dropped whenever there are too many, so that memory stays bounded and the rest evenly spaced.
+        // Half of the marks are dropped whenever there are too many, so that memory stays bounded and the rest evenly
+        // spaced.
         if self.marks.len() > MARKS {
             self.spacing *= 2;
             self.marks.retain(|mark| mark.chunk.is_multiple_of(self.spacing));

@@ -131,8 +131,8 @@ impl Site {
         if self.roomy && width <= self.symbol.width - 10.0 && height <= self.symbol.height {
             centers.extend([0.0, -0.5, 0.5].map(|part| (x, y + part * half_height)));
         }
-        // In the order of preference, since each place in the list costs a little: beside the symbol, then above and below
-        // it, from near to far; diagonally only after all of these.
+        // In the order of preference, since each place in the list costs a little: beside the symbol, then above and
+        // below it, from near to far; diagonally only after all of these.
         let around = |ring: f64| (half_width + ring + width / 2.0, half_height + ring + height / 2.0);
         for ring in [0.0, 10.0, 24.0, 42.0] {
             let (beside, above) = around(ring);

@@ -5,7 +5,7 @@ use diagnostics::document::Table;
 use monitors::Outcome;
 use recording::Expected;
 
-use super::premises::MAP;
+use super::world::MAP;
 
 /// The expected results of a run.
 #[derive(Clone, Debug, Default)]

@@ -14,13 +14,13 @@ use super::expectations::Expectations;
 use super::find::Found;
 use super::leaves::{LeafEntry, read_leaves};
 use super::model_entry::ModelEntry;
-use super::premises::{MAP, PremisesEntry, Sites, report_missing_map};
+use super::premises::{PremisesEntry, Sites, report_missing_map};
 use super::prove::ProveEntry;
 use super::ready_made::ReadyMade;
 use super::robot::read_sim;
 use super::snapshots::read_snapshots;
 use super::stop::Stop;
-use super::world::read_world;
+use super::world::{MAP, read_world};
 use crate::faults::Fault;
 use crate::files::{Files, named, path};
 

@@ -13,7 +13,7 @@ use robot::RobotModel;
 use serde_json::{Value, json};
 use sim::{Building, SimConfig};
 
-use super::world::WorldBody;
+use super::world::{MAP, WorldBody};
 use crate::coordinates::POSE;
 use crate::faults::{Fault, Trigger};
 
@@ -69,9 +69,6 @@ impl FromItem<'_> for Start {
         named.or_else(at).ok_or_else(|| vec![item.wrong(&Self::wanted())])
     }
 }
-
-/// The key of the map, which everything about the robot needs.
-pub(super) const MAP: &str = "map";
 
 impl Sites {
     /// Reads the places that a scenario on a map needs.

@@ -9,8 +9,8 @@ use diagnostics::{Problem, Span, Spanned};
 use serde_json::{Value, json};
 
 use super::component_entry::{ComponentEntry, RunsEntry};
-use super::premises::MAP;
 use super::stop::Names;
+use super::world::MAP;
 use crate::error::{Complaints, Error};
 use crate::files::path;
 use crate::names::unknown;

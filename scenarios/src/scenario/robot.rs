@@ -9,7 +9,7 @@ use maps::pose;
 use robot::{LaserSpec, RobotModel};
 use sim::{BatteryConfig, DockingConfig, DriftNoise, DriveConfig, SimConfig};
 
-use super::premises::MAP;
+use super::world::MAP;
 use crate::coordinates::POSE;
 use crate::error::Complaints;
 use crate::faults::Fault;

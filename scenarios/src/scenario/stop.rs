@@ -6,7 +6,7 @@ use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Spanned};
 use serde_json::{Value, json};
 
-use super::premises::MAP;
+use super::world::MAP;
 
 /// When a run ends before its time limit: as soon as the first of these conditions is met.
 #[derive(Clone, Debug, Default)]

@@ -9,11 +9,13 @@ use maps::{Cell, OccupancyGrid, Point, Pose, Shape, pose};
 use serde_json::{Value, json};
 use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Walk};
 
-use super::premises::MAP;
 use crate::coordinates::{POINT, POSE, points};
 use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
+
+/// The key of the map, which everything about the robot needs.
+pub(super) const MAP: &str = "map";
 
 /// Thickness of a door's leaf, in meters. Chosen, not measured.
 const LEAF_M: f64 = 0.06;

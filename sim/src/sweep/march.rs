@@ -19,7 +19,7 @@ use super::outcome::Outcome;
 
 /// Neighboring beams that nothing has stopped yet: from `first` to `end`, exclusive, at the beginning of `row`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interval {
+pub(super) struct BeamInterval {
     first: usize,
     end: usize,
     row: usize,
@@ -35,7 +35,7 @@ pub(super) struct March<'a> {
     /// The maximum number of rows that the beams pass through.
     pub(super) rows: usize,
     /// Intervals waiting for their turn.
-    pub(super) waiting: &'a mut Vec<Interval>,
+    pub(super) waiting: &'a mut Vec<BeamInterval>,
     /// The ends of groups of beams, each at its first beam.
     pub(super) outcomes: &'a mut [Outcome],
 }
@@ -44,7 +44,7 @@ impl March<'_> {
     /// Finds where each beam ends.
     pub(super) fn run(&mut self) {
         self.waiting.clear();
-        self.waiting.push(Interval { first: 0, end: self.beams.len(), row: 0 });
+        self.waiting.push(BeamInterval { first: 0, end: self.beams.len(), row: 0 });
         while let Some(mut interval) = self.waiting.pop() {
             while let Some((row, columns)) = self.next_wall(&interval) {
                 interval.row = row;
@@ -57,8 +57,8 @@ impl March<'_> {
     }
 
     /// The next row in which there is a wall between an interval's outer beams, and the columns between them.
-    fn next_wall(&mut self, interval: &Interval) -> Option<(usize, (usize, usize))> {
-        let Interval { first, end, mut row } = *interval;
+    fn next_wall(&mut self, interval: &BeamInterval) -> Option<(usize, (usize, usize))> {
+        let BeamInterval { first, end, mut row } = *interval;
         let mut span = RowWindow::new(&self.beams[first], &self.beams[end - 1], row, self.walls);
         let phase = if self.origin.forward { self.origin.row } else { GROUP - 1 - self.origin.row % GROUP };
         while row < self.rows {
@@ -84,8 +84,8 @@ impl March<'_> {
 
     /// Takes an interval through its row, in which it touches only columns between `from` and `to`. Ends the beams that
     /// hit a run of occupied cells, queues those before it, and returns those after all runs.
-    fn pass(&mut self, interval: Interval, (mut from, to): (usize, usize)) -> Option<Interval> {
-        let Interval { mut first, end, row } = interval;
+    fn pass(&mut self, interval: BeamInterval, (mut from, to): (usize, usize)) -> Option<BeamInterval> {
+        let BeamInterval { mut first, end, row } = interval;
         while let Some((start, stop)) = self.walls.row(self.origin.row(row)).run(from, to) {
             let reaching = self.edges.first_reaching(first..end, start, row);
             if reaching == end {
@@ -97,7 +97,7 @@ impl March<'_> {
             if beyond > reaching {
                 self.outcomes[reaching] = self.outcome(beyond, row, (start, stop));
                 if reaching > first {
-                    self.waiting.push(Interval { first, end: reaching, row: row + 1 });
+                    self.waiting.push(BeamInterval { first, end: reaching, row: row + 1 });
                 }
                 if beyond == end {
                     return None;
@@ -106,7 +106,7 @@ impl March<'_> {
             }
             from = stop + 1;
         }
-        Some(Interval { first, end, row: row + 1 })
+        Some(BeamInterval { first, end, row: row + 1 })
     }
 
     /// The outcome of beams up to `end` in a row: the cells from column `start` to `stop`, exclusive.

@@ -120,8 +120,8 @@ impl Semantics {
         if !self.anywhere && self.situation(state, out).is_some_and(|situation| !situation.may_stir) {
             return Ok(());
         }
-        // The state after each move is made in one vector, and taken back: a state has many moves, of which each changes a
-        // few slots.
+        // The state after each move is made in one vector, and taken back: a state has many moves, of which each
+        // changes a few slots.
         let mut vector = mem::take(&mut out.moved);
         state.clone_into(&mut vector);
         for (index, moved) in self.moves(state, Instant::Between, out)?.iter().enumerate() {

@@ -151,9 +151,9 @@ impl Tables {
 
     /// Brings a process that was in a state into normal form.
     ///
-    /// A request that a process still awaits gets its position among those on its channel as its number, whatever number
-    /// it was sent with: otherwise, every request would lead to new states. Its peers know the request by the old number,
-    /// so the step carries the new ones.
+    /// A request that a process still awaits gets its position among those on its channel as its number, whatever
+    /// number it was sent with: otherwise, every request would lead to new states. Its peers know the request by the
+    /// old number, so the step carries the new ones.
     fn settle(&mut self, process: usize, before: u32, mut after: Box<dyn Process>) -> Result<Step, Refused> {
         self.look(process, after.as_ref());
         let (mut awaited, mut awaits) = (Vec::new(), Vec::new());
@@ -228,8 +228,8 @@ impl Tables {
         }
         let timer = process.next_timer().map(|due| due.saturating_sub(NormalForm::NOW));
         let timer = timer.map(|timer| self.ticks.map_or(timer, |ticks| round_up(timer, ticks.step)));
-        // A process may keep points in time without a timer. What stays the same for a nanosecond does not depend on them,
-        // so it stays the same for any time.
+        // A process may keep points in time without a timer. What stays the same for a nanosecond does not depend on
+        // them, so it stays the same for any time.
         let is_timeless = timer.is_none() && {
             let mut later = process.clone();
             let a_moment_later = NormalForm::NOW + Duration::from_nanos(1);

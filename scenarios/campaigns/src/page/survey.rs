@@ -102,7 +102,8 @@ impl Survey {
         if let Some(model) = &mut self.model {
             model.add(record, happened[model.target]);
         }
-        // `runs` is the number of all runs, known from the first pass: the records of many runs are never held in memory.
+        // `runs` is the number of all runs, known from the first pass: the records of many runs are never held in
+        // memory.
         if self.runs <= FEW_RUNS {
             self.records.push(record.clone());
         }
@@ -239,7 +240,8 @@ impl FirstLook {
     fn histograms(&self) -> Vec<(Measure, Histogram)> {
         let histogram = |(measure, extent): &(Measure, Extent)| {
             let range = extent.range()?;
-            // On a linear scale, values over such a range would crowd into the first bins. (20 is chosen, not measured.)
+            // On a linear scale, values over such a range would crowd into the first bins. (20 is chosen, not
+            // measured.)
             let is_wide = range.start > 0.0 && range.end / range.start > 20.0;
             Some((*measure, Histogram::new(Scale::new(range, is_wide, FINE))))
         };

@@ -79,7 +79,8 @@ fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInt
         .collect();
     let seen = (after.happened() - fewest) as usize;
     // Fisher's noncentral hypergeometric distribution: each way has the weight ωˣ, relative to the greatest term, since
-    // the terms themselves would overflow. The probability of at least (or at most) the observed count after, given the logarithm of the odds ratio.
+    // the terms themselves would overflow. The probability of at least (or at most) the observed count after, given the
+    // logarithm of the odds ratio.
     let tail = |ln_ratio: f64, upper: bool| {
         let terms: Vec<f64> = ways.iter().enumerate().map(|(place, ways)| ways + place as f64 * ln_ratio).collect();
         let greatest = terms.iter().copied().fold(f64::MIN, f64::max);
