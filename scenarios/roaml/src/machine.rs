@@ -41,6 +41,8 @@ pub struct Machine {
     pub(crate) sends: BTreeMap<String, Sent>,
     /// The threads of its action servers.
     pub(crate) threads: Vec<Thread>,
+    /// What is strange about the file, but no error, with locations.
+    pub(crate) warnings: Vec<Problem>,
 }
 
 /// The machine that several threads of an action server run.
@@ -84,7 +86,9 @@ impl Machine {
         structures: &[String],
     ) -> Result<Self, Vec<Problem>> {
         let source = Source::new(file, text);
-        let of = |problems: Vec<Problem>| problems.into_iter().map(|problem| problem.of(&source)).collect();
+        let of = |problems: Vec<Problem>| -> Vec<Problem> {
+            problems.into_iter().map(|problem| problem.of(&source)).collect()
+        };
         let document = parse(text).map_err(|problem| of(vec![problem]))?;
         let root = document.root_element();
         if !["ascxml", "scxml"].contains(&root.tag_name().name()) {
@@ -108,7 +112,7 @@ impl Machine {
         }
         match whole {
             Some(machine) if !problems.iter().any(Problem::is_error) => {
-                Ok(Self { threads, given: (ports.clone(), structures.to_vec()), ..machine })
+                Ok(Self { threads, given: (ports.clone(), structures.to_vec()), warnings: of(problems), ..machine })
             }
             _ => {
                 problems.sort_by_key(Problem::offset);
@@ -129,7 +133,7 @@ fn build(
     let known = problems.len();
     let translated = Translator::new(text, declarations, problems).machine(root);
     // In an incomplete translation, the compiler would find more problems that are not in the file.
-    if problems.len() > known {
+    if problems[known..].iter().any(Problem::is_error) {
         return None;
     }
     match Chart::load_translated(file, text, translated.plain.text(), &|range| translated.plain.place(range)) {
@@ -141,6 +145,7 @@ fn build(
             ports: declarations.ports(),
             sends: translated.sends,
             threads: Vec::new(),
+            warnings: Vec::new(),
         }),
         Err(SkillError::Load { problems: more, .. }) => {
             problems.extend(more.into_iter().filter(Problem::is_error));

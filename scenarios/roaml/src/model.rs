@@ -129,6 +129,11 @@ struct ModelLoader<'r> {
 }
 
 impl ModelLoader<'_> {
+    /// Whether there are only warnings so far.
+    fn is_sound(&self) -> bool {
+        !self.problems.iter().any(Problem::is_error)
+    }
+
     fn report(&mut self, problem: Problem) {
         self.problems.push(problem.of(&self.source));
     }
@@ -153,13 +158,12 @@ impl ModelLoader<'_> {
         let structures = section(&["data_declarations"]).map_or_else(Vec::new, |section| self.structures(section));
         let mut machines = section(&["node_models"]).map_or_else(Vec::new, |section| self.nodes(section, &structures));
         let tree = section(&["behavior_tree"]).and_then(|section| self.tree(section, &structures, &mut machines));
-        if section(&["behavior_tree"]).is_some() && tree.is_none() && self.problems.is_empty() {
+        if section(&["behavior_tree"]).is_some() && tree.is_none() && self.is_sound() {
             self.report(Problem::new("the model's tree cannot be loaded").at(name_span(root), "in here"));
         }
         self.check_names(root, &machines);
         // Without all machines, it would be unknown which events exist.
-        let is_sound = !self.problems.iter().any(Problem::is_error);
-        let properties = section(&["properties"]).filter(|_| is_sound);
+        let properties = section(&["properties"]).filter(|_| self.is_sound());
         let properties = properties.map_or_else(Vec::new, |section| self.properties(section, &machines));
         let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();
         Some(Model { name, parameters: parameters?, tree, machines, properties, warnings: Vec::new() })
@@ -234,7 +238,7 @@ impl ModelLoader<'_> {
                 }
             }
         }
-        if max_time.is_none() && self.problems.is_empty() {
+        if max_time.is_none() && self.is_sound() {
             let problem = Problem::new("the model does not say how long it may run").at(name_span(section), "in here");
             self.report(problem.with_help("add <max_time value=\"100\" unit=\"s\"/>"));
         }
@@ -320,7 +324,9 @@ impl ModelLoader<'_> {
         structures: &[String],
     ) -> Option<Machine> {
         let machine = Machine::load(&file.path.display().to_string(), &file.text, ports, structures);
-        machine.map_err(|problems| self.problems.extend(problems)).ok()
+        let machine = machine.map_err(|problems| self.problems.extend(problems)).ok()?;
+        self.problems.extend(machine.warnings.iter().cloned());
+        Some(machine)
     }
 
     /// Loads the tree, and adds the machines of its leaves to the others.

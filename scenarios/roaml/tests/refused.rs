@@ -93,6 +93,26 @@ fn a_model_says_what_is_wrong_with_its_files() {
     assert!(property.contains("the property `q` cannot be checked: only `Pmin` and `Pmax`"), "{property}");
 }
 
+#[test]
+fn a_machine_with_a_warning_is_part_of_the_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");
+    write(
+        "door.ascxml",
+        "<ascxml name=\"Door\" initial=\"a\" xmlns=\"http://www.w3.org/2005/07/scxml\">
+<state id=\"a\"><onentry><send event=\"open\" target=\"Hall\"/></onentry></state></ascxml>",
+    );
+    write(
+        "main.xml",
+        "<roaml><parameters><max_time value=\"1\"/></parameters>
+<node_models><input type=\"node-ascxml\" src=\"door.ascxml\"/></node_models></roaml>",
+    );
+    let model = load(&folder.path().join("main.xml")).expect("a model");
+    assert_eq!(model.processes().map(|process| process.name).collect::<Vec<_>>(), ["Door"]);
+    let warnings: Vec<String> = model.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(warnings, ["in RoAML, an event goes to every machine that takes it"]);
+}
+
 const PROPERTY: &str = r#"{"properties": [
   {"name": "p", "expression": {"op": "filter", "fun": "values", "states": {"op": "initial"},
     "values": {"op": "Pmin", "exp": {"op": "F", "exp": "topic_x_msg.valid"}}}},
