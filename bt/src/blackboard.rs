@@ -22,7 +22,8 @@ pub(crate) struct Entry {
     of: Type,
     /// The type of the value in BehaviorTree.CPP: a script may give an entry a value of another type than its own.
     holds: Type,
-    /// Whether SetBlackboard has given it the type `BT::Any`, as which no string can be parsed.
+    /// Whether SetBlackboard, or the port of a node that watches it, has given it the type `BT::Any`, as which no string
+    /// can be parsed.
     is_any: bool,
     /// Whether a port declares it or it has been written. A script may not assign to an entry that does not exist.
     exists: bool,
@@ -307,6 +308,25 @@ impl Declared {
         }
         let of_constant = entry.value.is_some() && entry.of.is_read_as(of);
         (!entry.of.agrees_with(of)).then(|| Clash { is: entry.of.clone(), of_constant })
+    }
+
+    /// Registers a port of the type `BT::Any` for the entry: as long as no other type follows, no string is read.
+    pub(crate) fn any_port(&mut self, slot: Slot) {
+        let entry = self.entry(slot);
+        if !entry.exists {
+            (entry.exists, entry.is_any) = (true, true);
+        }
+    }
+
+    /// Whether the entry has the type `BT::Any`.
+    pub(crate) fn is_any(&self, slot: Slot) -> bool {
+        self.entries.get(slot.0 as usize).is_some_and(|entry| entry.is_any)
+    }
+
+    /// The constants that are integers too large to calculate with.
+    pub(crate) fn large_integers(&self) -> impl Iterator<Item = Slot> {
+        let entries = (0..).zip(&self.entries);
+        entries.filter(|(_, entry)| entry.value.as_ref().is_some_and(Value::is_too_large)).map(|(slot, _)| Slot(slot))
     }
 
     pub(crate) fn type_of(&self, slot: Slot) -> Type {

@@ -132,7 +132,7 @@ impl Lane {
         let kind = match self.of {
             Type::Bool => FieldKind::Bool,
             Type::Int { .. } => FieldKind::Int,
-            Type::Real => FieldKind::Real,
+            Type::Real | Type::Float => FieldKind::Real,
             _ => FieldKind::Text,
         };
         (self.port.clone(), FieldKind::Optional(Box::new(kind)))
@@ -146,7 +146,7 @@ impl Lane {
         let field = match self.of {
             Type::Bool => self.of.convert(value).and_then(|value| value.to_bool()).map(Field::Bool),
             Type::Int { .. } => self.of.convert(value).and_then(|value| value.to_int()).map(Field::Int),
-            Type::Real => self.of.convert(value).and_then(|value| value.to_real()).map(Field::Real),
+            Type::Real | Type::Float => self.of.convert(value).and_then(|value| value.to_real()).map(Field::Real),
             _ => Ok(Field::Text(value.to_text())),
         };
         match field {

@@ -82,13 +82,10 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// All scripts.
-    pub(crate) fn scripts(&self) -> impl Iterator<Item = &Script> {
-        let settings = self.settings.iter().filter_map(|setting| match setting {
-            Setting::Script(script) | Setting::Condition(script) | Setting::Precondition { script, .. } => Some(script),
-            _ => None,
-        });
-        settings.chain(self.hooks.values().flat_map(Hooks::all))
+    /// The scripts of a node.
+    pub(crate) fn scripts_of(&self, node: u32) -> impl Iterator<Item = &Script> {
+        let own = (!self.ops[node as usize].kind.is_leaf()).then(|| self.setting(node)).and_then(Setting::script);
+        own.into_iter().chain(self.hooks.get(&node).into_iter().flat_map(Hooks::all))
     }
 
     /// The blackboard before the first tick.

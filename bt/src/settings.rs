@@ -69,6 +69,14 @@ impl Setting {
         self.constant().is_some()
     }
 
+    /// The script that it runs.
+    pub(crate) fn script(&self) -> Option<&Script> {
+        match self {
+            Self::Script(script) | Self::Condition(script) | Self::Precondition { script, .. } => Some(script),
+            _ => None,
+        }
+    }
+
     /// The result of reading, if it does not involve the blackboard.
     pub(crate) fn constant(&self) -> Option<PortReading> {
         match self {
@@ -182,7 +190,8 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     let mut holds = source.map_or(Type::Text, |source| board.holds(source).clone());
     let of = board.type_of(slot).clone();
     let mut read = Some(read);
-    if matches!(read, Some(Value::Text(_))) && of != Type::Text {
+    // The value of a status is no string in BehaviorTree.CPP, and no string becomes one.
+    if matches!(read, Some(Value::Text(_))) && of != Type::Text && !(of == Type::Status || holds == Type::Status) {
         // BehaviorTree.CPP parses a string with the type of the entry. One that has none cannot parse it and is
         // emptied.
         if board.is_any(slot) {
@@ -210,6 +219,7 @@ fn choose(variable: Option<&Input>, cases: &[Option<Input>], constants: &Constan
 }
 
 /// Whether two values are equal as strings, as integers, or, within a small tolerance, as real numbers.
+#[expect(clippy::cast_precision_loss, reason = "constants are small, and larger integers are compared as well")]
 fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
     match (left, right) {
         (Value::Int(left), Value::Int(right)) => return left == right,
@@ -217,8 +227,9 @@ fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
         _ => {}
     }
     let number = |value: &Value| match value {
-        Value::Int(_) | Value::Real(_) => value.to_real().ok(),
-        #[expect(clippy::cast_precision_loss, reason = "constants are small")]
+        // An integer that is too large to calculate with can be equal to its digits.
+        Value::Int(number) => Some(*number as f64),
+        Value::Real(number) => Some(*number),
         Value::Text(text) => constants
             .get(&**text)
             .map(|number| *number as f64)

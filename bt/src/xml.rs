@@ -18,6 +18,7 @@ mod scan;
 mod source_file;
 mod unknown;
 mod vocabulary;
+mod warnings;
 mod write;
 
 use std::io;

@@ -267,3 +267,145 @@ fn a_copy_that_the_library_refuses_or_loses_is_a_warning() {
         assert!(helps(&[nodes, vec![set.as_str()]].concat()).is_empty(), "{value}");
     }
 }
+
+/// The help of each warning about a tree of these nodes in order.
+fn helps(nodes: &[&str]) -> Vec<String> {
+    concerns(&in_order(nodes)).into_iter().map(|(_, help)| help).collect()
+}
+
+#[test]
+fn a_string_that_is_set_before_a_script_assigns_another_is_no_problem() {
+    let (set, script) = ("<SetBlackboard value=\"idle\" output_key=\"mode\"/>", "<Script code=\"mode := 'drive'\"/>");
+    for first in
+        [set, &format!("<Sequence><RunOnce>{set}</RunOnce></Sequence>"), &format!("<ForceSuccess>{set}</ForceSuccess>")]
+    {
+        assert!(helps(&[first, script]).is_empty(), "{first}");
+    }
+    let perhaps = format!("<Fallback><AlwaysSuccess/>{set}</Fallback>");
+    let skipped = format!("<Sequence _skipIf=\"true\">{set}</Sequence>");
+    let forgotten = [set, script, "<UnsetBlackboard key=\"mode\"/>"];
+    for nodes in [&[script, set][..], &[&perhaps, script], &[&skipped, script], &forgotten] {
+        assert!(helps(nodes)[0].contains("first, it has none and is emptied"), "{nodes:?}");
+    }
+}
+
+#[test]
+fn a_child_of_a_reactive_sequence_in_explicit_form_is_a_warning() {
+    let tree = |open: &str, close: &str, child: &str| {
+        let models = "<Action ID=\"Go\"/><Condition ID=\"Near\"/>";
+        file(&[("Main", &format!("<{open}>{child}</{close}>"))], models)
+    };
+    let reactive = |child: &str| tree("ReactiveSequence", "ReactiveSequence", child);
+    for child in [
+        "<Condition ID=\"Near\"/>",
+        "<Action ID=\"Go\"/>",
+        "<Control ID=\"Sequence\"><Go/></Control>",
+        "<Decorator ID=\"Inverter\"><Go/></Decorator>",
+    ] {
+        let element = &child[1..child.find(' ').unwrap()];
+        let theirs = format!("from 4.7.0 on refuses to load this tree: \"Unknown node type: {element}\"");
+        for text in [reactive(child), tree("Control ID=\"ReactiveSequence\"", "Control", child)] {
+            assert!(concerns(&text)[0].1.contains(&theirs), "{child}");
+        }
+        accepted(&tree("Sequence", "Sequence", child));
+        accepted(&tree("ReactiveFallback", "ReactiveFallback", child));
+        assert!(warned(&reactive(child)).is_empty(), "version 3 knows them");
+    }
+    accepted(&reactive("<Near/><Go/><Sequence><Action ID=\"Go\"/></Sequence>"));
+}
+
+#[test]
+fn calculating_with_an_integer_of_more_than_53_bits_is_a_warning() {
+    let script = |code: &str| format!("<Script code=\"{code}\"/>");
+    let stamp = "stamp := 1700000000000000001";
+    for code in [
+        "stamp &gt; 0",
+        "stamp == 1",
+        "x := stamp + 1",
+        "stamp += 1",
+        "x := stamp ? 1 : 2",
+        "x := -stamp",
+        "x := stamp &amp; 1",
+    ] {
+        let theirs = "Loss of precision when converting a large integer number to floating point";
+        assert!(helps(&[&script(stamp), &script(code)])[0].contains(theirs), "{code}");
+        assert!(helps(&[&script(code), &script(stamp)])[0].contains(theirs), "{code}, in the next tick");
+        assert!(helps(&[&script("stamp := 9007199254740991"), &script(code)]).is_empty(), "{code}");
+    }
+    assert_eq!(helps(&["<AlwaysSuccess _post=\"x := 1700000000000000001 + 1\"/>"]).len(), 1);
+    assert_eq!(concerns(&in_order(&[&script(stamp), "<Measure in=\"{stamp}\"/>"])).len(), 1, "read as a double");
+    for code in ["x := stamp", "x := stamp .. 's'", "x := true ? stamp : 1"] {
+        assert!(helps(&[&script(stamp), &script(code)]).is_empty(), "{code}");
+    }
+    let given = "<SubTree ID=\"S\" d=\"1700000000000000001\"/>";
+    assert_eq!(concerns(&file(&[("Main", given), ("S", "<ScriptCondition code=\"d &gt; 0\"/>")], "")).len(), 1);
+}
+
+#[test]
+fn a_watched_entry_takes_no_string() {
+    let theirs = "You didn't implement the template specialization of convertFromString for this type: BT::Any";
+    let (script, set) = ("<Script code=\"x := 'a'\"/>", "<SetBlackboard value=\"a\" output_key=\"x\"/>");
+    for watch in [
+        "<SkipUnlessUpdated entry=\"{x}\"><AlwaysSuccess/></SkipUnlessUpdated>",
+        "<WaitValueUpdate entry=\"{x}\"><AlwaysSuccess/></WaitValueUpdate>",
+        "<WasEntryUpdated entry=\"{x}\"/>",
+    ] {
+        assert!(helps(&[script, watch])[0].contains(theirs), "{watch}");
+        assert!(helps(&[set, watch])[0].contains("Can't convert string"), "{watch}");
+        assert!(helps(&["<Script code=\"x := 1\"/>", watch]).is_empty(), "{watch}");
+        assert!(helps(&[script, &watch.replace("{x}", "x")]).is_empty(), "the port does not declare the entry");
+        assert!(helps(&["<Say out=\"{x}\"/>", script, watch]).is_empty(), "the first port is of a string");
+    }
+}
+
+#[test]
+fn an_entry_of_a_status_takes_no_string() {
+    let precondition = "<Precondition if=\"false\" else=\"{x}\"><AlwaysSuccess/></Precondition>";
+    let set = "<SetBlackboard value=\"SUCCESS\" output_key=\"x\"/>";
+    for reader in [precondition, "<LoopInt queue=\"1\" if_empty=\"{x}\"><AlwaysSuccess/></LoopInt>"] {
+        assert!(helps(&[set, reader])[0].contains("once declared"), "{reader}");
+        assert!(helps(&["<Script code=\"x := 'SUCCESS'\"/>", reader])[0].contains("BT::NodeStatus"), "{reader}");
+        assert!(helps(&["<Say out=\"{x}\"/>", set, reader]).is_empty(), "{reader}");
+    }
+}
+
+#[test]
+fn a_float_is_not_a_double() {
+    let models = "<Action ID=\"Double\"><output_port name=\"out\" type=\"double\"/></Action>\
+        <Action ID=\"Float\"><input_port name=\"in\" type=\"float\"/></Action>";
+    let text = file(&[("Main", "<Sequence><Double out=\"{x}\"/><Float in=\"{x}\"/></Sequence>")], models);
+    assert_eq!(refused(&text), ["the entry `x` already has the type double and cannot be used as float"]);
+}
+
+#[test]
+fn an_entry_of_the_main_tree_that_a_subtree_gets_is_a_warning() {
+    let text = |key: &str| {
+        file(&[("Main", &format!("<SubTree ID=\"S\" d=\"{{{key}}}\"/>")), ("S", "<Script code=\"d := 3\"/>")], "")
+    };
+    assert!(concerns(&text("@a"))[0].1.contains("\"Bug: report\"; write @a in the tree itself"));
+    accepted(&text("a"));
+}
+
+#[test]
+fn a_key_with_spaces_around_it_is_a_warning_for_a_number() {
+    for value in [" {x}", "{x} ", "="] {
+        let warned = helps(&[&format!("<Delay delay_msec=\"{value}\"><AlwaysSuccess/></Delay>")]);
+        assert!(warned.len() == 1 && warned[0].contains("can not be converted to unsigned int"), "{value}");
+        assert!(helps(&[&format!("<Say in=\"{value}\"/>")]).is_empty(), "{value}");
+    }
+    assert!(helps(&["<Delay delay_msec=\"{=}\"><AlwaysSuccess/></Delay>"]).is_empty());
+}
+
+#[test]
+fn names_of_version_3_are_warnings_in_format_4() {
+    let trees = |body: &str| file(&[("Main", body), ("S", "<AlwaysSuccess/>")], "");
+    for body in [
+        "<SequenceStar><AlwaysSuccess/></SequenceStar>",
+        "<Control ID=\"SequenceStar\"><AlwaysSuccess/></Control>",
+        "<RetryUntilSuccesful num_attempts=\"2\"><AlwaysSuccess/></RetryUntilSuccesful>",
+        "<SubTreePlus ID=\"S\"/>",
+    ] {
+        assert!(concerns(&trees(body))[0].1.contains("Node not recognized"), "{body}");
+        assert!(warned(&trees(body)).is_empty(), "{body}");
+    }
+}

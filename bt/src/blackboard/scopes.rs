@@ -78,6 +78,11 @@ impl Scopes {
         })
     }
 
+    /// The key of an entry in its own scope.
+    pub(crate) fn name(&self, slot: Slot) -> &str {
+        &self.names[slot.0 as usize].1
+    }
+
     /// The names of all entries, by their numbers.
     pub(crate) fn names(&self) -> &[(ScopeId, Arc<str>)] {
         &self.names

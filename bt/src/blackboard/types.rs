@@ -7,8 +7,7 @@ use crate::Status;
 
 /// The type of a port or of an entry.
 ///
-/// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range, and both its real types are
-/// one type. Any other type is known only by its name; its values are strings.
+/// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range. Any other type is known only by its name; its values are strings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// The type of the first value written.
@@ -22,8 +21,10 @@ pub enum Type {
         /// The maximum.
         max: i64,
     },
-    /// A real number.
+    /// A real number: C++'s `double`.
     Real,
+    /// C++'s `float`. Its values are kept as those of `double` are, but an entry of the one type is not of the other.
+    Float,
     /// A string.
     Text,
     /// The answer of a node, in capitals: `SUCCESS`.
@@ -63,7 +64,8 @@ impl Type {
             "int64_t" | "long" | "long long" => int(i64::MIN, i64::MAX),
             // Values are kept in 64 bits with a sign.
             "uint64_t" | "unsigned long" | "unsigned long long" | "size_t" => int(0, i64::MAX),
-            "double" | "float" => Self::Real,
+            "double" => Self::Real,
+            "float" => Self::Float,
             "string" | "basic_string<char>" => Self::Text,
             "NodeStatus" => Self::Status,
             _ => match name.split_once('<').filter(|(list, _)| list.ends_with("vector") || list.ends_with("Queue")) {
@@ -92,8 +94,15 @@ impl Type {
     /// Whether a constant of this type, passed to a subtree, can be read by a port of the other type: a string can be
     /// read as any type, a number as a number, Boolean or string.
     pub(crate) fn is_read_as(&self, other: &Self) -> bool {
-        let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
-        self.agrees_with(other) || (is_number(self) && (is_number(other) || *other == Self::Text))
+        self.agrees_with(other) || (self.is_number() && (other.is_number() || *other == Self::Text))
+    }
+
+    fn is_number(&self) -> bool {
+        matches!(self, Self::Bool | Self::Int { .. }) || self.is_real()
+    }
+
+    pub(crate) fn is_real(&self) -> bool {
+        matches!(self, Self::Real | Self::Float)
     }
 
     /// Parses a string as a value of this type.
@@ -109,7 +118,7 @@ impl Type {
                 let number = leading_int(text).filter(|number| (min..=max).contains(&number));
                 number.map(Value::Int).ok_or_else(wrong)
             }
-            Self::Real => leading_real(text).map(Value::Real).ok_or_else(wrong),
+            Self::Real | Self::Float => leading_real(text).map(Value::Real).ok_or_else(wrong),
             Self::Status => status_named(text).map(|_| text.into()).ok_or_else(wrong),
             Self::List(item) => {
                 let items = text.strip_suffix(';').unwrap_or(text);
@@ -136,7 +145,8 @@ impl Type {
         match (self, other) {
             (Self::Any, _) | (_, Self::Any) => true,
             (Self::Int { .. }, Self::Int { .. }) => self.is_wider(other) && self.convert(value).is_ok(),
-            (Self::Int { .. } | Self::Real, Self::Int { .. } | Self::Real | Self::Bool) => self.convert(value).is_ok(),
+            (Self::Float, Self::Real) => matches!(value, Value::Real(number) if is_single(*number)),
+            (Self::Int { .. } | Self::Real | Self::Float, of) if of.is_number() => self.convert(value).is_ok(),
             (Self::Bool, Self::Int { .. }) => self.convert(value).is_ok(),
             _ => self == other,
         }
@@ -162,6 +172,8 @@ impl Type {
     /// take it.
     pub(crate) fn receive(&self, other: &Self, value: Value) -> Result<Option<Value>, ValueError> {
         match value {
+            // BehaviorTree.CPP reads no string as a status here, though its ports do.
+            Value::Text(_) if *other == Self::Text && *self == Self::Status => Ok(None),
             Value::Text(_) if *other == Self::Text && *self != Self::Text => self.convert(&value).map(Some),
             value => Ok(self.takes(other, &value).then_some(value)),
         }
@@ -180,7 +192,7 @@ impl Type {
             (Self::Int { min, max }, _) => {
                 value.to_int().ok().filter(|number| (min..=max).contains(&number)).map(Value::Int).ok_or_else(wrong)
             }
-            (Self::Real, _) => value.to_real().map(Value::Real),
+            (Self::Real | Self::Float, _) => value.to_real().map(Value::Real),
             (Self::List(item), Value::List(items)) => items.iter().map(|one| item.convert(one)).collect(),
             _ => Err(wrong()),
         }
@@ -192,13 +204,19 @@ impl Type {
             Self::Bool => "true or false",
             Self::Int { min: 0, .. } => "a non-negative whole number",
             Self::Int { .. } => "a whole number in range",
-            Self::Real => "a number",
+            Self::Real | Self::Float => "a number",
             Self::Text => "a string",
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
             Self::List(_) => "a list of such values",
             Self::Other(_) => "a value of this type",
         }
     }
+}
+
+/// Whether a `float` has this value exactly.
+#[expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "it is asked whether the value stays the same")]
+fn is_single(number: f64) -> bool {
+    f64::from(number as f32) == number
 }
 
 /// The status with this name in capitals.
@@ -221,6 +239,7 @@ impl fmt::Display for Type {
             Self::Int { min, max } if (*min, *max) == (i64::MIN, i64::MAX) => f.write_str("int64_t"),
             Self::Int { .. } => f.write_str("int"),
             Self::Real => f.write_str("double"),
+            Self::Float => f.write_str("float"),
             Self::Text => f.write_str("std::string"),
             Self::Status => f.write_str("BT::NodeStatus"),
             Self::List(item) => write!(f, "std::vector<{item}>"),

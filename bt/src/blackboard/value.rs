@@ -40,6 +40,13 @@ impl ValueError {
         Self { message: format!("{message} (BehaviorTree.CPP: Blackboard::set({entry}): {theirs})") }
     }
 
+    /// An integer that cannot become a real number.
+    fn of_precision(value: &Value) -> Self {
+        let message = format!("the integer {value} is too large to be a real number");
+        let theirs = "Loss of precision when converting a large integer number to floating point";
+        Self { message: format!("{message} (BehaviorTree.CPP: {theirs})") }
+    }
+
     /// A value that an entry of its own type does not take, because it holds a value of another kind.
     pub(crate) fn of_kind(entry: &str, old: &Value, new: &Value) -> Self {
         let message = format!("the entry `{entry}` holds `{old}` and cannot take `{new}`");
@@ -54,13 +61,19 @@ impl Value {
         matches!(self, Self::Int(_) | Self::Real(_))
     }
 
+    /// Whether it is an integer of more than 53 bits, which BehaviorTree.CPP does not convert to a real number.
+    pub(crate) fn is_too_large(&self) -> bool {
+        matches!(self, Self::Int(number) if number.unsigned_abs() >= 1 << f64::MANTISSA_DIGITS)
+    }
+
     /// As a real number; a string is parsed.
     ///
     /// # Errors
-    /// If it is a list or a string that does not begin with a number.
+    /// If it is a list, a string that does not begin with a number, or an integer of more than 53 bits.
     #[expect(clippy::cast_precision_loss, reason = "BehaviorTree.CPP's arithmetic is that of doubles")]
     pub fn to_real(&self) -> Result<f64, ValueError> {
         match self {
+            Self::Int(_) if self.is_too_large() => Err(ValueError::of_precision(self)),
             Self::Int(number) => Ok(*number as f64),
             Self::Real(number) => Ok(*number),
             Self::Text(text) => leading_real(text).ok_or_else(|| ValueError::new(self, "a number")),

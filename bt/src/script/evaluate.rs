@@ -108,8 +108,16 @@ impl Expression {
     }
 }
 
+/// BehaviorTree.CPP's enumeration of statuses.
+const STATUSES: [&str; 5] = ["IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"];
+
 fn read(board: &Blackboard, slot: Slot, name: &Arc<str>) -> Evaluated {
     match board.value(slot) {
+        // BehaviorTree.CPP's scripts see the number of a status in its enumeration.
+        Some(Value::Text(name)) if *board.holds(slot) == Type::Status => {
+            let number = STATUSES.iter().position(|status| *status == &**name).unwrap_or(0);
+            Ok(Value::Int(i64::try_from(number).expect("there are five")))
+        }
         Some(value) => Ok(value.clone()),
         None if board.exists(slot) => Err(ScriptError::Empty(name.clone())),
         None => Err(ScriptError::Missing(name.clone())),
@@ -154,6 +162,7 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
     };
     match (old, &new) {
         (None | Some(Value::Int(_) | Value::Real(_)), Value::Text(_)) if board.is_any(slot) => Err(refused()),
+        (_, Value::Text(_)) if *of == Type::Status => Err(refused()),
         (None, _) if *of == Type::Any => Ok(new),
         (None, Value::Text(_)) => of.convert(&new).map_err(|_| refused()),
         (None, _) => Ok(new),

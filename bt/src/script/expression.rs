@@ -1,6 +1,6 @@
 //! The parts of a script.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::Value;
@@ -22,7 +22,60 @@ impl Script {
     }
 }
 
+impl Script {
+    /// Whether the script calculates with an integer that is too large for it: one in its text, or the value of one of
+    /// these entries. Those to which it assigns such an integer are added.
+    pub(crate) fn calculates_with_large(&self, large: &mut BTreeSet<Slot>) -> bool {
+        let mut calculates = false;
+        for statement in &self.statements {
+            statement.find_large(large, &mut calculates);
+        }
+        calculates
+    }
+}
+
 impl Expression {
+    /// Whether the value can be an integer that is too large to calculate with, as far as the file shows.
+    fn find_large(&self, large: &mut BTreeSet<Slot>, calculates: &mut bool) -> bool {
+        match self {
+            Self::Literal(value) => value.is_too_large(),
+            Self::Name(slot, _) => large.contains(slot),
+            Self::Unary(_, operand) => {
+                *calculates |= operand.find_large(large, calculates);
+                false
+            }
+            Self::Binary(operator, left, right) => {
+                let found = [left, right].map(|side| side.find_large(large, calculates));
+                *calculates |= *operator != Binary::Join && found.contains(&true);
+                false
+            }
+            Self::Comparison(first, others) => {
+                *calculates |= first.find_large(large, calculates);
+                for (_, other) in others {
+                    *calculates |= other.find_large(large, calculates);
+                }
+                false
+            }
+            Self::Choice(parts) => {
+                let [condition, chosen, other] = parts.each_ref().map(|part| part.find_large(large, calculates));
+                *calculates |= condition;
+                chosen || other
+            }
+            Self::Assignment(Assignment::With(_), slot, _, right) => {
+                let found = right.find_large(large, calculates);
+                *calculates |= found || large.contains(slot);
+                false
+            }
+            Self::Assignment(_, slot, _, right) => {
+                let found = right.find_large(large, calculates);
+                if found {
+                    large.insert(*slot);
+                }
+                found
+            }
+        }
+    }
+
     /// Adds the entries assigned to, as [`Script::assigned`] does. Returns whether the result can be a string.
     fn assigned(&self, slots: &mut BTreeMap<Slot, bool>, is_text: impl Fn(Slot) -> bool + Copy) -> bool {
         match self {

@@ -10,14 +10,15 @@ use miette::SourceSpan;
 use super::compile::{Compiler, Surroundings};
 use super::loader::Loader;
 use super::ports::is_port_name;
-use super::problems::{Written, copy_refused, hint, too_deep, too_large, too_many};
+use super::problems::{hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
+use super::warnings::Assembled;
 use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
 use crate::library::{Definition, Library, Model, Scanned};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
-use crate::settings::{Constants, Input, Setting};
+use crate::settings::{Constants, Setting};
 use crate::{Category, Kind, Node, NodeId, Tree};
 
 /// The trees of a file by ID; of two with the same ID, the first.
@@ -163,7 +164,8 @@ pub(super) fn assemble(
     // What depends on the whole tree is determined only now.
     end_subtrees(&mut nodes, &mut program);
     count_children(&mut program);
-    warn_of_copies(&nodes, &program, &names, files);
+    let Directory { scopes, declared, .. } = &names;
+    Assembled { nodes: &nodes, program: &program, scopes, declared }.warn(files);
     name_processes(&mut nodes);
     program.entries = names.declared.entries;
     program.scopes = Arc::new(names.scopes);
@@ -195,38 +197,6 @@ fn count_children(program: &mut Program) {
     for (place, children) in counts {
         if let Setting::Nav2(nav2) = &mut program.settings[place as usize] {
             nav2.count(children);
-        }
-    }
-}
-
-/// Warns of each SetBlackboard that BehaviorTree.CPP refuses to carry out, or that empties its entry.
-fn warn_of_copies(nodes: &[Node], program: &Program, names: &Directory, files: &mut [SourceFile]) {
-    // Most trees have none, and then no script has to be searched.
-    let mut copies = nodes.iter().filter(|node| node.kind == Kind::SetBlackboard).peekable();
-    if copies.peek().is_none() {
-        return;
-    }
-    let mut scripted = BTreeMap::new();
-    let is_text = |slot| names.declared.type_of(slot) == Type::Text;
-    program.scripts().for_each(|script| script.assigned(&mut scripted, is_text));
-    for node in copies {
-        let Setting::SetBlackboard { key: Input::Constant(key), value, scope } = program.setting(node.number.0) else {
-            continue;
-        };
-        let key = key.to_text();
-        let source = match value {
-            Input::Constant(text) => Written::Constant(text.to_text()),
-            Input::Entry(slot, _) => match (names.declared.type_of(*slot), scripted.get(slot)) {
-                (Type::Any, Some(true)) => Written::ScriptedString,
-                (Type::Any, Some(false)) => Written::ScriptedNumber,
-                (of, _) => Written::Copy(of),
-            },
-        };
-        let slot = names.scopes.find(*scope, &key);
-        let of = slot.map_or(Type::Any, |slot| names.declared.type_of(slot));
-        let is_made = slot.is_some_and(|slot| scripted.contains_key(&slot) || names.declared.exists(slot));
-        if let Some(problem) = copy_refused(&key, of, is_made, &source) {
-            files[node.file].problems.push(problem.at(node.span, "written here"));
         }
     }
 }
@@ -392,6 +362,12 @@ impl Surroundings for Directory {
     fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>) {
         let slot = self.scopes.slot(self.scope, key);
         (slot, self.declared.port(slot, of))
+    }
+
+    fn any_port(&mut self, key: &str) -> Slot {
+        let slot = self.scopes.slot(self.scope, key);
+        self.declared.any_port(slot);
+        slot
     }
 
     fn is_own(&self, key: &str) -> bool {

@@ -27,6 +27,9 @@ pub(super) trait Surroundings: Names {
     /// The entry of a key to which a port of this type refers, and its existing type if the two do not agree.
     fn port(&mut self, key: &str, of: &Type) -> (Slot, Option<Clash>);
 
+    /// The entry of a key to which a port of the type `BT::Any` refers.
+    fn any_port(&mut self, key: &str) -> Slot;
+
     /// Whether a key is of the node's own tree or of the main tree (`@key`), and not remapped.
     fn is_own(&self, key: &str) -> bool;
 
@@ -60,6 +63,10 @@ impl Surroundings for Nowhere {
 
     fn port(&mut self, _: &str, _: &Type) -> (Slot, Option<Clash>) {
         (Slot(0), None)
+    }
+
+    fn any_port(&mut self, _: &str) -> Slot {
+        Slot(0)
     }
 
     fn is_own(&self, _: &str) -> bool {
@@ -246,7 +253,7 @@ impl Compiler<'_> {
     fn entry(&mut self, port: &Port) -> Option<Slot> {
         let attribute = self.required(port)?;
         match pointed_key(port.name, &attribute.value) {
-            Some(key) => Some(self.names.port(key, &Type::Any).0),
+            Some(key) => Some(self.names.any_port(key)),
             None => Some(self.names.slot(&attribute.value)),
         }
     }
@@ -359,6 +366,25 @@ impl Compiler<'_> {
             }
         }
         has_any.then_some(hooks)
+    }
+
+    /// Warns of a key that BehaviorTree.CPP does not see as one while it loads the tree, because of what is around it.
+    pub(super) fn check_braces(&mut self, model: Option<&Model>) {
+        let builtin = |name: &str| ports(self.kind).iter().find(|port| port.name == name).map(|port| port.of.type_of());
+        let of_model = |name: &str| model.and_then(|model| model.port(name)).map(|port| port.of.clone());
+        for Attribute { name, written, value, value_span, .. } in self.attributes {
+            let is_braced = value.starts_with('{') && value.ends_with('}');
+            let is_key = !is_braced && pointed_key(name, value).is_some();
+            let Some(of) = builtin(name).or_else(|| of_model(name)).filter(|_| is_key) else { continue };
+            if of.parse(value).is_err() {
+                let problem = Problem::new(format!("the port `{written}` is not an entry of the blackboard"));
+                let problem = problem.as_warning().at(*value_span, "write {key}, without spaces around it");
+                self.problems.push(problem.with_help(format!(
+                    "BehaviorTree.CPP refuses to load this tree: \"The port with name \"{written}\" and value \
+                     \"{value}\" can not be converted to {of}\""
+                )));
+            }
+        }
     }
 
     /// The ports of a leaf outside the tree: those given as attributes, and those that its model declares.

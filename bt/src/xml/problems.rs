@@ -109,27 +109,32 @@ pub(super) enum Written {
     ScriptedString,
 }
 
-/// The problem with writing to the entry of a key, of this type, by SetBlackboard; `is_made` if the entry can exist
-/// before that.
-pub(super) fn copy_refused(key: &str, of: Type, is_made: bool, written: &Written) -> Option<Problem> {
+/// The problem with writing to the entry of a key, of this type, by SetBlackboard; `is_any` if it is a `BT::Any`, and
+/// `is_made` if the entry can exist before that.
+pub(super) fn copy_refused(key: &str, of: Type, (is_any, is_made): (bool, bool), written: &Written) -> Option<Problem> {
     let changed = |from: &dyn Display| {
         format!(
             "BehaviorTree.CPP throws \"Blackboard::set({key}): once declared, the type of a port shall not change\": \
              the entry has the type {of}, and the value {from}"
         )
     };
+    let is_string = matches!(written, Written::Constant(_) | Written::Copy(Type::Text) | Written::ScriptedString);
     let help = match written {
+        _ if is_string && is_any => format!("BehaviorTree.CPP throws \"Can't convert string … to type [{ANY}]\""),
+        _ if is_string && of == Type::Status => changed(&"is a string"),
         // A new entry that gets what a script has made has no type either.
         Written::Constant(_) | Written::Copy(Type::Text) | Written::ScriptedString
             if !of.is_strong() && (is_made || matches!(written, Written::ScriptedString)) =>
         {
-            "BehaviorTree.CPP parses the string with the entry's type; this entry has none and is emptied".to_owned()
+            "BehaviorTree.CPP parses the string with the entry's type; if a script or a port makes the entry first, it has \
+             none and is emptied"
+                .to_owned()
         }
         Written::Constant(text) if of.parse(text).is_err() => {
             format!("BehaviorTree.CPP throws \"Can't convert string [{text}] to type [{of}]\"")
         }
         Written::Copy(from) if of.is_strong() && from.is_strong() && *from != Type::Text && *from != of => {
-            changed(from)
+            changed(&format_args!("is of type {from}"))
         }
         // A script's numbers are 64 bits wide.
         Written::ScriptedNumber if matches!(of, Type::Int { .. } | Type::Bool) && of != Type::INT64 => {
@@ -139,6 +144,33 @@ pub(super) fn copy_refused(key: &str, of: Type, is_made: bool, written: &Written
     };
     let problem = Problem::new(format!("the entry `{key}` cannot take what SetBlackboard writes"));
     Some(problem.as_warning().with_help(help))
+}
+
+/// The type that SkipUnlessUpdated and others like it give to their entry.
+const ANY: &str = "BT::Any";
+
+/// A script assigns a string to an entry of this type, `BT::Any` if there is none.
+pub(super) fn string_refused(key: &str, of: Option<Type>) -> Problem {
+    let help = match of {
+        Some(of) => format!(
+            "BehaviorTree.CPP throws \"Error assigning a value to entry [{key}] with type [{of}]: the right operand is a \
+             string, can't convert\""
+        ),
+        None => format!(
+            "the port `entry` of a node declares it, and unless a port of another type has written it before, \
+             BehaviorTree.CPP throws \"You didn't implement the template specialization of convertFromString for this \
+             type: {ANY}\""
+        ),
+    };
+    Problem::new(format!("the entry `{key}` cannot take a string from a script")).as_warning().with_help(help)
+}
+
+/// Something happens to an integer that is too large for it.
+pub(super) fn large_integer(what: &str) -> Problem {
+    let problem = Problem::new(format!("{what} of more than 53 bits")).as_warning();
+    problem.with_help(
+        "BehaviorTree.CPP throws \"Loss of precision when converting a large integer number to floating point\"",
+    )
 }
 
 /// A port's value has the wrong type, or cannot be valid.

@@ -20,6 +20,7 @@ use super::problems::{
     wrong_category,
 };
 use super::vocabulary::{self, Builtin};
+use crate::blackboard::pointed_key;
 use crate::library::{Attribute, Definition, Model, Models, Scanned};
 use crate::{Category, Kind};
 
@@ -145,6 +146,9 @@ impl Scan<'_> {
         let mut place = parent;
         if let Some((kind, type_id)) = self.resolve(element) {
             self.check_children(element, kind);
+            if parent.is_some_and(|parent| nodes[parent].kind == Kind::ReactiveSequence) {
+                self.check_explicit_child(element, kind, &type_id);
+            }
             let attributes = self.read_attributes(element, kind);
             let scanned = Scanned { kind, type_id, attributes, span: tag_span(element), parent };
             self.check_ports(element, &scanned);
@@ -224,6 +228,7 @@ impl Scan<'_> {
     /// `<Control ID="Sequence">`, `<Action ID="GoTo"/>` and similar forms.
     fn resolve_explicit(&mut self, element: Element<'_, '_>, used_as: Category, id: String) -> Option<(Kind, String)> {
         if used_as == Category::SubTree {
+            self.check_name(element, element.tag_name().name(), Kind::SubTree.name());
             self.check_id(element.attribute("ID"), || value_span(element, "ID"));
             return Some((Kind::SubTree, id));
         }
@@ -249,11 +254,23 @@ impl Scan<'_> {
 
     fn known(&mut self, element: Element<'_, '_>, name: &str, builtin: Builtin) -> Option<Kind> {
         match builtin {
-            Builtin::Known(kind) => Some(kind),
+            Builtin::Known(kind) => {
+                self.check_name(element, name, kind.name());
+                Some(kind)
+            }
             Builtin::Gone(_, help) => {
                 self.problems.push(not_supported(&format!("version 3's <{name}>"), tag_span(element), help));
                 None
             }
+        }
+    }
+
+    /// Warns of a name of version 3 in a file of format 4.
+    fn check_name(&mut self, element: Element<'_, '_>, name: &str, is: &str) {
+        if self.format == 4 && name != is {
+            let problem = Problem::new(format!("<{name}> is <{is}> in format 4")).as_warning();
+            let help = "BehaviorTree.CPP refuses to load this tree: \"Node not recognized\"";
+            self.problems.push(problem.at(tag_span(element), format!("write <{is}>")).with_help(help));
         }
     }
 
@@ -280,6 +297,22 @@ impl Scan<'_> {
         self.problems.push(problem.at(attribute.range(), "a second ID").with_help(help));
     }
 
+    /// Warns of a child of a `<ReactiveSequence>` in explicit form: BehaviorTree.CPP looks up its element there, and
+    /// not its ID.
+    fn check_explicit_child(&mut self, element: Element<'_, '_>, kind: Kind, id: &str) {
+        let name = element.tag_name().name();
+        let is_unknown = vocabulary::explicit(name).is_some_and(|category| category != Category::SubTree);
+        if self.format == 3 || !is_unknown {
+            return;
+        }
+        let declare = if kind.is_leaf() { ", and declare it in <TreeNodesModel>" } else { "" };
+        let problem =
+            Problem::new(format!("a child of a <ReactiveSequence> cannot be written as <{name} ID=\"{id}\">"));
+        self.problems.push(problem.as_warning().at(tag_span(element), format!("write <{id}>{declare}")).with_help(
+            format!("BehaviorTree.CPP from 4.7.0 on refuses to load this tree: \"Unknown node type: {name}\""),
+        ));
+    }
+
     fn check_children(&mut self, element: Element<'_, '_>, kind: Kind) {
         let found = element.children().filter(Element::is_element).count();
         if let Some(expected) = kind.expected_children(found) {
@@ -297,6 +330,7 @@ impl Scan<'_> {
         let mut compiler = Compiler { kind, name: type_id, attributes, span, names: &mut nowhere, problems };
         compiler.hooks();
         compiler.check_scripts();
+        compiler.check_braces(model);
         match kind {
             Kind::SubTree => self.check_subtree_ports(scanned),
             Kind::Action | Kind::Condition => {
@@ -312,8 +346,20 @@ impl Scan<'_> {
         }
     }
 
-    /// Checks that a subtree gets all ports that its model requires.
+    /// Checks that a subtree gets all ports that its model requires, from entries that it can write.
     fn check_subtree_ports(&mut self, scanned: &Scanned) {
+        for attribute in scanned.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {
+            let key = pointed_key(&attribute.name, &attribute.value).and_then(|key| key.strip_prefix('@'));
+            if let Some(key) = key.filter(|_| self.format == 4) {
+                let message = format!("the tree `{}` can read the entry `@{key}`, but not write it", scanned.type_id);
+                let problem = Problem::new(message).as_warning().at(attribute.value_span, "of the main tree");
+                self.problems.push(problem.with_help(format!(
+                    "in BehaviorTree.CPP, what ports write to `{}` is lost, and a script that creates it throws \"Bug: \
+                     report\"; write @{key} in the tree itself",
+                    attribute.name
+                )));
+            }
+        }
         if let Some(attribute) = scanned.attributes.iter().find(|attribute| attribute.name == "_autoremap") {
             match crate::blackboard::Type::Bool.parse(&attribute.value) {
                 Ok(truth) if truth.to_bool() == Ok(true) => return,
@@ -381,7 +427,7 @@ impl Scan<'_> {
             format!("did you mean <{near}>?")
         } else {
             format!(
-                "for a skill, write <Action ID=\"{name}\"/> or <Condition ID=\"{name}\"/>, or declare it in <TreeNodesModel>"
+                "for a skill, declare it in <TreeNodesModel>, or write <Action ID=\"{name}\"/> or <Condition ID=\"{name}\"/>"
             )
         };
         self.problems.push(unknown_node(name, 0).at(tag_span(element), "unknown").with_help(help));

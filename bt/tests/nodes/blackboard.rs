@@ -42,6 +42,13 @@ fn a_typed_entry_refuses_values_of_other_types() {
 }
 
 #[test]
+fn an_entry_of_a_status_takes_no_string_of_a_program() {
+    let mut execution = Execution::new(tree(r#"<Precondition if="false" else="{s}"><a/></Precondition>"#));
+    let error = execution.blackboard_mut().set("s", "SUCCESS").unwrap_err().to_string();
+    assert!(error.contains("has the type BT::NodeStatus and cannot take a value of type std::string"), "{error}");
+}
+
+#[test]
 fn blackboards_are_values() {
     let mut one = Execution::new(tree(r#"<Script code="x := 1"/>"#));
     let mut other = one.clone();
@@ -54,12 +61,14 @@ fn blackboards_are_values() {
 
 #[test]
 fn types_are_known_by_their_cpp_names() {
-    for name in ["bool", "int", "unsigned int", "double", "std::string", "std::vector<double>", "int64_t", "Pose2D"] {
+    for name in
+        ["bool", "int", "unsigned int", "double", "float", "std::string", "std::vector<double>", "int64_t", "Pose2D"]
+    {
         assert_eq!(Type::named(name).to_string(), name);
     }
     assert_eq!(Type::named("BT::NodeStatus"), Type::Status);
     assert_eq!(Type::named("BT::SharedQueue<int>"), Type::named("std::vector<int>"));
-    assert_eq!(Type::named("float"), Type::Real);
+    assert_eq!(Type::named("float"), Type::Float);
     assert_eq!(Type::named(""), Type::Any);
 }
 

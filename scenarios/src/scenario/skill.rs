@@ -191,7 +191,7 @@ fn constant_ports(tree: &Tree, leaf: &Node) -> BTreeMap<String, Datum> {
         let Source::Constant(value) = port.source else { return None };
         let datum = match port.of {
             Type::Bool => value.to_bool().map(Datum::from).ok()?,
-            Type::Int { .. } | Type::Real => value.to_real().map(Datum::from).ok()?,
+            Type::Int { .. } | Type::Real | Type::Float => value.to_real().map(Datum::from).ok()?,
             _ => Datum::from(value.to_text()),
         };
         Some((port.name.to_owned(), datum))
