@@ -354,18 +354,30 @@ fn typed(text: &str) -> (Value, Type) {
         return (Value::Int(number), if i32::try_from(number).is_ok() { Type::INT } else { Type::INT64 });
     }
     match text.parse::<f64>() {
-        Ok(number) if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.')) => {
+        // C++'s `from_chars` refuses digits whose number no double can hold, but knows infinity by its name.
+        Ok(number)
+            if !text.starts_with('+')
+                && (is_in_range(text, number) || !text.contains(|c: char| c.is_ascii_digit())) =>
+        {
             (Value::Real(number), Type::Real)
         }
         _ => (text.into(), Type::Any),
     }
 }
 
+/// Whether the digits of a number were neither too large nor too small for it.
+fn is_in_range(text: &str, number: f64) -> bool {
+    let digits = text.split(['e', 'E']).next().unwrap_or_default();
+    number.is_finite() && (number != 0.0 || !digits.contains(|c: char| matches!(c, '1'..='9')))
+}
+
 /// The key to which a port's value refers, unless the value is a constant: `{key}`, or `{=}` for the port's own name.
 pub(crate) fn pointed_key<'a>(port: &'a str, value: &'a str) -> Option<&'a str> {
-    if value == "{=}" || value == "=" {
-        return Some(port);
-    }
+    if value == "{=}" || value == "=" { Some(port) } else { braced_key(value) }
+}
+
+/// The key between the braces of a value, where `{=}` is the entry `=`.
+pub(crate) fn braced_key(value: &str) -> Option<&str> {
     let key = value.trim_matches(' ').strip_prefix('{')?.strip_suffix('}')?;
     (!key.is_empty()).then_some(key)
 }

@@ -12,9 +12,10 @@ use crate::Status;
 ///
 /// - A node is *reset* when its status goes back to idle. If it is running, it is *halted* first: its running children
 ///   are halted in order, one after another, down to the actions, which are asked to stop.
-/// - A node that is not running is never halted, and neither is anything below it.
+/// - A node that is not running is not halted, and neither is anything below it. Only when the whole tree is halted,
+///   every node is, so the `_onHalted` of all nodes runs.
 /// - When a node has succeeded or failed, all its children have been reset, except those of [`SequenceWithMemory`] and
-///   [`PauseResumeController`].
+///   [`PauseResumeController`], and of an [`IfThenElse`] that has failed because it has no third child.
 /// - A child that is *skipped* has no effect on its parent. If all children of a node are skipped, the node is skipped
 ///   unless stated otherwise.
 /// - A node that *requests another tick* returns running. When the tick is finished and the root is running, the
@@ -76,7 +77,8 @@ pub enum Kind {
     WhileDoElse,
     /// Compares `variable` with `case_1`, `case_2`, … (as strings, or as numbers) and ticks the child of the first
     /// equal case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
-    /// number in its name is the number of cases.
+    /// number in its name is the number of cases. Up to 4.9.1, BehaviorTree.CPP reads a string such as `3 apples` as the
+    /// number 3 here, and since 4.10 as no number.
     Switch(u8),
     /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is
     /// ticked until it is done, and the node fails. With `catch_on_halt`, the last is also ticked once when the node is

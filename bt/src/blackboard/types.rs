@@ -45,6 +45,8 @@ impl Type {
     pub(crate) const INT64: Self = Self::Int { min: i64::MIN, max: i64::MAX };
     /// C++'s `unsigned`.
     pub(crate) const UNSIGNED: Self = Self::Int { min: 0, max: u32::MAX as i64 };
+    /// C++'s `uint64_t`. Values are kept in 64 bits with a sign.
+    pub(crate) const UNSIGNED64: Self = Self::Int { min: 0, max: i64::MAX };
 
     /// The type for a name in a `<TreeNodesModel>`.
     #[must_use]
@@ -62,8 +64,7 @@ impl Type {
             "uint8_t" | "unsigned char" => int(0, u8::MAX.into()),
             "uint16_t" | "unsigned short" => int(0, u16::MAX.into()),
             "int64_t" | "long" | "long long" => int(i64::MIN, i64::MAX),
-            // Values are kept in 64 bits with a sign.
-            "uint64_t" | "unsigned long" | "unsigned long long" | "size_t" => int(0, i64::MAX),
+            "uint64_t" | "unsigned long" | "unsigned long long" | "size_t" => Self::UNSIGNED64,
             "double" => Self::Real,
             "float" => Self::Float,
             "string" | "basic_string<char>" => Self::Text,

@@ -36,7 +36,10 @@ impl ValueError {
     /// A value of a type that an entry of another type does not take.
     pub(crate) fn of_type(entry: &str, is: &impl fmt::Display, value: &impl fmt::Display) -> Self {
         let theirs = "once declared, the type of a port shall not change";
-        let message = format!("the entry `{entry}` has the type {is} and cannot take a value of type {value}");
+        let (is, value) = (is.to_string(), value.to_string());
+        // Integers of several widths have one name here.
+        let what = if is == value { "one of a different width or range" } else { &format!("a value of type {value}") };
+        let message = format!("the entry `{entry}` has the type {is} and cannot take {what}");
         Self { message: format!("{message} (BehaviorTree.CPP: Blackboard::set({entry}): {theirs})") }
     }
 

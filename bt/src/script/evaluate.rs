@@ -22,8 +22,10 @@ pub(crate) enum ScriptError {
     Operands { operator: &'static str, left: String, right: String },
     #[error("`{operator}` cannot be applied to `{operand}`")]
     Operand { operator: &'static str, operand: String },
-    #[error("the entry `{name}` holds `{old}` and cannot take `{new}`")]
-    Assignment { name: Arc<str>, old: String, new: String },
+    #[error("the entry `{name}` {is} and cannot take `{new}`")]
+    Assignment { name: Arc<str>, is: String, new: String },
+    #[error("a script can only copy the entry `{name}`, which holds a {of}")]
+    Custom { name: Arc<str>, of: Type },
     #[error("a string may have at most {MAX_TEXT_BYTES} bytes")]
     TooLong,
 }
@@ -61,7 +63,7 @@ impl Expression {
         match self {
             Self::Choice(parts) => {
                 let [condition, then, otherwise] = &**parts;
-                let is_true = condition.evaluate(board)?.to_real()? != 0.0;
+                let is_true = condition.operand(board)?.to_real()? != 0.0;
                 if is_true { then.typed(board) } else { otherwise.typed(board) }
             }
             Self::Name(slot, _) | Self::Assignment(_, slot, ..) => {
@@ -76,21 +78,33 @@ impl Expression {
         }
     }
 
+    /// The value, for an operator: in BehaviorTree.CPP, one of a custom type is neither a number nor a string.
+    fn operand(&self, board: &mut Blackboard) -> Evaluated {
+        let value = self.evaluate(board)?;
+        match (self, &value) {
+            (Self::Name(slot, name) | Self::Assignment(_, slot, name, _), Value::Text(_)) => match board.holds(*slot) {
+                of @ Type::Other(_) => Err(ScriptError::Custom { name: name.clone(), of: of.clone() }),
+                _ => Ok(value),
+            },
+            _ => Ok(value),
+        }
+    }
+
     fn evaluate(&self, board: &mut Blackboard) -> Evaluated {
         match self {
             Self::Literal(value) => Ok(value.clone()),
             Self::Name(slot, name) => read(board, *slot, name),
-            Self::Unary(operator, operand) => operator.apply(&operand.evaluate(board)?),
+            Self::Unary(operator, operand) => operator.apply(&operand.operand(board)?),
             Self::Binary(operator, left, right) => {
-                let left = left.evaluate(board)?;
-                let right = right.evaluate(board)?;
+                let left = left.operand(board)?;
+                let right = right.operand(board)?;
                 operator.apply(&left, &right)
             }
             // `0 < x < 10` compares neighbors. What follows the first comparison that does not hold is not evaluated.
             Self::Comparison(first, others) => {
-                let mut left = first.evaluate(board)?;
+                let mut left = first.operand(board)?;
                 for (comparison, right) in others {
-                    let right = right.evaluate(board)?;
+                    let right = right.operand(board)?;
                     if !comparison.holds(&left, &right)? {
                         return Ok(Value::Real(0.0));
                     }
@@ -100,7 +114,7 @@ impl Expression {
             }
             Self::Choice(parts) => {
                 let [condition, then, otherwise] = &**parts;
-                let is_true = condition.evaluate(board)?.to_real()? != 0.0;
+                let is_true = condition.operand(board)?.to_real()? != 0.0;
                 if is_true { then.evaluate(board) } else { otherwise.evaluate(board) }
             }
             Self::Assignment(operator, slot, name, right) => assign(*operator, *slot, name, right, board),
@@ -137,6 +151,9 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
         Assignment::Create | Assignment::Existing => right,
         Assignment::With(operator) => {
             let left = board.value(slot).ok_or_else(|| ScriptError::Empty(name.clone()))?;
+            if let (Value::Text(_), of @ Type::Other(_)) = (left, board.holds(slot)) {
+                return Err(ScriptError::Custom { name: name.clone(), of: of.clone() });
+            }
             operator.apply_in_place(left, &right)?
         }
     };
@@ -157,7 +174,11 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
     let (of, old) = (board.type_of(slot), board.value(slot));
     let refused = || ScriptError::Assignment {
         name: name.clone(),
-        old: old.map_or_else(|| of.to_string(), Value::to_string),
+        is: match old {
+            _ if board.is_any(slot) => "has the type BT::Any".to_owned(),
+            Some(old) => format!("holds `{old}`"),
+            None => format!("has the type {of}"),
+        },
         new: new.to_string(),
     };
     match (old, &new) {
@@ -167,7 +188,11 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
         (None, Value::Text(_)) => of.convert(&new).map_err(|_| refused()),
         (None, _) => Ok(new),
         (Some(Value::Text(_)), Value::Text(_)) => Ok(new),
-        (Some(Value::Int(_)), Value::Int(_) | Value::Real(_)) => new.to_int().map(Value::Int).map_err(|_| refused()),
+        (Some(Value::Int(_)), Value::Int(_) | Value::Real(_)) => {
+            let is_unsigned = *board.holds(slot) == Type::UNSIGNED64;
+            let number = new.to_int().ok().filter(|number| *number >= 0 || !is_unsigned);
+            number.map(Value::Int).ok_or_else(refused)
+        }
         (Some(Value::Real(_)), Value::Int(_) | Value::Real(_)) => Ok(Value::Real(new.to_real()?)),
         (Some(_), Value::Text(_)) if of.is_strong() => of.convert(&new).map_err(|_| refused()),
         (Some(Value::Int(_) | Value::Real(_)), Value::Text(text)) => Ok(Value::Real(number_in(text)?)),

@@ -13,7 +13,7 @@ use super::ports::is_port_name;
 use super::problems::{hint, too_deep, too_large, too_many};
 use super::source_file::SourceFile;
 use super::warnings::Assembled;
-use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
+use crate::blackboard::{Clash, Declared, Scope, ScopeId, Scopes, Slot, Type, braced_key, pointed_key};
 use crate::library::{Definition, Library, Model, Scanned};
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
@@ -312,9 +312,13 @@ impl Assembly<'_> {
         let declared =
             model.iter().flat_map(|model| &model.ports).filter(|port| !autoremap && !given.contains_key(&*port.name));
         let defaults = declared.filter_map(|port| Some((port.name.as_str(), port.default.as_deref()?)));
+        let defaults = defaults.map(|(name, value)| (name, value, braced_key(value)));
+        // A subtree knows no `=` without braces, and its defaults know neither.
+        let given =
+            given.iter().map(|(name, value)| (*name, *value, pointed_key(name, value).filter(|_| *value != "=")));
         let mut constants = Vec::new();
-        for (name, value) in given.iter().map(|(name, value)| (*name, *value)).chain(defaults) {
-            match pointed_key(name, value) {
+        for (name, value, key) in given.chain(defaults) {
+            match key {
                 Some(key) => {
                     scope.remapped.insert(name.to_owned(), key.to_owned());
                 }

@@ -9,7 +9,7 @@ use miette::SourceSpan;
 use super::elements::span;
 use super::ports::{Port, is_port_name, ports};
 use super::problems::{Problems, missing_port, not_supported, port_value, types_differ};
-use crate::blackboard::{Clash, ScopeId, Slot, Type, pointed_key};
+use crate::blackboard::{Clash, ScopeId, Slot, Type, braced_key, pointed_key};
 use crate::hooks::Hooks;
 use crate::library::{Attribute, Model};
 use crate::program::LeafPort;
@@ -124,7 +124,7 @@ impl Compiler<'_> {
                 Setting::Watched(self.names.watch(entry))
             }
             Kind::SetBlackboard => {
-                let (value, key) = (self.input(first?), self.input(second?));
+                let (value, key) = (self.copied(first?), self.input(second?));
                 Setting::SetBlackboard { key: key?, value: value?, scope: self.names.scope() }
             }
             Kind::UnsetBlackboard => Setting::UnsetBlackboard { key: self.input(first?)?, scope: self.names.scope() },
@@ -255,6 +255,17 @@ impl Compiler<'_> {
         match pointed_key(port.name, &attribute.value) {
             Some(key) => Some(self.names.any_port(key)),
             None => Some(self.names.slot(&attribute.value)),
+        }
+    }
+
+    /// What SetBlackboard writes: it looks for the key itself, so `=` has no meaning.
+    fn copied(&mut self, port: &Port) -> Option<Input> {
+        let attribute = self.required(port)?;
+        match braced_key(&attribute.value) {
+            // While it loads the tree, BehaviorTree.CPP sees the port's own name here.
+            Some("=") => Some(Input::Entry(self.names.slot("="), "=".into())),
+            Some(key) => Some(Input::Entry(self.names.port(key, &Type::Any).0, key.into())),
+            None => Some(Input::Constant(attribute.value.as_str().into())),
         }
     }
 

@@ -43,6 +43,24 @@ fn fault(body: &str) -> String {
 }
 
 #[test]
+fn a_script_does_not_calculate_with_an_integer_of_more_than_53_bits() {
+    let theirs = "Loss of precision when converting a large integer number to floating point";
+    for code in ["x &gt; 0", "y := x + 1", "x += 1", "y := x ? 1 : 2", "y := -x", "y := 1.5; y := x"] {
+        let message = fault(&format!("<Script code=\"x := 1700000000000000001; {code}\"/>"));
+        assert!(message.contains(theirs) || message.contains("cannot take `1700000000000000001`"), "{code}: {message}");
+    }
+}
+
+#[test]
+fn a_script_assigns_no_string_to_a_watched_entry_or_a_status() {
+    let watched = r#"<Sequence><Script code="x := 'a'"/><WasEntryUpdated entry="{x}"/></Sequence>"#;
+    assert_eq!(fault(watched), "the entry `x` has the type BT::Any and cannot take `a`");
+    let status =
+        r#"<Sequence><Script code="x := 'FAILURE'"/><Precondition if="0" else="{x}"><a/></Precondition></Sequence>"#;
+    assert_eq!(fault(status), "the entry `x` has the type BT::NodeStatus and cannot take `FAILURE`");
+}
+
+#[test]
 fn script_that_cannot_be_evaluated_fails_with_a_reason() {
     assert_eq!(fault(r#"<Script code="x = 1"/>"#), "the blackboard has no entry `x`; use `:=` to create one");
     assert_eq!(fault(r#"<Script code="x := y"/>"#), "the blackboard has no entry `y`");

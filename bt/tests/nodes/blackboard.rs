@@ -8,6 +8,7 @@ behaviors! {
     an_at_sign_means_the_main_tree: r#"<Script code="@x := 1; y := @x + 1"/>"# => ["-> S | x=1 y=2.0 @x=1"];
     an_entry_keeps_the_kind_of_its_first_value: r#"<Script code="x := 1; x := 2.0; y := 1.0; y := 3"/>"# => ["-> S | x=2 y=3.0"];
     a_text_becomes_a_number_where_one_was: r#"<Script code="x := 1.5; x = '2.5'"/>"# => ["-> S | x=2.5"];
+    set_blackboard_writes_an_equals_sign: r#"<SetBlackboard value="=" output_key="x"/>"# => ["-> S | x='='"];
     a_port_gives_its_entry_a_type: r#"<Sequence><Script code="n := '2'"/><Repeat num_cycles="{n}"><a/></Repeat></Sequence>"# => ["a=S a=S -> S | n=2"];
 }
 
@@ -46,6 +47,13 @@ fn an_entry_of_a_status_takes_no_string_of_a_program() {
     let mut execution = Execution::new(tree(r#"<Precondition if="false" else="{s}"><a/></Precondition>"#));
     let error = execution.blackboard_mut().set("s", "SUCCESS").unwrap_err().to_string();
     assert!(error.contains("has the type BT::NodeStatus and cannot take a value of type std::string"), "{error}");
+}
+
+#[test]
+fn a_message_about_an_integer_out_of_range_does_not_name_one_type_twice() {
+    let mut execution = Execution::new(tree(r#"<Repeat num_cycles="{n}"><a/></Repeat>"#));
+    let error = execution.blackboard_mut().set("n", 5_000_000_000).unwrap_err().to_string();
+    assert!(error.contains("has the type int and cannot take one of a different width or range"), "{error}");
 }
 
 #[test]

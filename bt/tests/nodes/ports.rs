@@ -148,3 +148,33 @@ fn a_leaf_knows_the_time() {
         }),
     );
 }
+
+/// The faults of a tree with a leaf that writes this value to the entry `x`, of this type, and then this script.
+fn faults_of(of: &str, value: impl Into<Value>, code: &str) -> Vec<String> {
+    let text = format!(
+        "<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\"><Sequence><Find out=\"{{x}}\"/><Script code=\"{code}\"/></Sequence>\
+         </BehaviorTree><TreeNodesModel><Action ID=\"Find\"><output_port name=\"out\" type=\"{of}\"/></Action></TreeNodesModel></root>"
+    );
+    let tree = Tree::from_xml("tree.xml", &text).unwrap();
+    let (mut execution, value) = (Execution::new(Arc::new(tree)), value.into());
+    let mut find =
+        Doing(|leaf: &mut Leaf<'_>| leaf.output("out", value.clone()).map_or(Status::Failure, |()| Status::Success));
+    execution.tick(NOW, &mut find);
+    execution.faults().iter().map(|fault| fault.message.clone()).collect()
+}
+
+#[test]
+fn a_script_only_copies_the_value_of_a_custom_type() {
+    for code in ["y := x == 'a'", "y := x + 'a'", "y := x .. 'a'", "x += 'a'", "y := x ? 1 : 2", "y := -x"] {
+        let faults = faults_of("Pose2D", "1;2", code);
+        assert_eq!(faults, ["a script can only copy the entry `x`, which holds a Pose2D"], "{code}");
+    }
+    assert!(faults_of("Pose2D", "1;2", "y := x").is_empty());
+    assert!(faults_of("std::string", "1;2", "y := x == 'a'").is_empty());
+}
+
+#[test]
+fn only_an_unsigned_integer_of_64_bits_stays_at_least_zero_in_a_script() {
+    assert_eq!(faults_of("uint64_t", 3, "x -= 5"), ["the entry `x` holds `3` and cannot take `-2.000000`"]);
+    assert!(faults_of("uint32_t", 3, "x -= 5").is_empty());
+}

@@ -38,6 +38,19 @@ fn subtree_remaps_an_entry_to_its_own_name() {
 }
 
 #[test]
+fn subtree_gets_an_equals_sign_without_braces_as_a_string() {
+    play_file(&with_subtree(r#"x="=""#, r#"<Script code="@y := x"/>"#), &["-> S | x=1 y='='"]);
+}
+
+#[test]
+fn subtree_gets_infinity_as_a_number_but_not_what_is_out_of_range() {
+    for (constant, value) in [("inf", "inf"), ("1e999", "'1e999'"), ("1e-999", "'1e-999'"), ("0e9", "0.0")] {
+        let line = format!("-> S | y={value}");
+        play_file(&with_subtree(&format!("d=\"{constant}\""), r#"<Script code="@y := d"/>"#), &[&line]);
+    }
+}
+
+#[test]
 fn subtree_with_autoremap_shares_all_entries() {
     play_file(&with_subtree(r#"_autoremap="true""#, r#"<Script code="x += 1; y := 3"/>"#), &["-> S | x=2 y=3"]);
 }
