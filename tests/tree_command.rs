@@ -10,11 +10,14 @@ use crate::steward::{refusal, steward};
 const TREE: &str = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Door">
     <ReactiveSequence>
-      <Condition ID="Safe"/>
+      <Safe/>
       <Fallback> <Condition ID="IsOpen"/> <Push name="push it" strength="{strength}"/> </Fallback>
     </ReactiveSequence>
   </BehaviorTree>
-  <TreeNodesModel> <Action ID="Push"> <inout_port name="strength" type="double"/> </Action> </TreeNodesModel>
+  <TreeNodesModel>
+    <Condition ID="Safe"/>
+    <Action ID="Push"> <inout_port name="strength" type="double"/> </Action>
+  </TreeNodesModel>
 </root>"#;
 
 const LEAVES: &str = r#"
@@ -203,7 +206,7 @@ fn an_invalid_script_is_refused_with_all_errors() {
 
 #[test]
 fn errors_in_a_node_are_printed_and_give_exit_status_1() {
-    let tree = TREE.replace("<Condition ID=\"Safe\"/>", "<ScriptCondition code=\"missing == 1\"/>");
+    let tree = TREE.replace("<Safe/>", "<ScriptCondition code=\"missing == 1\"/>");
     let leaves = LEAVES.replace("Safe = \"success success failure success\"\n", "");
     let (_folder, tree, leaves) = files(&tree, &leaves);
     let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "1"], 1);
