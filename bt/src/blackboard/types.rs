@@ -7,7 +7,8 @@ use crate::Status;
 
 /// The type of a port or of an entry.
 ///
-/// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range. Any other type is known only by its name; its values are strings.
+/// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range. Any other type is known
+/// only by its name; its values are strings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     /// The type of the first value written.

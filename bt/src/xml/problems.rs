@@ -126,8 +126,8 @@ pub(super) fn copy_refused(key: &str, of: Type, (is_any, is_made): (bool, bool),
         Written::Constant(_) | Written::Copy(Type::Text) | Written::ScriptedString
             if !of.is_strong() && (is_made || matches!(written, Written::ScriptedString)) =>
         {
-            "BehaviorTree.CPP parses the string with the entry's type; if a script or a port makes the entry first, it has \
-             none and is emptied"
+            "BehaviorTree.CPP parses the string with the entry's type; if a script or a port makes the entry first, it \
+             has none and is emptied"
                 .to_owned()
         }
         Written::Constant(text) if of.parse(text).is_err() => {
@@ -153,8 +153,8 @@ const ANY: &str = "BT::Any";
 pub(super) fn string_refused(key: &str, of: Option<Type>) -> Problem {
     let help = match of {
         Some(of) => format!(
-            "BehaviorTree.CPP throws \"Error assigning a value to entry [{key}] with type [{of}]: the right operand is a \
-             string, can't convert\""
+            "BehaviorTree.CPP throws \"Error assigning a value to entry [{key}] with type [{of}]. The right operand is \
+             a string, can't convert to {of}\""
         ),
         None => format!(
             "the port `entry` of a node declares it, and unless a port of another type has written it before, \

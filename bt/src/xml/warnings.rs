@@ -119,7 +119,6 @@ impl Assembled<'_> {
     /// Warns of integers in the file that are calculated with, or read as real numbers, though they are too large.
     fn warn_of_large_integers(&self, report: &mut impl FnMut(&Node, Problem)) {
         let mut large: BTreeSet<Slot> = self.declared.large_integers().collect();
-        let constants = large.len();
         let mut calculates = Vec::new();
         // An entry can be read before the script that assigns to it, so the scripts are searched twice.
         for _ in 0..2 {
@@ -131,7 +130,7 @@ impl Assembled<'_> {
                     }
                 }
             }
-            if large.len() == constants && calculates.is_empty() {
+            if large.is_empty() && calculates.is_empty() {
                 return;
             }
         }
