@@ -22,8 +22,8 @@ pub(crate) struct Entry {
     of: Type,
     /// The type of the value in BehaviorTree.CPP: a script may give an entry a value of another type than its own.
     holds: Type,
-    /// Whether SetBlackboard, or the port of a node that watches it, has given it the type `BT::Any`, as which no string
-    /// can be parsed.
+    /// Whether SetBlackboard, or the port of a node that watches it, has given it the type `BT::Any`, as which no
+    /// string can be parsed.
     is_any: bool,
     /// Whether a port declares it or it has been written. A script may not assign to an entry that does not exist.
     exists: bool,

@@ -77,8 +77,8 @@ pub enum Kind {
     WhileDoElse,
     /// Compares `variable` with `case_1`, `case_2`, … (as strings, or as numbers) and ticks the child of the first
     /// equal case, or otherwise the last child, the default. When the choice changes, the child that ran is halted. The
-    /// number in its name is the number of cases. Up to 4.9.1, BehaviorTree.CPP reads a string such as `3 apples` as the
-    /// number 3 here, and since 4.10 as no number.
+    /// number in its name is the number of cases. Up to 4.9.1, BehaviorTree.CPP reads a string such as `3 apples` as
+    /// the number 3 here, and since 4.10 as no number.
     Switch(u8),
     /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is
     /// ticked until it is done, and the node fails. With `catch_on_halt`, the last is also ticked once when the node is
