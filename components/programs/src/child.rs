@@ -12,7 +12,6 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 use crate::program::{Limits, Program};
-use crate::protocol::Answer;
 
 /// The maximum length of an answer, in bytes.
 pub(crate) const LONGEST: usize = 1 << 20;
@@ -26,6 +25,10 @@ const SHOWN_CHARACTERS: usize = 200;
 
 /// What a program that prints something else has to know.
 pub(crate) const ONLY_ANSWERS: &str = "standard output is only for answers, so print anything else to standard error";
+
+/// How long a program whose input has ended has time to write what nobody asked for, before it is killed. One that ends
+/// with its input takes some 20 ms. Chosen, not measured.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// How long to wait for the end of a program after everything of it has been killed.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -121,11 +124,10 @@ impl Child {
 
     /// Sends the program a line and waits for its answer. After an error it must not be asked again.
     ///
-    /// It waits in real time, so only a program that answers in time makes a run reproducible.
+    /// It waits in real time, so only a program that answers in time makes a run reproducible. The first line is the
+    /// answer, no matter what follows it and when: that is found before the next question or at the end.
     pub(crate) fn ask(&mut self, mut line: String) -> Result<String, Silence> {
-        if let Ok(chunk) = self.answers.try_recv() {
-            return Err(Silence::Unasked(beginning(&chunk)));
-        }
+        self.unasked(Duration::ZERO)?;
         line.push('\n');
         // The program may have closed its input and still answer.
         let _ = self.requests.send(line);
@@ -152,17 +154,20 @@ impl Child {
         }
     }
 
-    /// The line up to this newline, if nothing follows it.
+    /// The line up to this newline.
     fn answer(&mut self, newline: usize) -> Result<String, Silence> {
         let more = self.rest.split_off(newline + 1);
-        self.rest.pop();
-        if !more.is_empty() {
-            // Of two lines, the stray one is the one that is not an answer.
-            let first = String::from_utf8_lossy(&self.rest);
-            let stray = if Answer::parse(&first).is_ok() { &more } else { &self.rest };
-            return Err(Silence::Unasked(beginning(stray)));
+        let mut line = std::mem::replace(&mut self.rest, more);
+        line.pop();
+        String::from_utf8(line).map_err(|_| Silence::NotText)
+    }
+
+    /// An error if the program has written more than its answers, or does so within this time.
+    fn unasked(&mut self, within: Duration) -> Result<(), Silence> {
+        if self.rest.is_empty() {
+            self.rest.extend(self.answers.recv_timeout(within).unwrap_or_default());
         }
-        String::from_utf8(std::mem::take(&mut self.rest)).map_err(|_| Silence::NotText)
+        if self.rest.is_empty() { Ok(()) } else { Err(Silence::Unasked(beginning(&self.rest))) }
     }
 
     /// The reason why there is no more output.
@@ -184,11 +189,15 @@ impl Child {
         (!shown.is_empty()).then(|| shown.join(" / "))
     }
 
-    /// Ends the program. An error if it, or a process that watches it, had ended before.
+    /// Ends the program. An error if it, or a process that watches it, had ended before, or if it has written without
+    /// being asked. To find that out, its input is closed: a program that ends with its input has then written all.
     pub(crate) fn conclude(&mut self) -> Result<(), Silence> {
+        self.unasked(Duration::ZERO)?;
         if let Some(status) = self.process.try_wait()? {
             return Err(Silence::Gone(status));
         }
+        self.requests = channel().0;
+        self.unasked(FAREWELL)?;
         self.stop();
         match self.process.try_wait()? {
             // The outer keeper may not yet have noticed it.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use};
 use skills::{ChannelAdapter, Datum, Mishap};
 
-use crate::child::{Child, ONLY_ANSWERS};
+use crate::child::{Child, ONLY_ANSWERS, Silence};
 use crate::program::Program;
 use crate::protocol::{self, Answer, Message};
 
@@ -110,7 +110,8 @@ impl ProgramProcess {
         started.map_err(|message| Failure(self.crash(message)))
     }
 
-    /// Ends the program at the end of its run. That it, or a process that watches it, had already ended is a failure.
+    /// Ends the program at the end of its run. It is a failure that it, or a process that watches it, had already ended,
+    /// or that it has written without being asked.
     pub fn conclude(&mut self) {
         if self.phase != Phase::Started {
             return;
@@ -127,7 +128,7 @@ impl ProgramProcess {
     /// the predecessor's requests are ignored.
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
-        drop(predecessor.shared().take());
+        let ended = predecessor.shared().take().map(|mut running| running.child.conclude());
         let mut successor = Self {
             adapter: predecessor.adapter.succeeding(),
             phase: Phase::New,
@@ -138,6 +139,11 @@ impl ProgramProcess {
             running: Arc::default(),
             ..self.clone()
         };
+        // That the predecessor had ended may be why it is restarted.
+        if let Some(Err(silence @ Silence::Unasked(_))) = ended {
+            let message = format!("the program {silence}");
+            successor.mishaps.push(Mishap { state: Some(predecessor.location.clone()), message, times: 1 });
+        }
         // The failure is one of its mishaps.
         let _ = successor.start(now);
         successor

@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::time::Duration;
 
 use channels::{Action, Process};
-use programs::{Limits, Program, Word};
+use programs::{Limits, Program, ProgramProcess, Word};
 
 use crate::machine::has_python;
 use crate::stage::{Stage, keeper, say, sent};
@@ -150,8 +150,63 @@ fn a_flood_is_cut_off() {
     let long = "wrote a line that is longer than 1048576 bytes";
     fails("while True: sys.stdout.write('x' * 65536)", long);
     fails("sys.stdout.write('{\"state\": \"' + 'x' * 2000000 + '\"}\\n'); sys.stdout.flush(); time.sleep(1000)", long);
-    // In one piece, so that the unsolicited lines arrive together with the answer.
-    fails("while True: os.write(1, b'{}\\n' * 20000)", "wrote without being asked: \"{}");
+}
+
+/// A program that does this when it is asked to say something, until its input ends; it has been asked once.
+fn asked_once(doing: &str) -> (Stage, ProgramProcess) {
+    let stage = Stage::new(&format!("{WELL_AT_FIRST}{doing}\nfor line in sys.stdin: print('{{}}', flush=True)\n"));
+    let mut process = stage.process(LIMITS);
+    process.start(Duration::ZERO).unwrap();
+    say(&mut process, 0, 1, "hello", 1.0);
+    assert_eq!(process.mishaps(), []);
+    (stage, process)
+}
+
+#[test]
+fn the_first_line_is_the_answer_and_what_follows_it_is_found_later() {
+    if !has_python() {
+        return;
+    }
+    let unasked = |line: &str| format!("wrote without being asked: {line:?}; standard output is only for answers");
+    let cases = [
+        ("os.write(1, b'{}\\nso far\\n')", "so far"),
+        ("print('{}', flush=True); print('so far', flush=True)", "so far"),
+        (
+            "print('{}', flush=True); time.sleep(0.3); print('{\"state\": \"late\"}', flush=True)",
+            "{\"state\": \"late\"}",
+        ),
+        ("while True: os.write(1, b'{}\\n' * 20000)", "{}"),
+    ];
+    for (doing, line) in cases {
+        let (stage, mut process) = asked_once(doing);
+        process.conclude();
+        let [mishap] = process.mishaps() else { panic!("one failure, not {:?}", process.mishaps()) };
+        assert!(mishap.message.contains(&unasked(line)), "{}", mishap.message);
+        assert_eq!(stage.left_over(), [""; 0]);
+    }
+    // Together with the answer, so that it is there before the next message in any case.
+    let (_stage, mut process) = asked_once(cases[0].0);
+    say(&mut process, 0, 2, "hello", 2.0);
+    let message = &process.mishaps()[0].message;
+    assert!(message.contains(&format!("told `say` by Guide, {}", unasked("so far"))), "{message}");
+
+    let (_stage, process) = asked_once(cases[0].0);
+    let restarted = process.succeeding(&process, Duration::from_secs(2));
+    assert!(restarted.mishaps()[0].message.contains(&unasked("so far")), "{:?}", restarted.mishaps());
+    assert_eq!(restarted.location(), "running");
+}
+
+#[test]
+fn a_program_that_only_answers_is_ended_without_a_failure() {
+    if !has_python() {
+        return;
+    }
+    // One ends with its input, the other one goes on.
+    for doing in ["print('{}', flush=True)", "print('{}', flush=True); time.sleep(1000)"] {
+        let (stage, mut process) = asked_once(doing);
+        process.conclude();
+        assert_eq!((process.mishaps(), stage.left_over()), (&[][..], vec![]));
+    }
 }
 
 #[test]
