@@ -156,6 +156,6 @@ fn evidence(monitor: &MonitorReport) -> String {
     let message = witness
         .communication
         .as_ref()
-        .map_or_else(String::new, |sighting| format!(": {} → {} {:.3}", sighting.from, sighting.to, sighting.message));
+        .map_or_else(String::new, |sighting| format!(": {} → {} {:#}", sighting.from, sighting.to, sighting.message));
     format!("at tick {tick}, {time_s:.2} s{message}")
 }

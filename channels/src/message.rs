@@ -48,7 +48,7 @@ impl Message {
     }
 }
 
-/// As the paper writes it: `[<ok>, 83.2]`. A precision rounds real numbers, as for a [`Value`].
+/// As the paper writes it: `[<ok>, 83.2]`. The alternate form is for readers, as that of a [`Value`].
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("[")?;
@@ -94,8 +94,13 @@ mod tests {
     fn messages_print_as_in_the_paper() {
         let message = Message::new([Value::symbol("ok"), 83.2.into(), true.into(), 3.into(), "why".into()]);
         assert_eq!(message.to_string(), r#"[<ok>, 83.2, true, 3, "why"]"#);
-        let reals = Message::new([9.975_000_000_000_014, 10.0, -0.000_1].map(Value::from));
-        assert_eq!(format!("{reals:.3}"), "[9.975, 10, 0]");
+    }
+
+    #[test]
+    fn readers_can_tell_any_two_numbers_apart() {
+        let f32 = f64::from(0.1_f32);
+        let reals = Message::new([10.0, 19.999_999_9, 0.1, f32, -0.0, 1e308, 5e-324].map(Value::from));
+        assert_eq!(format!("{reals:#}"), "[10, 19.9999999, 0.1, 0.10000000149011612, 0, 1e308, 5e-324]");
     }
 
     #[test]

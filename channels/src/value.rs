@@ -154,26 +154,24 @@ impl Hash for Value {
     }
 }
 
-/// As the SCOPE language writes it. A precision rounds real numbers for readers: `{:.3}` writes 9.975000000000014 as
-/// `9.975` and 10.0 as `10`.
+/// As the SCOPE language writes it. The alternate form is for readers, in whose eyes a whole real is a number without a
+/// fraction: `{:#}` writes 10.0 as `10`. Neither rounds: a value that violates `>= 20` must not look like 20.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self, f.precision()) {
-            (Self::Symbol(symbol), _) => write!(f, "{symbol}"),
-            (Self::Bool(truth), _) => write!(f, "{truth}"),
-            (Self::Int(number), _) => write!(f, "{number}"),
-            (Self::Real(number), Some(decimals)) => f.write_str(&rounded(*number, decimals)),
-            (Self::Real(number), None) => write!(f, "{number:?}"),
-            (Self::Text(text), _) => write!(f, "{text:?}"),
+        match self {
+            Self::Symbol(symbol) => write!(f, "{symbol}"),
+            Self::Bool(truth) => write!(f, "{truth}"),
+            Self::Int(number) => write!(f, "{number}"),
+            // Without its sign, since the two zeros are equal.
+            Self::Real(0.0) if f.alternate() => f.write_str("0"),
+            Self::Real(number) if f.alternate() => {
+                let text = format!("{number:?}");
+                f.write_str(text.strip_suffix(".0").unwrap_or(&text))
+            }
+            Self::Real(number) => write!(f, "{number:?}"),
+            Self::Text(text) => write!(f, "{text:?}"),
         }
     }
-}
-
-/// The number with at most this many decimals.
-fn rounded(number: f64, decimals: usize) -> String {
-    let text = format!("{number:.decimals$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 impl fmt::Debug for Value {

@@ -103,7 +103,7 @@ impl Violation {
                     writeln!(text, "  tick {}, lost: the tree has not finished the previous one", tick.unwrap_or(0))
                 }
                 (What::Message { from, to, message, is_watched }, _) if all || *is_watched => {
-                    writeln!(text, "    {from} → {to}  {message:.3}")
+                    writeln!(text, "    {from} → {to}  {message:#}")
                 }
                 (What::Message { .. }, _) => Ok(()),
                 (What::Damage { from, to, how }, _) => writeln!(text, "    {from} → {to}  {how}"),

@@ -56,7 +56,7 @@ impl Sighting {
 
 impl fmt::Display for Sighting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} → {} {:.3} ({})", self.from, self.to, self.message, self.at)
+        write!(f, "{} → {} {:#} ({})", self.from, self.to, self.message, self.at)
     }
 }
 

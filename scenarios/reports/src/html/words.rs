@@ -23,13 +23,13 @@ pub(super) fn count(number: impl TryInto<u64>, noun: &str) -> String {
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
-/// A message as the paper writes it, reals to three decimals: `[<ok>, 9.974]`.
+/// A message as the paper writes it: `[<ok>, 9.974]`.
 pub(super) fn message(message: &Message) -> String {
-    format!("{message:.3}")
+    format!("{message:#}")
 }
 
 fn value(value: &Value) -> String {
-    format!("{value:.3}")
+    format!("{value:#}")
 }
 
 /// A message that a condition requires: as a message if the condition determines every field, otherwise the condition.
