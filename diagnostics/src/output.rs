@@ -32,7 +32,8 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
 /// A file being written. It replaces the previous file when it is [finished](Self::finish); if it never is, nothing
 /// remains of it.
 ///
-/// A device or a pipe (`/dev/stdout`) is not replaced but written to.
+/// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe from which nobody reads is an error: to open
+/// it would mean to wait for a reader.
 ///
 /// ```
 /// use std::io::Write;
@@ -63,7 +64,7 @@ impl Unfinished {
     /// [`Error::Write`].
     pub fn create(path: &Path) -> Result<Self, Error> {
         let begun = match fs::metadata(path) {
-            Ok(found) if !found.is_file() => File::create(path).map(|file| (file, None)),
+            Ok(found) if !found.is_file() => device(path).map(|file| (file, None)),
             // A link remains a link: its target is replaced.
             Ok(_) => fs::canonicalize(path).and_then(temporary),
             Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
@@ -254,6 +255,24 @@ fn is_temporary(path: &Path) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
 
+/// Opens a device, or a pipe from which somebody reads.
+fn device(path: &Path) -> io::Result<File> {
+    // Held until the file is open, so that the pipe has a reader or is at least not waited for.
+    #[cfg(unix)]
+    let _held = {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        let flags = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
+        let opened = OpenOptions::new().write(true).custom_flags(flags).open(path);
+        opened.map_err(|error| match rustix::io::Errno::from_io_error(&error) {
+            Some(rustix::io::Errno::NXIO) => {
+                io::Error::new(io::ErrorKind::InvalidInput, "it is a pipe from which nobody reads")
+            }
+            _ => error,
+        })?
+    };
+    File::create(path)
+}
+
 /// Creates a file under a temporary name beside its final one.
 fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
     let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
@@ -353,6 +372,26 @@ mod tests {
     fn the_longest_possible_file_name_can_be_written() {
         let folder = tempfile::tempdir().unwrap();
         write_whole(&folder.path().join("n".repeat(255)), "").unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_without_a_reader_is_refused_and_one_with_a_reader_written_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let refused = write_whole(&pipe, "lost").unwrap_err();
+        assert!(format!("{refused:?}").contains("a pipe from which nobody reads"), "{refused:?}");
+
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read_to_string(pipe).unwrap()
+        });
+        // The reader may not have come yet.
+        while write_whole(&pipe, "read").is_err() {
+            std::thread::yield_now();
+        }
+        assert_eq!(reader.join().unwrap(), "read");
     }
 
     #[cfg(unix)]
