@@ -12,7 +12,7 @@ use clap::Args;
 use interfaces::Interface;
 use maps::Cell;
 use miette::Diagnostic;
-use runs::Run;
+use runs::{Run, topology};
 use scenarios::files::shipped_campaigns;
 use scenarios::processes::HEARERS;
 use scenarios::scenario::{Scenario, find};
@@ -206,14 +206,25 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
 pub(crate) fn machine(file: &Path, scenario: Option<&str>) -> Result<(Arc<Chart>, Checked), Error> {
     let chart = named_files::machine(file, Strictness::Strict)?;
     let [states, transitions] = [chart.states().count(), chart.transitions().count()];
-    let summary = format!("{}, {}", counted(states, "state"), counted(transitions, "transition"));
-    let system = scenario.map(System::of).transpose()?;
-    let elsewhere = match (&system, scenario) {
-        (Some(System { topology, .. }), Some(name)) => {
-            let hearers: Vec<&str> = topology.processes().map(|process| topology.name(process)).collect();
-            chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
+    let mut summary = format!("{}, {}", counted(states, "state"), counted(transitions, "transition"));
+    let elsewhere = match scenario {
+        Some(name) => {
+            let scenario = Scenario::load(&find::find(name)?, &[])?;
+            let is_used = scenario.charts().any(|known| known.file().text() == chart.file().text());
+            // The machines of a scenario fit together or not; one that is none of them has no part in that.
+            let topology = match topology(&scenario) {
+                Err(misfit) if is_used => return Err(misfit.into()),
+                topology => topology.ok(),
+            };
+            if !is_used {
+                summary = format!("{summary}; {name} does not use it, so it was checked alone");
+            }
+            topology.and_then(|topology| {
+                let hearers: Vec<&str> = topology.processes().map(|process| topology.name(process)).collect();
+                chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
+            })
         }
-        _ => chart.sends_elsewhere(&HEARERS, ELSEWHERE),
+        None => chart.sends_elsewhere(&HEARERS, ELSEWHERE),
     };
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
     Ok((chart, Checked::of(summary, concerns)))

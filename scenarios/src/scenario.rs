@@ -65,6 +65,7 @@ pub use world::WorldBody;
 use self::monitoring::Described;
 use self::schedule::Schedule;
 use crate::Error;
+use crate::faults::FaultKind;
 use crate::processes::BUILTIN;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
@@ -122,6 +123,27 @@ impl Scenario {
             Behavior::Tree(_) => None,
             Behavior::Model(model) => Some(model),
         }
+    }
+
+    /// The doors or devices on which a kind of fault can act; `None` if it acts on neither.
+    #[must_use]
+    pub fn devices_for(&self, kind: &FaultKind) -> Option<Vec<String>> {
+        if kind.is_of_doors() {
+            let doors = self.premises.iter().flat_map(|premises| world::doors(&premises.entry.world));
+            return Some(doors.map(str::to_owned).collect());
+        }
+        let trouble = kind.trouble()?;
+        let suffers = |component: &Component| matches!(&component.runs, Runs::Device(settings) if trouble.can_befall(settings.kind()));
+        let devices = self.components.iter().filter(|(_, component)| suffers(component));
+        Some(devices.map(|(name, _)| name.clone()).collect())
+    }
+
+    /// The machines of its skills, components and monitors, and those that faults put in their place.
+    pub fn charts(&self) -> impl Iterator<Item = &Arc<Chart>> {
+        let skills = self.skills.values().map(|skill| &skill.machine);
+        let components = self.components.values().filter_map(|component| Some(&component.machine()?.machine));
+        let replaced = self.machines.values().flat_map(BTreeMap::values);
+        skills.chain(components).chain(self.watching.values()).chain(replaced)
     }
 
     /// The programs that a run starts, each with its component.

@@ -141,8 +141,9 @@ export class Hand {
       ? element('select', {}, ...parameter.range.map(name => element('option', { textContent: name, selected: name === value })))
       : element('input', { type: { number: 'number', whole: 'number', flag: 'checkbox' }[parameter.takes] ?? 'text' });
     input.name = parameter.name;
-    const list = element('datalist', { id: `names-of-${parameter.name}` }, ...parameter.names.map(value => element('option', { value })));
-    if (parameter.names.length) input.setAttribute('list', list.id);
+    const list = element('datalist', { id: `names-of-${parameter.name}` }, ...parameter.names.map(value => element('option', { value })),
+      ...parameter.places.map(([label, value]) => element('option', { value, label })));
+    if (list.children.length) input.setAttribute('list', list.id);
     if (parameter.takes === 'flag') input.checked = value ?? false;
     else if (parameter.takes !== 'choice') input.value = Array.isArray(value) ? JSON.stringify(value) : value ?? '';
     if (parameter.takes === 'number') input.step = 'any';

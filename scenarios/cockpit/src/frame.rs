@@ -8,6 +8,7 @@ use recording::{Body, Happening, RunView, Scene};
 use reports::html::live;
 use reports::timeline::Timeline;
 use scenarios::faults::{ArgumentDefault, ArgumentDomain, FaultKind, KINDS};
+use scenarios::scenario::Scenario;
 use serde_json::{Value, json};
 
 use crate::moment::Moment;
@@ -18,10 +19,14 @@ const MAX_PARTICLES: usize = 200;
 /// How many of the latest happenings are shown.
 pub(crate) const HAPPENINGS: usize = 400;
 
-/// What does not change in a run. `file` is the recording that it comes from, if any.
-pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
+/// What does not change in a run. `file` is the recording that it comes from, or `scenario` what a session plays.
+pub(crate) fn greeting(view: &RunView, file: Option<&str>, scenario: Option<&Scenario>) -> Value {
     let header = view.header();
-    let kinds = KINDS.iter().filter(|kind| kind.can_begin_later());
+    let can_act = |kind: &FaultKind| {
+        let devices = scenario.and_then(|scenario| scenario.devices_for(kind));
+        kind.can_begin_later() && devices.is_none_or(|devices| !devices.is_empty())
+    };
+    let kinds = KINDS.iter().filter(|kind| can_act(kind));
     let floor = live::floor(view).map(|floor| json!({ "svg": floor.svg, "size": floor.size, "origin": floor.origin }));
     json!({
         "greeting": {
@@ -36,25 +41,26 @@ pub(crate) fn greeting(view: &RunView, file: Option<&str>) -> Value {
             "nodes": things::nodes(header),
             "robot_radius_m": header.robot.as_ref().map(|robot| robot.radius_m),
             "processes": header.skills.iter().chain(&header.components).collect::<Vec<_>>(),
-            "kinds": kinds.map(|kind| fault_kind(kind, view)).collect::<Vec<_>>(),
+            "kinds": kinds.map(|kind| fault_kind(kind, view, scenario)).collect::<Vec<_>>(),
         }
     })
 }
 
 /// A kind of fault, with the fields of its form.
-fn fault_kind(kind: &FaultKind, view: &RunView) -> Value {
+fn fault_kind(kind: &FaultKind, view: &RunView, scenario: Option<&Scenario>) -> Value {
     let parameters = kind.parameters.iter().map(|parameter| {
         let (takes, range) = input(&parameter.domain);
         let required = parameter.default == ArgumentDefault::Required;
         json!({
             "name": parameter.name, "about": parameter.about, "takes": takes, "range": range,
             "default": default(&parameter.default), "required": required,
-            "names": suggestions::names(parameter, view),
+            "names": suggestions::names(kind, parameter, view, scenario),
+            "places": suggestions::places(parameter, view),
         })
     });
     json!({
         "name": kind.name, "place": kind.subsystem.name(), "about": kind.about, "momentary": kind.momentary,
-        "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view),
+        "parameters": parameters.collect::<Vec<_>>(), "example": suggestions::entries(kind, view, scenario),
     })
 }
 

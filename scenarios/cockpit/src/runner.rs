@@ -226,7 +226,7 @@ impl Runner {
             Command::Seek { time } => match Duration::try_from_secs_f64(time) {
                 Ok(time) if time < end || self.is_over() => self.seek(time.min(end)),
                 Ok(_) => self.follow(),
-                Err(error) => return Ok(refused(&error.to_string())),
+                Err(_) => return Ok(refused(&format!("{time:?} s is no time in a run"))),
             },
             Command::Now => self.follow(),
             // At the present, the pace of a session is that of the session itself.

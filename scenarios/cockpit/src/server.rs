@@ -139,7 +139,7 @@ impl Cockpit {
             move || {
                 let session = session()?;
                 let history = History::begin(session.view().clone()).map_err(failed)?;
-                let shown = ShownRun::new(history, broadcast, None);
+                let shown = ShownRun::new(history, broadcast, None, Some(session.scenario()));
                 Ok((RunSource::Session(Box::new(Steered::new(session))), vec![shown], None))
             }
         };
@@ -165,7 +165,7 @@ impl Cockpit {
                     let name = path.file_name().unwrap_or_default().to_string_lossy();
                     // A single run is sent to the page itself. Of several, each has a page inside the page.
                     let broadcast = broadcasts.get(index).unwrap_or(&broadcast);
-                    shown.push(ShownRun::new(history, broadcast.clone(), Some(&name)));
+                    shown.push(ShownRun::new(history, broadcast.clone(), Some(&name), None));
                     opened.push(recording);
                 }
                 let around = (!broadcasts.is_empty()).then(|| {

@@ -4,6 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use recording::{Record, RunView};
+use scenarios::scenario::Scenario;
 use serde_json::{Map, Value};
 
 use crate::broadcast::Broadcast;
@@ -30,9 +31,9 @@ pub(crate) struct ShownRun {
 }
 
 impl ShownRun {
-    /// A run. `file` is the recording that it comes from, if any.
-    pub(crate) fn new(history: History, broadcast: Broadcast, file: Option<&str>) -> Self {
-        broadcast.greet(&frame::greeting(&history.newest().view, file));
+    /// A run. `file` is the recording that it comes from, or `scenario` what a session plays.
+    pub(crate) fn new(history: History, broadcast: Broadcast, file: Option<&str>, scenario: Option<&Scenario>) -> Self {
+        broadcast.greet(&frame::greeting(&history.newest().view, file, scenario));
         let mut shown = Self {
             history,
             broadcast,

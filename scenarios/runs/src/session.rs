@@ -52,6 +52,12 @@ impl Session {
         Ok(Self { found: found.clone(), conducted, written, faults, given, records: Vec::new() })
     }
 
+    /// The scenario, with all acts so far.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        self.conducted.run.scenario()
+    }
+
     /// The run so far.
     #[must_use]
     pub fn view(&self) -> &RunView {

@@ -9,6 +9,7 @@ mod motion;
 mod software;
 mod world;
 
+use super::effect::DeviceTrouble;
 use super::kind::FaultKind;
 
 /// All kinds, sorted by subsystem.
@@ -86,5 +87,20 @@ impl FaultKind {
     #[must_use]
     pub fn can_begin_later(&self) -> bool {
         self.name != software::WRONG_MAP.name
+    }
+
+    /// What it does to a device, if it acts on one.
+    pub(crate) fn trouble(&self) -> Option<DeviceTrouble> {
+        let troubles = [
+            (devices::DEVICE_DEAF, DeviceTrouble::Deaf),
+            (devices::SPEAKER_MUTE, DeviceTrouble::Mute),
+            (devices::BOX_DROPPED, DeviceTrouble::Drop),
+        ];
+        troubles.into_iter().find(|(kind, _)| kind.name == self.name).map(|(_, trouble)| trouble)
+    }
+
+    /// Whether it acts on a door.
+    pub(crate) fn is_of_doors(&self) -> bool {
+        self.name == devices::DOOR_STUCK.name
     }
 }
