@@ -4,10 +4,10 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Relation, Shape, Topology, Verdict};
+use channels::{ChannelId, Relation, Shape, Topology, Value, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
-use monitors::{EventAtom, Formula, MessageCondition, MessageField};
+use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
 use recording::{
     FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
     RunView,
@@ -190,6 +190,10 @@ impl Levels<'_> {
     fn of_formula(&mut self, formula: &Formula, role: Role) {
         match formula {
             Formula::Event(event) => self.of_event(event, role),
+            // What happens at most zero times never happens.
+            Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
+                self.of_event(event, role.negated());
+            }
             Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
                 self.of_event(event, role.among_others());
             }
@@ -201,6 +205,7 @@ impl Levels<'_> {
             // `not (a and b)` is `a implies not b`.
             Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
             Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Implies(a, b) if matches!(**b, Formula::False) => self.of_formula(a, role.negated()),
             Formula::Implies(a, b) => {
                 self.of_formula(a, role.among_others());
                 self.of_formula(b, role);
@@ -220,32 +225,53 @@ impl Levels<'_> {
 
     fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
         match condition {
+            MessageCondition::Compare { field, relation, value } => {
+                let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
+                let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
+                self.of_comparison((field, value), (least, most), channel, role);
+            }
+            // `15 <= m.level`.
+            MessageCondition::Relate { left: Term::Value(value), relation, right: Term::Field(field) } => {
+                let most = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
+                let least = matches!(relation, Relation::LessOrEqual | Relation::Less);
+                self.of_comparison((field, value), (least, most), channel, role);
+            }
             MessageCondition::True
             | MessageCondition::False
             | MessageCondition::Relate { .. }
             | MessageCondition::Remember { .. } => {}
-            MessageCondition::Compare { field, relation, value } => {
-                // Only what is required by itself is critical: a lower bound where the condition must hold, an upper
-                // bound where it must not.
-                let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
-                let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
-                if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, field))
-                {
-                    self.found.push(ComparedLevel { channel, level_pct, critical: role.alone && least == role.holds });
-                }
-            }
             MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
             MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
             MessageCondition::Or(parts) if !role.holds => {
                 parts.iter().for_each(|part| self.of_condition(part, channel, role));
             }
             MessageCondition::Or(parts) => {
-                parts.iter().for_each(|part| self.of_condition(part, channel, role.among_others()));
+                // `m[1] = <error> or level >= 15`: messages of other kinds have no level.
+                let is_other_kind = |part: &&MessageCondition| {
+                    matches!(part, MessageCondition::Compare { relation: Relation::Equal, value: Value::Symbol(_), .. })
+                };
+                let selects = parts.iter().filter(is_other_kind).count() + 1 == parts.len();
+                let role = if selects { role } else { role.among_others() };
+                parts.iter().for_each(|part| self.of_condition(part, channel, role));
             }
             MessageCondition::Implies(a, b) => {
                 self.of_condition(a, channel, role.among_others());
                 self.of_condition(b, channel, role);
             }
+        }
+    }
+
+    /// A comparison of a field with a value, as a lower or an upper bound. Only what is required by itself is critical: a
+    /// lower bound where the condition must hold, an upper bound where it must not.
+    fn of_comparison(
+        &mut self,
+        (field, value): (&MessageField, &Value),
+        (least, most): (bool, bool),
+        channel: ChannelId,
+        role: Role,
+    ) {
+        if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, field)) {
+            self.found.push(ComparedLevel { channel, level_pct, critical: role.alone && least == role.holds });
         }
     }
 
@@ -426,6 +452,36 @@ mod tests {
         let own = format!("properties=[\"{}\"]", file.display());
         assert_eq!(levels(&header(&[&own])), [(60.0, "own".to_owned(), true)]);
         assert_eq!(levels(&header(&["properties=[]"])), []);
+    }
+
+    #[test]
+    fn a_required_level_is_critical_however_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.scope");
+        let own = format!("properties=[\"{}\"]", file.display());
+        let critical = |requirement: &str| {
+            let text = requirement.replace("[", "(BatteryReader, BatteryLevel, ").replace(']', ")");
+            std::fs::write(&file, format!("property own := {text}\n")).unwrap();
+            thresholds(&header(&[&own])).iter().map(|known| (known.level_pct, known.critical)).collect::<Vec<_>>()
+        };
+        for requirement in [
+            "always [level >= 15]",
+            "always [15 <= level]",
+            "always not [15 > level]",
+            "always ([level < 15] implies false)",
+            "always at most 0 [level < 15] in 10 s",
+            "always [status = <error> or level >= 15]",
+        ] {
+            assert_eq!(critical(requirement), [(15.0, true)], "{requirement}");
+        }
+        for requirement in [
+            "always [15 > level]",
+            "always ([level < 15] implies next [level >= 0])",
+            "always at most 1 [level < 15] in 10 s",
+        ] {
+            let found = critical(requirement);
+            assert!(found.contains(&(15.0, false)), "{requirement}: {found:?}");
+        }
     }
 
     #[test]
