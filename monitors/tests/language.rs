@@ -338,7 +338,7 @@ fn a_field_whose_messages_no_symbol_distinguishes_is_refused() {
     let error = spoken("m.levle > 5").unwrap_err();
     assert_eq!(error.problems()[0].message(), "messages from Guide to Speaker have no field `levle`");
     let error = spoken("m.level = <loud>").unwrap_err();
-    assert_eq!(error.problems()[0].message(), "m[2] cannot be compared with `<loud>`");
+    assert_eq!(error.problems()[0].message(), "m.level cannot be compared with `<loud>`");
 }
 
 #[test]

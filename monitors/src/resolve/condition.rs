@@ -32,7 +32,7 @@ impl<'a> Resolver<'a> {
                 let constant = self.value(value);
                 let positions = channel.and_then(|channel| self.positions(field, channel));
                 let (positions, constant) = (positions?, constant?);
-                self.check(&positions, condition.span, *relation, &constant, value.span());
+                self.check((field, &positions), condition.span, *relation, &constant, value.span());
                 self.comparison(field, &positions, *relation, &constant)?
             }
             ConditionKind::Compare { left, relation, right } => {
@@ -294,7 +294,7 @@ impl<'a> Resolver<'a> {
     /// Reports a comparison that no message can make true, because of its type or its symbol.
     fn check(
         &mut self,
-        positions: &[FieldPosition<'_>],
+        (field, positions): (&Field, &[FieldPosition<'_>]),
         whole: ByteRange,
         relation: Relation,
         value: &Value,
@@ -313,25 +313,40 @@ impl<'a> Resolver<'a> {
         {
             return;
         }
-        let field = positions.first().map_or(1, |position| position.number);
-        self.problems.push(never_equal(field, &kinds, value, span));
+        let number = positions.first().map_or(1, |position| position.number);
+        let written = |number: usize| match &field.name {
+            FieldName::Named(name) => format!("m.{name}"),
+            FieldName::Number(_) => format!("m[{number}]"),
+        };
+        self.problems.push(never_equal((number, &written), &kinds, value, span));
     }
 }
 
 /// The problem of a comparison with a value that the field never has.
-fn never_equal(field: usize, kinds: &[(usize, &FieldKind)], value: &Value, span: ByteRange) -> Problem {
-    let accepted: Vec<String> = kinds.iter().map(|(field, kind)| format!("m[{field}] is {kind}")).collect();
-    let accepted = accepted.join(", or ");
+fn never_equal(
+    (number, written): (usize, &dyn Fn(usize) -> String),
+    kinds: &[(usize, &FieldKind)],
+    value: &Value,
+    span: ByteRange,
+) -> Problem {
+    // Several kinds of messages may have the same field.
+    let mut accepted: Vec<String> = Vec::new();
+    for (number, kind) in kinds {
+        let kind = format!("{} is {kind}", written(*number));
+        if !accepted.contains(&kind) {
+            accepted.push(kind);
+        }
+    }
+    let (accepted, field) = (accepted.join(", or "), written(number));
     let mut symbols = kinds.iter().flat_map(|(_, kind)| symbols_of(kind)).map(Symbol::name).peekable();
     match value {
         Value::Symbol(symbol) if symbols.peek().is_some() => {
             let near = nearest(symbol.name(), symbols);
-            let problem =
-                Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol in this field");
+            let problem = Problem::new(format!("{field} is never {symbol}")).at(span, "no such symbol in this field");
             problem.with_help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
         }
         _ => {
-            let problem = Problem::new(format!("m[{field}] cannot be compared with `{value}`"));
+            let problem = Problem::new(format!("{field} cannot be compared with `{value}`"));
             problem.at(span, format!("this is {}", type_name(value))).with_help(accepted)
         }
     }

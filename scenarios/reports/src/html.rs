@@ -128,7 +128,10 @@ pub fn document(title: &str, main: &Markup) -> String {
 
 /// The verdicts for the page's title.
 fn in_a_word(report: &Report) -> String {
-    let verdict = |monitor: &MonitorReport| format!("{} {}", monitor.name, monitor.verdict);
+    let verdict = |monitor: &MonitorReport| match &monitor.unsure {
+        Some(_) => format!("{} unsure", monitor.name),
+        None => format!("{} {}", monitor.name, monitor.verdict),
+    };
     let verdicts: Vec<String> = report.monitors.iter().map(verdict).collect();
     if verdicts.is_empty() { "no property watched".to_owned() } else { verdicts.join(", ") }
 }

@@ -119,6 +119,10 @@ impl<'a> Evidence<'a> {
             })
             .filter(|missing| named.contains(&format!("({}, {}, ", missing.from, missing.to)))
             .collect();
+        // What came later did not cause the obligation, but belongs to the wait for the answer.
+        if let Some(since) = self.since.filter(|_| !self.missing.is_empty()) {
+            self.causes.retain(|seen| seen.at.step <= since.step);
+        }
     }
 
     /// The first tick that belongs to the story.
