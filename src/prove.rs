@@ -20,7 +20,7 @@ use reports::junit::{self, Suite};
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario};
 
-use self::finding::{Finding, Findings};
+use self::finding::{Finding, Findings, Unsearched};
 use self::mutants::Mutants;
 use self::table::FindingsTable;
 use self::violation::Violation;
@@ -123,12 +123,13 @@ pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let (mut all, mut refused) = (Vec::new(), None);
     for (found_here, proof) in found.iter().zip(proofs) {
         let (findings, error) = args.explore_all(&proof, found_here, stop)?;
+        let unsearched = Unsearched::after(&findings, proof.questions(), error.as_ref());
         args.show(&findings)?;
         if let Some(out) = &args.out {
             let folder = if found.len() > 1 { out.join(&proof.scenario().name) } else { out.clone() };
             args.write_runs(&proof, &findings, &folder)?;
         }
-        all.push(Findings { proof, findings });
+        all.push(Findings { proof, findings, unsearched });
         // What was found before an error is shown and written first.
         refused = error;
         if refused.is_some() {
@@ -213,7 +214,7 @@ impl ProveArgs {
             Some(path) if interrupt::flow().is_break() => {
                 note(&format!("{} was not written: the proof was interrupted", path.display()));
             }
-            Some(path) => junit::write_suites(path, &suites)?,
+            Some(path) => junit::write(path, &suites)?,
             None => {}
         }
         match reports.as_slice() {

@@ -10,11 +10,13 @@ use std::sync::Arc;
 use campaigns::{Error, run_and_report};
 use clap::Args;
 use recording::{Detail, RunView};
+use reports::junit::{self, Suite};
 use reports::report::{OutcomeReport, Report};
-use reports::{Outputs, file_name, html, junit};
+use reports::{Outputs, file_name, html};
 use runs::Run;
 use scenarios::Complaints;
 use scenarios::scenario::{Found, Scenario, find};
+use serde_json::json;
 
 use monitors::Warnings;
 
@@ -185,8 +187,8 @@ fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
     let progress = RunProgress::new(options.is_silent());
     let report = job.conduct(options, |warnings| warnings.iter().for_each(|one| warn(one)), |view| progress.show(view));
     drop(progress);
+    write_junit(options, std::iter::once((job, report.as_ref().map_err(Error::reasons))))?;
     let report = report?;
-    write_junit(options, &[(job, &report)])?;
     if options.json {
         print_json(&report)?;
     }
@@ -202,7 +204,7 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
     let interrupted = interrupt::listen();
     let bar = CountProgress::new(options.is_silent(), "runs");
     let mut table = RunsTable::new(options.is_silent());
-    let mut reports: Vec<(&Job, Report)> = Vec::new();
+    let mut results: Vec<(&Job, Result<Report, Error>)> = Vec::new();
     bar.show(0, jobs.len());
     let work = |place: u64| {
         // Runs end in any order; their warnings are printed with their lines, in the order of the scenarios.
@@ -217,16 +219,18 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
             warnings.iter().for_each(|warning| warn(warning));
             table.add(&job.scenario.name, &report)
         })?;
-        reports.extend(report.ok().map(|report| (job, report)));
+        results.push((job, report));
         bar.show(place as usize + 1, jobs.len());
         Ok::<_, Error>(true)
     })?;
     drop(bar);
-    let shown: Vec<(&Job, &Report)> = reports.iter().map(|(job, report)| (*job, report)).collect();
-    write_junit(options, &shown)?;
+    write_junit(options, results.iter().map(|(job, result)| (*job, result.as_ref().map_err(Error::reasons))))?;
     if options.json {
-        let all: Vec<&Report> = reports.iter().map(|(_, report)| report).collect();
-        print_json(&all)?;
+        let of = |(job, result): &(&Job, Result<Report, Error>)| match result {
+            Ok(report) => json!(report),
+            Err(error) => json!({ "scenario": job.scenario.name, "outcome": "error", "error": error.reasons() }),
+        };
+        print_json(&results.iter().map(of).collect::<Vec<_>>())?;
     }
     let name = options.seed.map_or("NAME".to_owned(), |seed| format!("NAME-seed-{seed}"));
     let page = options.out.as_deref().unwrap_or(Path::new("out")).join(name).join(html::FILE);
@@ -234,12 +238,18 @@ fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
 }
 
 /// Writes the results as JUnit XML, if requested.
-fn write_junit(options: &RunOptions, runs: &[(&Job, &Report)]) -> Result<(), Error> {
+fn write_junit<'r>(
+    options: &RunOptions,
+    results: impl Iterator<Item = (&'r Job, Result<&'r Report, String>)> + Clone,
+) -> Result<(), Error> {
     let Some(path) = &options.junit else { return Ok(()) };
-    if runs.iter().any(|(_, report)| report.outcome == OutcomeReport::Interrupted) {
+    if results.clone().any(|(_, result)| result.is_ok_and(|report| report.outcome == OutcomeReport::Interrupted)) {
         note(&format!("{} was not written: the run was interrupted", path.display()));
         return Ok(());
     }
-    let runs: Vec<_> = runs.iter().map(|(job, report)| (job.scenario.file.expect.record(), *report)).collect();
-    Ok(junit::write(path, &runs)?)
+    let suite = |(job, result): (&Job, Result<&Report, String>)| match result {
+        Ok(report) => Suite::of_run(&job.scenario.file.expect.record(), report),
+        Err(reason) => Suite::of_error(&job.scenario.name, reason),
+    };
+    Ok(junit::write(path, &results.map(suite).collect::<Vec<_>>())?)
 }

@@ -165,6 +165,25 @@ fn junit_has_a_case_per_property() {
     assert!(xml.contains("phi1 was expected to be violated, and is proved"), "{xml}");
 }
 
+/// A machine that counts its ticks has more states than can be searched.
+#[test]
+fn a_property_that_could_not_be_searched_is_an_error_in_junit_and_json() {
+    let (folder, scenario) = planted();
+    let machine = folder.path().join("IsOpen.scxml");
+    let text = std::fs::read_to_string(&machine).expect("it is there");
+    let counts = "<transition event=\"BT.tick\"><assign location=\"n\" expr=\"n + 1\"/>";
+    let text = text.replacen("<state", "<datamodel><data id=\"n\" expr=\"0\"/></datamodel>\n<state", 1);
+    std::fs::write(&machine, text.replacen("<transition event=\"BT.tick\">", counts, 1)).expect("room for a file");
+    let file = folder.path().join("proofs.xml");
+    let arguments = ["--set", "prove.properties=['progress', 'all_reached']"];
+    let proof = proof(2, &[&[&scenario, "--junit", file.to_str().expect("UTF-8")], &arguments[..]].concat());
+    assert_eq!(results(&proof), [("progress", "not searched"), ("all_reached", "not searched")]);
+    let reason = proof["properties"][0]["reason"].as_str().expect("a reason");
+    assert!(reason.contains("65536 states"), "{proof}");
+    let xml = std::fs::read_to_string(&file).expect("it was written");
+    assert!(xml.contains("tests=\"2\" failures=\"0\" errors=\"2\"") && xml.contains("<error "), "{xml}");
+}
+
 /// The messages about `nominal` with these settings, which are refused.
 fn refused(set: &[&str]) -> String {
     let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use campaigns::Error;
 use explorer::{Limit, Outcome};
 use proofs::{Answer, Mistake, Physical, Proof, Question, Round, Subject, Unreached};
 use reports::junit::{Case, CaseResult, Suite};
@@ -26,6 +27,47 @@ pub(crate) struct Finding {
 pub(crate) struct Findings {
     pub(crate) proof: Proof,
     pub(crate) findings: Vec<Finding>,
+    /// The properties that an error has left without a finding.
+    pub(crate) unsearched: Vec<Unsearched>,
+}
+
+/// A property whose runs were not searched.
+pub(crate) struct Unsearched {
+    property: String,
+    expected: ProofOutcome,
+    reason: String,
+}
+
+impl Unsearched {
+    /// The questions that an error has left open: the one that it is about, and those that come after.
+    pub(crate) fn after(findings: &[Finding], questions: &[Question], error: Option<&Error>) -> Vec<Self> {
+        let Some(error) = error else { return Vec::new() };
+        let open = &questions[findings.len()..];
+        let reason = |place: usize| match place {
+            0 => error.reasons(),
+            _ => format!("the proof ended with the error about {}", open[0].property),
+        };
+        let unsearched = |(place, question): (usize, &Question)| Self {
+            property: question.property.clone(),
+            expected: question.expected,
+            reason: reason(place),
+        };
+        open.iter().enumerate().map(unsearched).collect()
+    }
+
+    fn as_json(&self) -> serde_json::Value {
+        json!({
+            "property": self.property,
+            "result": "not searched",
+            "reason": self.reason,
+            "expected": self.expected.name(),
+            "as_expected": false,
+        })
+    }
+
+    fn as_case(&self) -> Case {
+        Case { group: "proofs", name: self.property.clone(), result: CaseResult::Error(self.reason.clone()) }
+    }
 }
 
 impl Finding {
@@ -149,7 +191,8 @@ impl Findings {
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("assumptions", self.proof.assumptions().join(" ")),
         ];
-        Suite::new(&self.proof.scenario().name, facts, self.findings.iter().map(case).collect())
+        let cases = self.findings.iter().map(case).chain(self.unsearched.iter().map(Unsearched::as_case));
+        Suite::new(&self.proof.scenario().name, facts, cases.collect())
     }
 
     pub(crate) fn as_json(&self) -> serde_json::Value {
@@ -158,11 +201,12 @@ impl Findings {
             let (file, line) = (place.source().name(), place.line());
             json!({ "kind": kind.name(), "words": words, "file": file, "line": line })
         };
+        let properties = self.findings.iter().map(Finding::as_json);
         let wrong = |Mistake { place, message }: &Mistake| json!({ "place": place, "message": message });
         json!({
             "scenario": self.proof.scenario().name,
             "assumptions": self.proof.assumptions(),
-            "properties": self.findings.iter().map(Finding::as_json).collect::<Vec<_>>(),
+            "properties": properties.chain(self.unsearched.iter().map(Unsearched::as_json)).collect::<Vec<_>>(),
             "errors": Self::mistakes(&self.findings).into_iter().map(wrong).collect::<Vec<_>>(),
             "unreached": unreached.map(|found| found.iter().map(never).collect::<Vec<_>>()),
         })

@@ -14,30 +14,17 @@ use recording::Expected;
 use crate::Error;
 use crate::report::{ExpectationReport, MonitorReport, Report};
 
-/// Writes the results of runs to a file, one suite per run with its expectations. Creates missing folders.
-///
-/// # Errors
-/// [`Error::File`] if that is not possible.
-pub fn write(path: &Path, runs: &[(Expected, &Report)]) -> Result<(), Error> {
-    Ok(diagnostics::write_whole(path, document(runs))?)
-}
-
 /// Writes test cases to a file. Creates missing folders.
 ///
 /// # Errors
 /// [`Error::File`] if that is not possible.
-pub fn write_suites(path: &Path, suites: &[Suite]) -> Result<(), Error> {
-    Ok(diagnostics::write_whole(path, document_of(suites))?)
+pub fn write(path: &Path, suites: &[Suite]) -> Result<(), Error> {
+    Ok(diagnostics::write_whole(path, document(suites))?)
 }
 
-/// The results of runs as JUnit XML.
+/// Test cases as JUnit XML.
 #[must_use]
-pub fn document(runs: &[(Expected, &Report)]) -> String {
-    let suites: Vec<Suite> = runs.iter().map(|(expected, report)| Suite::of(expected, report)).collect();
-    document_of(&suites)
-}
-
-fn document_of(suites: &[Suite]) -> String {
+pub fn document(suites: &[Suite]) -> String {
     let counts = Counts::of(suites.iter().flat_map(|suite| &suite.cases));
     let suites: String = suites.iter().map(Suite::element).collect();
     format!(
@@ -45,11 +32,12 @@ fn document_of(suites: &[Suite]) -> String {
     )
 }
 
-/// How many test cases there are, and how many failed or were skipped.
+/// How many test cases there are, and how many failed, could not be carried out, or were skipped.
 #[derive(Default)]
 struct Counts {
     tests: usize,
     failures: usize,
+    errors: usize,
     skipped: usize,
 }
 
@@ -59,6 +47,7 @@ impl Counts {
         for case in cases {
             counts.tests += 1;
             counts.failures += usize::from(matches!(case.result, CaseResult::Failed { .. }));
+            counts.errors += usize::from(matches!(case.result, CaseResult::Error(_)));
             counts.skipped += usize::from(matches!(case.result, CaseResult::Skipped(_)));
         }
         counts
@@ -67,8 +56,8 @@ impl Counts {
 
 impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tests, failures, skipped } = self;
-        write!(f, "tests=\"{tests}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"")
+        let Self { tests, failures, errors, skipped } = self;
+        write!(f, "tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\" skipped=\"{skipped}\"")
     }
 }
 
@@ -88,7 +77,16 @@ impl Suite {
         Self { name: attribute(scenario), facts, cases }
     }
 
-    fn of(expected: &Expected, report: &Report) -> Self {
+    /// A scenario whose run could not be carried out, with the reason.
+    #[must_use]
+    pub fn of_error(scenario: &str, reason: String) -> Self {
+        let case = Case { group: "runs", name: scenario.to_owned(), result: CaseResult::Error(reason) };
+        Self::new(scenario, Vec::new(), vec![case])
+    }
+
+    /// The properties and expectations of a run.
+    #[must_use]
+    pub fn of_run(expected: &Expected, report: &Report) -> Self {
         let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
         Self {
             name: attribute(&report.scenario),
@@ -135,6 +133,8 @@ pub enum CaseResult {
     Passed,
     /// Nothing, and why.
     Skipped(String),
+    /// There is none, because of an error.
+    Error(String),
     /// Something else.
     Failed {
         /// What went wrong, in one line.
@@ -151,6 +151,9 @@ impl Case {
             CaseResult::Passed => format!("{head}/>\n"),
             CaseResult::Skipped(why) => {
                 format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", attribute(why))
+            }
+            CaseResult::Error(reason) => {
+                format!("{head}>\n      <error message=\"{}\"/>\n    </testcase>\n", attribute(reason))
             }
             CaseResult::Failed { message, details } if details.is_empty() => {
                 format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", attribute(message))
