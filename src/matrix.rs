@@ -44,7 +44,8 @@ pub(crate) struct MatrixArgs {
     /// The same world without any fault
     #[arg(long, value_name = "SCENARIO", default_value = "errand")]
     fault_free: String,
-    /// How often to run each of them, with root seeds from 1
+    /// How often to run the scenario without a fault, with root seeds from 1; each scenario with faults runs once, with
+    /// its own seed
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(..=100_000))]
     runs: u64,
     /// Where the page and the data go

@@ -54,7 +54,8 @@ pub struct Row {
     pub differences: Vec<String>,
     /// Contacts of the robot with anything else; null without a robot.
     pub collisions: Option<u64>,
-    /// Whether the robot came to rest at its destination.
+    /// Whether the robot came to rest at its destination: a place at which the scenario stops, or any place if it stops
+    /// at none.
     pub arrived: bool,
 }
 
@@ -79,6 +80,21 @@ pub struct Notice {
     pub false_alarm: bool,
 }
 
+/// What a verdict says about the fault of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sign {
+    /// The property was violated this many ticks after the fault took effect.
+    Detected(u64),
+    /// The same, but the property was also violated in a run without a fault.
+    AlsoWithoutFault(u64),
+    /// It was violated before the fault took effect.
+    Early,
+    /// It was violated although no fault took effect.
+    WithoutFault,
+    Satisfied,
+    Inconclusive,
+}
+
 /// The results of the runs without faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultFree {
@@ -86,6 +102,8 @@ pub struct FaultFree {
     pub scenario: String,
     /// The number of runs, with root seeds starting at 1.
     pub runs: u64,
+    /// The properties that were violated in some of them. They need no fault for that, so they detect none.
+    pub violated: Vec<String>,
     /// The runs in which a property was violated, or that were not as expected.
     pub alarms: Vec<Alarm>,
 }
@@ -133,15 +151,39 @@ impl Matrix {
         let properties = properties(&reports);
         let rows = faulty.iter().zip(&jobs).map(|(report, job)| Row::of(report, &job.scenario, &properties)).collect();
         let alarms = sound.iter().filter_map(Alarm::of).collect();
-        let fault_free = FaultFree { scenario: fault_free.name.clone(), runs, alarms };
+        let is_violated = |name: &&String| sound.iter().any(|report| violated(report).any(|found| found == *name));
+        let violated = properties.iter().filter(is_violated).cloned().collect();
+        let fault_free = FaultFree { scenario: fault_free.name.clone(), runs, violated, alarms };
         Ok(Self { properties, rows, fault_free })
     }
 
-    /// The rows whose fault is not detected by any property. A violation before the fault detects nothing, and a
-    /// scenario without faults has none to detect.
+    /// The rows whose fault is not detected by any property. A violation before the fault detects nothing, nor does that
+    /// of a property that is also violated without a fault; and a scenario without faults has none to detect.
     pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
-        let detects = |notice: &Notice| notice.verdict == Outcome::Violated && !notice.false_alarm;
-        self.rows.iter().filter(move |row| row.has_fault && !row.notices.iter().flatten().any(detects))
+        let is_detected = |row: &Row| self.signs(row).flatten().any(|sign| matches!(sign, Sign::Detected(_)));
+        self.rows.iter().filter(move |row| row.has_fault && !is_detected(row))
+    }
+
+    /// What each property's verdict says about the fault of a row; `None` where the scenario does not watch it.
+    fn signs(&self, row: &Row) -> impl Iterator<Item = Option<Sign>> {
+        let sign = |(name, notice): (&String, &Option<Notice>)| {
+            let notice = notice.as_ref()?;
+            let ticks = notice.ticks_after_onset.unwrap_or_default();
+            Some(match notice.verdict {
+                Outcome::Satisfied => Sign::Satisfied,
+                Outcome::Inconclusive => Sign::Inconclusive,
+                Outcome::Violated if row.onset.is_none() => Sign::WithoutFault,
+                Outcome::Violated if notice.false_alarm => Sign::Early,
+                Outcome::Violated if self.fault_free.violated.contains(name) => Sign::AlsoWithoutFault(ticks),
+                Outcome::Violated => Sign::Detected(ticks),
+            })
+        };
+        self.properties.iter().zip(&row.notices).map(sign)
+    }
+
+    /// Whether a sign of this kind occurs in the matrix, so that it must be explained.
+    fn shows(&self, is_wanted: fn(&Sign) -> bool) -> bool {
+        self.rows.iter().flat_map(|row| self.signs(row)).flatten().any(|sign| is_wanted(&sign))
     }
 
     /// False alarms, in words: violations without a fault, or before the fault.
@@ -158,6 +200,12 @@ impl Matrix {
         });
         sound.chain(early).collect()
     }
+}
+
+/// The properties that a run has violated.
+fn violated(report: &Report) -> impl Iterator<Item = &str> {
+    let violated = report.monitors.iter().filter(|monitor| monitor.verdict == Outcome::Violated);
+    violated.map(|monitor| monitor.name.as_str())
 }
 
 /// The names of all properties, in order of first appearance.
@@ -184,7 +232,7 @@ impl Row {
             Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
         };
         let stop = &scenario.file.stop.at;
-        let reached = |name: &str| report.places.iter().any(|place| place.name == name && place.reached_at_s.is_some());
+        let is_destination = |name: &str| stop.is_empty() || stop.iter().any(|place| place.value == name);
         Self {
             scenario: report.scenario.clone(),
             seed: report.seed,
@@ -195,7 +243,7 @@ impl Row {
             as_expected: report.differences.is_empty(),
             differences: report.differences.clone(),
             collisions: report.robot.as_ref().map(|robot| robot.collisions),
-            arrived: stop.iter().any(|place| reached(&place.value)),
+            arrived: report.arrivals().iter().any(|(_, name)| is_destination(name)),
         }
     }
 }
@@ -208,8 +256,7 @@ fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
 impl Alarm {
     /// The alarm raised by a run without faults; none if everything is as expected.
     fn of(report: &Report) -> Option<Self> {
-        let violated = report.monitors.iter().filter(|monitor| monitor.verdict == Outcome::Violated);
-        let mut what: Vec<String> = violated.map(|monitor| format!("{} is violated", monitor.name)).collect();
+        let mut what: Vec<String> = violated(report).map(|name| format!("{name} is violated")).collect();
         what.extend(report.differences.iter().cloned());
         (!what.is_empty()).then_some(Self { seed: report.seed, what })
     }

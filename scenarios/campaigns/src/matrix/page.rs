@@ -8,7 +8,7 @@ use monitors::Outcome;
 use reports::html::{document, section, table, text};
 
 use super::table::{detected, false_alarms, onset, robot};
-use super::{Matrix, Notice, Row};
+use super::{Matrix, Row, Sign};
 use crate::Error;
 
 impl Matrix {
@@ -43,17 +43,19 @@ fn page(matrix: &Matrix) -> String {
 
 fn rows(matrix: &Matrix) -> Markup {
     let columns = ["fault", "from"].into_iter().chain(matrix.properties.iter().map(String::as_str)).chain(["robot"]);
-    let lines = html! { @for row in &matrix.rows { (line(row, &matrix.properties)) } };
-    let has = |wanted: fn(&Notice) -> bool| matrix.rows.iter().flat_map(|row| row.notices.iter().flatten()).any(wanted);
+    let lines = html! { @for row in &matrix.rows { (line(matrix, row)) } };
     html! {
         div.panel {
             (table("matrix", columns, &lines))
             p.quiet {
                 "+n: the property was violated n ticks after the fault took effect; –: it was satisfied"
-                @if has(|notice| notice.verdict == Outcome::Inconclusive) {
+                @if matrix.shows(|sign| *sign == Sign::Inconclusive) {
                     "; ?: it was inconclusive at the end of the run"
                 }
-                @if has(|notice| notice.false_alarm) {
+                @if matrix.shows(|sign| matches!(sign, Sign::AlsoWithoutFault(_))) {
+                    "; (+n): the same, but it was also violated without a fault, so it detects nothing"
+                }
+                @if matrix.shows(|sign| *sign == Sign::Early) {
                     "; early: it was violated before the fault took effect"
                 }
                 ". Every row is a scenario: " code { "steward run NAME" } " runs it and writes its report."
@@ -62,7 +64,7 @@ fn rows(matrix: &Matrix) -> Markup {
     }
 }
 
-fn line(row: &Row, properties: &[String]) -> Markup {
+fn line(matrix: &Matrix, row: &Row) -> Markup {
     html! {
         tr {
             th scope="row" {
@@ -71,7 +73,7 @@ fn line(row: &Row, properties: &[String]) -> Markup {
                 @if !row.as_expected { span.note.bad { (text(&row.differences.join("; "))) } }
             }
             td data-of="from" { (onset(row)) }
-            @for (name, notice) in properties.iter().zip(&row.notices) { (cell(name, notice.as_ref())) }
+            @for (name, sign) in matrix.properties.iter().zip(matrix.signs(row)) { (cell(name, sign)) }
             td data-of="robot" { (robot(row)) }
         }
     }
@@ -82,22 +84,23 @@ fn fault(row: &Row) -> &str {
 }
 
 /// A property's verdict. On a narrow page, a row is a card, and every cell names its column.
-fn cell(property: &str, notice: Option<&Notice>) -> Markup {
-    let Some(notice) = notice else { return html! { td {} } };
-    let (words, title) = match (notice.verdict, notice.ticks_after_onset) {
-        (Outcome::Violated, Some(ticks)) => (format!("+{ticks}"), "violated"),
-        (Outcome::Violated, None) if notice.false_alarm => ("early".to_owned(), "violated before the fault"),
-        (Outcome::Violated, None) => ("violated".to_owned(), "violated without a fault"),
-        (Outcome::Satisfied, _) => ("–".to_owned(), "satisfied"),
-        (Outcome::Inconclusive, _) => ("?".to_owned(), "inconclusive"),
+fn cell(property: &str, sign: Option<Sign>) -> Markup {
+    let Some(sign) = sign else { return html! { td {} } };
+    let (verdict, words, title) = match sign {
+        Sign::Detected(ticks) => (Outcome::Violated, format!("+{ticks}"), "violated"),
+        Sign::AlsoWithoutFault(ticks) => (Outcome::Violated, format!("(+{ticks})"), "violated, as without a fault"),
+        Sign::Early => (Outcome::Violated, "early".to_owned(), "violated before the fault"),
+        Sign::WithoutFault => (Outcome::Violated, "violated".to_owned(), "violated without a fault"),
+        Sign::Satisfied => (Outcome::Satisfied, "–".to_owned(), "satisfied"),
+        Sign::Inconclusive => (Outcome::Inconclusive, "?".to_owned(), "inconclusive"),
     };
-    html! { td.(notice.verdict) title=(title) data-of=(property) { (words) } }
+    html! { td.(verdict) title=(title) data-of=(property) { (words) } }
 }
 
 fn unnoticed(matrix: &Matrix) -> Markup {
     let line = |row: &Row| {
         let fault = text(fault(row));
-        html! { li { code { (row.scenario) } ": " (fault) "; the robot " (robot(row)) } }
+        html! { li { code { (row.scenario) } ": " (fault) "; robot: " (robot(row)) } }
     };
     html! {
         @if matrix.unnoticed().next().is_some() {

@@ -2,9 +2,7 @@
 
 use std::fmt::Write;
 
-use monitors::Outcome;
-
-use super::{Matrix, Notice, Row};
+use super::{Matrix, Row, Sign};
 
 /// The matrix as a table, then undetected faults, then false alarms.
 pub fn table(matrix: &Matrix) -> String {
@@ -25,8 +23,8 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     writeln!(text, "  robot")?;
     for row in &matrix.rows {
         write!(text, "{:<widest$}  {:>8}", row.scenario, onset(row))?;
-        for (notice, width) in row.notices.iter().zip(&widths) {
-            write!(text, "  {:>width$}", cell(notice.as_ref()))?;
+        for (sign, width) in matrix.signs(row).zip(&widths) {
+            write!(text, "  {:>width$}", sign.map_or_else(String::new, symbol))?;
         }
         writeln!(text, "  {}", robot(row))?;
     }
@@ -34,8 +32,14 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
         text,
         "\n+n: violated n ticks after the fault took effect; -: satisfied; ?: inconclusive at the end of the run"
     )?;
-    if matrix.rows.iter().any(|row| !row.has_fault) {
-        writeln!(text, "x: violated in a scenario without faults")?;
+    if matrix.shows(|sign| matches!(sign, Sign::AlsoWithoutFault(_))) {
+        writeln!(text, "(+n): the same, but it is also violated without a fault, so it detects nothing")?;
+    }
+    if matrix.shows(|sign| *sign == Sign::Early) {
+        writeln!(text, "early: violated before the fault took effect")?;
+    }
+    if matrix.shows(|sign| *sign == Sign::WithoutFault) {
+        writeln!(text, "x: violated although no fault took effect")?;
     }
     write_conclusions(text, matrix)
 }
@@ -89,7 +93,7 @@ pub(super) fn onset(row: &Row) -> String {
 
 /// The robot's result, in a word or two; a dash if there is none.
 pub(super) fn robot(row: &Row) -> String {
-    let arrived = if row.arrived { "arrived" } else { "no arrival" };
+    let arrived = if row.arrived { "arrived" } else { "did not arrive" };
     match row.collisions {
         None => "–".to_owned(),
         Some(0) => arrived.to_owned(),
@@ -98,15 +102,15 @@ pub(super) fn robot(row: &Row) -> String {
     }
 }
 
-/// The verdict of a property, as a short symbol.
-fn cell(notice: Option<&Notice>) -> String {
-    let Some(notice) = notice else { return String::new() };
-    match (notice.verdict, notice.ticks_after_onset) {
-        (Outcome::Violated, Some(ticks)) => format!("+{ticks}"),
-        (Outcome::Violated, None) if notice.false_alarm => "early!".to_owned(),
-        (Outcome::Violated, None) => "x".to_owned(),
-        (Outcome::Satisfied, _) => "-".to_owned(),
-        (Outcome::Inconclusive, _) => "?".to_owned(),
+/// A sign as a short symbol.
+fn symbol(sign: Sign) -> String {
+    match sign {
+        Sign::Detected(ticks) => format!("+{ticks}"),
+        Sign::AlsoWithoutFault(ticks) => format!("(+{ticks})"),
+        Sign::Early => "early".to_owned(),
+        Sign::WithoutFault => "x".to_owned(),
+        Sign::Satisfied => "-".to_owned(),
+        Sign::Inconclusive => "?".to_owned(),
     }
 }
 
@@ -117,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_name_may_be_longer_than_any_column() {
-        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, alarms: Vec::new() };
+        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, violated: Vec::new(), alarms: Vec::new() };
         let name = "p".repeat(70_000);
         assert!(table(&Matrix { properties: vec![name.clone()], rows: Vec::new(), fault_free }).contains(&name));
     }
