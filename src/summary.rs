@@ -72,6 +72,7 @@ type Fact<'r> = (&'r str, String);
 /// The faults, and what went wrong in the tree and in skills.
 fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
     let faults = report.faults_in_words().into_iter().map(|(effect, when)| ("fault", format!("{effect} {when}")));
+    let absent = report.absent_effects().into_iter().map(|effect| ("fault", format!("never came: {effect}")));
     let tree = report.tree_errors.iter().map(|TreeErrorReport { label, node, message, tick, time_s }| {
         ("tree", format!("{label} (node {node}): {message}; first at tick {tick}, {time_s:.2} s"))
     });
@@ -79,7 +80,7 @@ fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
         .skill_errors
         .iter()
         .map(|error| (error.kind, format!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)));
-    faults.chain(tree).chain(skills)
+    faults.chain(absent).chain(tree).chain(skills)
 }
 
 /// Battery, robot and places; of a run without a robot, the time.

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use tempfile::TempDir;
+use tempfile::{TempDir, tempdir};
 
-use crate::steward::{refusal, report};
+use crate::steward::{refusal, report, steward};
 
 const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
   <BehaviorTree ID="Tour">
@@ -127,4 +127,44 @@ fn each_mistake_has_one_message() {
     let said = problems(&folder, "tour.toml");
     assert!(said.contains("the channel AnnounceArrival → Speaker carries no <say>"), "{said}");
     assert!(said.contains("Speaker does not publish <spoken>"), "{said}");
+}
+
+/// The client waits in vain, and properties see no message.
+#[test]
+fn a_component_whose_machine_cannot_send_its_answer_fails_the_run() {
+    let folder = tempdir().unwrap();
+    let machine = |content: &str| {
+        format!("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>{content}</scxml>")
+    };
+    let to_tree = |event: &str| format!("<send type='channel' target='BT' event='{event}'/>");
+    let ask = format!(
+        "<state id='s'><transition event='BT.tick'><send type='channel' target='Arm' event='pose'/>{}</transition>
+        <transition event='BT.halt'>{}</transition></state>",
+        to_tree("running"),
+        to_tree("halted")
+    );
+    let answer = |n: &str| {
+        let answer =
+            format!("<send type='channel' targetexpr='_event.origin' event='ok'><param name='n' expr='{n}'/></send>");
+        machine(&format!("<state id='s'><transition event='pose'>{answer}</transition></state>"))
+    };
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("tree.xml", "<root BTCPP_format='4'><BehaviorTree ID='Main'><Action ID='Ask'/></BehaviorTree></root>");
+    write("Ask.scxml", &machine(&ask));
+    write("arm.toml", "[services.pose]\nreply = { n = 'int' }\n");
+    let scenario = "tree = 'tree.xml'\nskills = '.'\nproperties = []\n[components.Arm]\nmachine = 'Arm.scxml'\n\
+        interface = 'arm.toml'\n[execution]\nmax_time_s = 3\n";
+    write("arm_run.toml", scenario);
+    let scenario = folder.path().join("arm_run.toml");
+    let out = folder.path().join("out");
+    for (n, more, status) in
+        [("1", &[][..], 0), ("0.5", &[], 1), ("0.5", &["--set", "expect.failed_programs=['Arm']"], 0)]
+    {
+        write("Arm.scxml", &answer(n));
+        let arguments = ["run", scenario.to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()];
+        let output = steward(&[&arguments[..], more].concat());
+        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert_eq!(output.status.code(), Some(status), "{n}: {said}");
+        assert_eq!(said.contains("! the component Arm failed: <ok> cannot be sent"), status == 1, "{said}");
+    }
 }

@@ -175,7 +175,7 @@ pub enum Happening {
         /// What, in words.
         words: String,
     },
-    /// The robot came to rest at a place for the first time.
+    /// The robot came to rest at a place for the first time, or for the first time after it stood there from the start.
     Arrival {
         /// Its index in the [header](crate::Header::places).
         place: usize,

@@ -46,6 +46,8 @@ pub struct RunView {
     has_new_states: bool,
     faults: Vec<FaultRecord>,
     undone: Vec<UndoneFault>,
+    /// Whether each fault of the scenario has been due.
+    due: Vec<bool>,
     tree_errors: Vec<TreeError>,
     given_up: Vec<GivenUp>,
     said: Vec<Said>,
@@ -80,6 +82,7 @@ impl RunView {
             has_new_states: true,
             faults: Vec::new(),
             undone: Vec::new(),
+            due: vec![false; header.faults.len()],
             tree_errors: Vec::new(),
             given_up: Vec::new(),
             said: Vec::new(),
@@ -148,9 +151,13 @@ impl RunView {
         let now = self.step.time;
         let known = |index: usize| self.header.faults.get(index).cloned().ok_or(Inconsistent);
         match happening {
-            Happening::FaultAdded(fault) => Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault)),
+            Happening::FaultAdded(fault) => {
+                Arc::make_mut(&mut self.header).faults.push(Arc::clone(fault));
+                self.due.push(false);
+            }
             Happening::FaultBegan { fault: index, time, tick, position } => {
                 let (fault, position) = (known(*index)?, *position);
+                self.due[*index] = true;
                 self.faults.push(FaultRecord { time: *time, until: None, tick: *tick, fault, index: *index, position });
             }
             Happening::FaultEnded { fault, time } => {
@@ -159,6 +166,7 @@ impl RunView {
             }
             Happening::FaultLeftUndone { fault, time, reason } => {
                 self.undone.push(UndoneFault { time: *time, fault: known(*fault)?, reason: reason.clone() });
+                self.due[*fault] = true;
             }
             Happening::TreeError { node, message, tick } => {
                 check(*node < self.header.tree.len())?;
@@ -418,6 +426,11 @@ impl RunView {
         FaultCourse::of(&self.faults)
     }
 
+    /// The faults of the scenario that have not come so far: they neither took effect nor could not be injected.
+    pub fn absent_faults(&self) -> impl Iterator<Item = &crate::Fault> {
+        self.header.faults.iter().zip(&self.due).filter(|(_, due)| !**due).map(|(fault, _)| &**fault)
+    }
+
     /// The faults that were due so far but could not be injected.
     #[must_use]
     pub fn undone_faults(&self) -> &[UndoneFault] {
@@ -448,7 +461,8 @@ impl RunView {
         &self.said
     }
 
-    /// The places by name, with the time at which the robot first came to rest at each.
+    /// The places by name, with the time at which the robot first came to rest at each; at one where it stood from the
+    /// start, the time at which it first came back, if it has.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
         self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
     }

@@ -29,6 +29,19 @@ fn a_robot_that_stands_at_a_place_from_the_start_has_not_arrived_there() {
 }
 
 #[test]
+fn a_robot_that_comes_back_to_its_start_has_arrived_there() {
+    let mut view = until(300);
+    view.apply(Step { time: 400 * DT, ..with(vec![Happening::Arrival { place: 0 }]) }).unwrap();
+    assert_eq!(view.arrivals().next(), Some(("start", 400 * DT)));
+}
+
+#[test]
+fn a_fault_that_has_not_been_due_is_absent() {
+    assert_eq!(until(50).absent_faults().count(), 1);
+    assert_eq!(until(120).absent_faults().count(), 0);
+}
+
+#[test]
 fn a_place_is_entered_on_the_way_without_an_arrival() {
     let view = until(300);
     let entries: Vec<_> = view.entries().map(|(name, at)| (name, at.unwrap().as_secs_f64())).collect();

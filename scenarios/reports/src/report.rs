@@ -41,6 +41,9 @@ pub struct Report {
     pub faults: Vec<FaultReport>,
     /// The faults that were due but could not be injected, in order.
     pub undone_faults: Vec<UndoneFaultReport>,
+    /// The faults of the scenario that never came: the run ended before, or their trigger or probability did not let
+    /// them.
+    pub absent_faults: Vec<AbsentFaultReport>,
     /// Errors in nodes of the tree, each once, in the order of first occurrence.
     pub tree_errors: Vec<TreeErrorReport>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
@@ -153,6 +156,17 @@ pub struct UndoneFaultReport {
     pub reason: String,
 }
 
+/// A fault that never came.
+#[derive(Clone, Debug, Serialize)]
+pub struct AbsentFaultReport {
+    /// The kind of fault.
+    pub kind: String,
+    /// Its intended effect, in words.
+    pub effect: String,
+    /// The values of its parameters, angles in degrees.
+    pub arguments: serde_json::Map<String, serde_json::Value>,
+}
+
 /// An error in a node of the tree, such as a script that cannot be evaluated or a port without a value.
 #[derive(Clone, Debug, Serialize)]
 pub struct TreeErrorReport {
@@ -217,6 +231,18 @@ impl Report {
             (format!("NOT DONE: {effect} ({reason})"), format!("at {time_s:.2} s"))
         });
         done.chain(undone).collect()
+    }
+
+    /// What the faults that never came would have done, each effect once.
+    #[must_use]
+    pub fn absent_effects(&self) -> Vec<&str> {
+        let mut effects: Vec<&str> = Vec::new();
+        for fault in &self.absent_faults {
+            if !effects.contains(&fault.effect.as_str()) {
+                effects.push(&fault.effect);
+            }
+        }
+        effects
     }
 
     /// The places to which the robot has come, with the time in seconds at which it first came to rest at each, in the
@@ -310,7 +336,8 @@ pub struct LocalizationReport {
 pub struct PlaceReport {
     /// The place's name.
     pub name: String,
-    /// When the robot first came to rest there, in seconds.
+    /// When the robot first came to rest there, in seconds; if it stood there from the start, when it first came back,
+    /// if it has.
     pub reached_at_s: Option<f64>,
     /// When its true position was first there, at rest or on its way, in seconds.
     pub entered_at_s: Option<f64>,

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use recording::{
-    BatteryTally, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
+    BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
     TreeError, Truth, UndoneFault,
 };
 
 use crate::report::{
-    BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport, OutcomeReport,
-    PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport, TreeErrorReport,
-    UndoneFaultReport,
+    AbsentFaultReport, BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport,
+    OutcomeReport, PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport,
+    TreeErrorReport, UndoneFaultReport,
 };
 use crate::unheard::unheard_level;
 use crate::witness::WitnessReport;
@@ -19,9 +19,9 @@ use crate::witness::WitnessReport;
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
     let interrupted = end.ended == Ended::Interrupted;
     let mut expectations = if interrupted { Vec::new() } else { expectations(view) };
-    expectations.extend(failed_programs(view, &end.skill_errors, interrupted));
+    expectations.extend(failed_components(view, &end.skill_errors, interrupted));
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
-    // An interrupted run may still differ: a program that has failed did so, whatever would have come later.
+    // An interrupted run may still differ: a component that has failed did so, whatever would have come later.
     let outcome = match differences.as_slice() {
         [] if interrupted => OutcomeReport::Interrupted,
         [] => OutcomeReport::AsExpected,
@@ -46,6 +46,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         monitors: monitors(view),
         faults: faults(view, end),
         undone_faults: view.undone_faults().iter().map(undone_fault).collect(),
+        absent_faults: view.absent_faults().map(absent_fault).collect(),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
         skill_errors: end.skill_errors.iter().map(|error| skill_error(view, error)).collect(),
         said: view.said().iter().map(said).collect(),
@@ -63,26 +64,26 @@ fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
 }
 
-/// Which programs must fail, and which have failed.
-fn failed_programs(view: &RunView, errors: &[SkillError], interrupted: bool) -> Vec<ExpectationReport> {
+/// Which components must fail, and which have failed: their programs, or their machines, whose errors nobody else may
+/// notice. Errors of skills end in answers of leaves.
+fn failed_components(view: &RunView, errors: &[SkillError], interrupted: bool) -> Vec<ExpectationReport> {
     let expected = &view.header().expected.failed_programs;
-    let failed = || errors.iter().filter(|error| is_of_program(view, error));
-    let unexpected = failed().filter(|error| !expected.contains(&error.skill)).map(|error| {
+    let mut failed: Vec<&SkillError> = Vec::new();
+    for error in errors.iter().filter(|error| view.header().components.contains(&error.skill)) {
+        if failed.iter().all(|first| first.skill != error.skill) {
+            failed.push(error);
+        }
+    }
+    let unexpected = failed.iter().filter(|error| !expected.contains(&error.skill)).map(|error| {
         let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
-        ExpectationReport { expected: format!("the program of {} not to fail", error.skill), difference }
+        ExpectationReport { expected: format!("the component {} not to fail", error.skill), difference }
     });
     let expected = expected.iter().filter(|_| !interrupted).map(|name| {
-        let has_failed = failed().any(|error| error.skill == *name);
-        let difference = (!has_failed).then(|| format!("the program of {name} was expected to fail and did not"));
-        ExpectationReport { expected: format!("the program of {name} to fail"), difference }
+        let has_failed = failed.iter().any(|error| error.skill == *name);
+        let difference = (!has_failed).then(|| format!("the component {name} was expected to fail and did not"));
+        ExpectationReport { expected: format!("the component {name} to fail"), difference }
     });
     expected.chain(unexpected).collect()
-}
-
-/// Whether it is the failure of a component's program. Every other component that can have errors has a machine.
-fn is_of_program(view: &RunView, error: &SkillError) -> bool {
-    let header = view.header();
-    header.components.contains(&error.skill) && !header.machines.iter().any(|machine| machine.process == error.skill)
 }
 
 /// The scenario's expectations of the run, and which are not met.
@@ -107,7 +108,7 @@ fn outcomes(view: &RunView) -> Vec<ExpectationReport> {
 fn places(view: &RunView) -> Vec<ExpectationReport> {
     let expected = &view.header().expected;
     let reached = expected.reached.iter().map(|place| {
-        let missed = view.visits().any(|(name, at)| name == place && at.is_none());
+        let missed = !view.arrivals().any(|(name, _)| name == place);
         let difference = format!("the robot was expected to come to rest at {place} and did not");
         expectation(format!("the robot to come to rest at {place}"), missed.then_some(difference))
     });
@@ -184,10 +185,18 @@ fn faults(view: &RunView, end: &End) -> Vec<FaultReport> {
         tick: *tick,
         until_s: until.map(|until| until.as_secs_f64()),
         effect: fault.words.clone(),
-        arguments: fault.arguments.iter().map(|(name, value)| (name.clone(), value.to_json())).collect(),
+        arguments: arguments(fault),
         messages: end.messages_hit[*index],
     };
     view.faults().iter().map(report).collect()
+}
+
+fn absent_fault(fault: &Fault) -> AbsentFaultReport {
+    AbsentFaultReport { kind: fault.kind.clone(), effect: fault.words.clone(), arguments: arguments(fault) }
+}
+
+fn arguments(fault: &Fault) -> serde_json::Map<String, serde_json::Value> {
+    fault.arguments.iter().map(|(name, value)| (name.clone(), value.to_json())).collect()
 }
 
 fn undone_fault(undone: &UndoneFault) -> UndoneFaultReport {

@@ -346,8 +346,9 @@ impl Run {
     }
 
     fn note_arrivals(&mut self) {
+        let is_start = self.time() <= STEP;
         let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
-        let arrivals = robot.note_arrivals(premises);
+        let arrivals = robot.note_arrivals(premises, is_start);
         self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
     }
 

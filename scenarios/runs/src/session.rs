@@ -182,7 +182,7 @@ impl Session {
             set("expect", monitor.name(), monitor.outcome().name().into());
         }
         let expect = &self.conducted.run.scenario().file.expect;
-        let reached: Vec<Value> = view.visits().filter(|(_, at)| at.is_some()).map(|(name, _)| name.into()).collect();
+        let reached: Vec<Value> = view.arrivals().map(|(name, _)| name.into()).collect();
         let collisions = view.robot().truth.map_or(0, |truth| truth.collisions);
         let lowest_pct = view.tally().battery().map_or(0.0, |battery| battery.minimum_pct);
         let error_m = view.tally().localization_error().map_or(0.0, |error| error.max_m);

@@ -117,8 +117,19 @@ pub(crate) struct SimulatedRobot {
     given_up: GivenUps,
     /// The bodies of the world, as they were described.
     bodies: Vec<ObstacleConfig>,
-    /// Whether it has been at each place.
-    reached: Vec<bool>,
+    /// How it stands to each place.
+    visits: Vec<Visit>,
+}
+
+/// How far a robot is on its way to a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Visit {
+    /// It has not come to rest there, or only before it first left.
+    Awaited,
+    /// It stands there from the start.
+    FromStart,
+    /// It has come to rest there.
+    Arrived,
 }
 
 impl SimulatedRobot {
@@ -128,7 +139,7 @@ impl SimulatedRobot {
             software: software(premises, processes, streams)?,
             given_up: GivenUps::default(),
             bodies: premises.entry.sim.obstacles.clone(),
-            reached: vec![false; premises.places.iter().count()],
+            visits: vec![Visit::Awaited; premises.places.iter().count()],
         })
     }
 
@@ -167,20 +178,24 @@ impl SimulatedRobot {
         self.given_up.note(&self.software)
     }
 
-    /// The places, by index, at which it has come to rest for the first time.
-    pub(crate) fn note_arrivals(&mut self, premises: &Premises) -> Vec<usize> {
+    /// The places, by index, at which it has come to rest for the first time; one where it stands from the start counts
+    /// then, and once more when it has come back.
+    pub(crate) fn note_arrivals(&mut self, premises: &Premises, is_start: bool) -> Vec<usize> {
         let truth = self.sim.truth();
-        if truth.linear_mps().abs() > AT_REST || truth.angular_radps().abs() > AT_REST {
-            return Vec::new();
-        }
+        let is_at_rest = truth.linear_mps().abs() <= AT_REST && truth.angular_radps().abs() <= AT_REST;
         let pose = truth.pose();
-        let places = premises.places.iter().zip(&mut self.reached).enumerate();
-        let new = places.filter(|(_, ((_, there), reached))| !**reached && there.contains(&pose));
-        let new = new.map(|(place, (_, reached))| {
-            *reached = true;
-            place
-        });
-        new.collect()
+        let mut new = Vec::new();
+        for (place, ((_, there), visit)) in premises.places.iter().zip(&mut self.visits).enumerate() {
+            match visit {
+                Visit::Awaited if is_at_rest && there.contains(&pose) => {
+                    *visit = if is_start { Visit::FromStart } else { Visit::Arrived };
+                    new.push(place);
+                }
+                Visit::FromStart if !there.contains(&pose) => *visit = Visit::Awaited,
+                _ => {}
+            }
+        }
+        new
     }
 
     fn state(&self) -> RobotState {

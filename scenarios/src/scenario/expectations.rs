@@ -46,7 +46,13 @@ impl Expectations {
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about| table.get(key).about(about).words("an array of names");
         let mut expect = Self {
-            reached: names("reached", "Places where the robot must have come to rest.").needs(MAP).or_empty(),
+            reached: names(
+                "reached",
+                "Places where the robot must have come to rest. One where it stands from the start counts once it has \
+                 left and come back to rest there.",
+            )
+            .needs(MAP)
+            .or_empty(),
             not_reached: names(
                 "not_reached",
                 "Places where the robot must never have been, not even on its way: in no step was its true position \
@@ -56,7 +62,8 @@ impl Expectations {
             .or_empty(),
             failed_programs: names(
                 "failed_programs",
-                "Components whose program must fail. If another program fails, the run is not as expected.",
+                "Components that must fail: whose program fails, or whose machine makes an error. If another component \
+                 fails, the run is not as expected.",
             )
             .or_empty(),
             max_collisions: table

@@ -65,10 +65,11 @@ fn troubles<const N: usize>(head: [&str; N], lines: &[[String; N]]) -> Markup {
     }
 }
 
-/// The faults that took effect; empty if there are none.
+/// The faults that took effect, then those that never came; empty if there are none.
 pub(super) fn faults(report: &Report) -> Markup {
-    let lines: Vec<_> = report.faults_in_words().into_iter().map(|(effect, when)| [when, effect]).collect();
-    troubles(["fault", "what it did"], &lines)
+    let faults = report.faults_in_words().into_iter().map(|(effect, when)| [when, effect]);
+    let absent = report.absent_effects().into_iter().map(|effect| ["never".to_owned(), effect.to_owned()]);
+    troubles(["fault", "what it did"], &faults.chain(absent).collect::<Vec<_>>())
 }
 
 /// Errors in the tree; empty if there are none.
