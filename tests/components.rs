@@ -137,11 +137,12 @@ fn a_component_whose_machine_cannot_send_its_answer_fails_the_run() {
         format!("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>{content}</scxml>")
     };
     let to_tree = |event: &str| format!("<send type='channel' target='BT' event='{event}'/>");
+    let [running, halted] = ["running", "halted"].map(to_tree);
     let ask = format!(
-        "<state id='s'><transition event='BT.tick'><send type='channel' target='Arm' event='pose'/>{}</transition>
-        <transition event='BT.halt'>{}</transition></state>",
-        to_tree("running"),
-        to_tree("halted")
+        "<state id='ask'><transition event='BT.tick' target='wait'>
+            <send type='channel' target='Arm' event='pose'/>{running}</transition></state>
+        <state id='wait'><transition event='BT.tick'>{running}</transition><transition event='BT.halt'>{halted}</transition>
+            <transition event='Arm.ok'/><transition event='Arm.error'/></state>"
     );
     let answer = |n: &str| {
         let answer =

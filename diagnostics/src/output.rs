@@ -32,8 +32,8 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
 /// A file being written. It replaces the previous file when it is [finished](Self::finish); if it never is, nothing
 /// remains of it.
 ///
-/// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe from which nobody reads is an error: to open
-/// it would mean to wait for a reader.
+/// A device or a pipe (`/dev/stdout`) is not replaced but written to. A pipe from which nobody reads is an error: to
+/// open it would mean to wait for a reader.
 ///
 /// ```
 /// use std::io::Write;

@@ -110,8 +110,8 @@ impl ProgramProcess {
         started.map_err(|message| Failure(self.crash(message)))
     }
 
-    /// Ends the program at the end of its run. It is a failure that it, or a process that watches it, had already ended,
-    /// or that it has written without being asked.
+    /// Ends the program at the end of its run. It is a failure that it, or a process that watches it, had already
+    /// ended, or that it has written without being asked.
     pub fn conclude(&mut self) {
         if self.phase != Phase::Started {
             return;

@@ -157,8 +157,8 @@ impl Matrix {
         Ok(Self { properties, rows, fault_free })
     }
 
-    /// The rows whose fault is not detected by any property. A violation before the fault detects nothing, nor does that
-    /// of a property that is also violated without a fault; and a scenario without faults has none to detect.
+    /// The rows whose fault is not detected by any property. A violation before the fault detects nothing, nor does
+    /// that of a property that is also violated without a fault; and a scenario without faults has none to detect.
     pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
         let is_detected = |row: &Row| self.signs(row).flatten().any(|sign| matches!(sign, Sign::Detected(_)));
         self.rows.iter().filter(move |row| row.has_fault && !is_detected(row))

@@ -261,8 +261,8 @@ impl Levels<'_> {
         }
     }
 
-    /// A comparison of a field with a value, as a lower or an upper bound. Only what is required by itself is critical: a
-    /// lower bound where the condition must hold, an upper bound where it must not.
+    /// A comparison of a field with a value, as a lower or an upper bound. Only what is required by itself is critical:
+    /// a lower bound where the condition must hold, an upper bound where it must not.
     fn of_comparison(
         &mut self,
         (field, value): (&MessageField, &Value),
