@@ -30,6 +30,7 @@ use crate::Status;
 ///
 /// [`SequenceWithMemory`]: Kind::SequenceWithMemory
 /// [`PauseResumeController`]: Kind::PauseResumeController
+/// [`IfThenElse`]: Kind::IfThenElse
 /// [`Timeout`]: Kind::Timeout
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
