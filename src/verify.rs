@@ -124,11 +124,14 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let of_recording = header(path);
     let Subject { system, mut properties, unjudged } = Subject::of(args, &described, of_recording.as_ref())?;
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
-    let help = match &of_recording {
-        Some(_) => "the recording was changed after it was written: record the run again",
-        None => "each line of a log is one JSON object",
+    let help = |error: &LogError| match (&of_recording, error) {
+        (Some(_), _) => "the recording was changed after it was written: record the run again",
+        (None, LogError::Foreign { .. }) => {
+            "correct the message; or name the scenario that the log is from: `--scenario NAME|FILE`"
+        }
+        (None, _) => "each line of a log is one JSON object",
     };
-    let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help);
+    let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
     let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));

@@ -45,6 +45,16 @@ impl FieldKind {
         }
     }
 
+    /// The value as a field of this kind holds it: itself, or the real that is equal to an integer. `None` if it can
+    /// hold neither.
+    fn admit(&self, value: &Value) -> Option<Value> {
+        match (self, value) {
+            (Self::Optional(kind), value) if !value.is_symbol(Self::NONE) => kind.admit(value),
+            (Self::Real, Value::Int(integer)) => Value::exact_real(*integer),
+            _ => self.contains(value).then(|| value.clone()),
+        }
+    }
+
     /// Whether a field of this kind can be equal to the value or be ordered relative to it. Integers and reals compare
     /// with each other.
     #[must_use]
@@ -144,6 +154,13 @@ impl Shape {
         values.len() == self.fields.len()
             && self.fields.iter().zip(values).all(|((_, kind), value)| kind.contains(value))
     }
+
+    fn admit(&self, message: &Message) -> Option<Message> {
+        let values = message.fields();
+        let admitted = self.fields.iter().zip(values).map(|((_, kind), value)| kind.admit(value));
+        let admitted: Option<Vec<Value>> = admitted.collect();
+        admitted.filter(|admitted| admitted.len() == self.fields.len().max(values.len())).map(Message::new)
+    }
 }
 
 impl fmt::Display for Shape {
@@ -184,6 +201,17 @@ impl Domain {
         self.shapes.iter().any(|shape| shape.contains(message))
     }
 
+    /// The message as the channel may carry it: where a field is real, an integer becomes the real that is equal to it.
+    /// This is for messages from formats that write 30.0 as 30. `None` if there is no such message, or an integer would
+    /// be rounded.
+    #[must_use]
+    pub fn admit(&self, message: &Message) -> Option<Message> {
+        if self.contains(message) {
+            return Some(message.clone());
+        }
+        self.shapes.iter().find_map(|shape| shape.admit(message))
+    }
+
     /// The first shape of this domain that the message has.
     #[must_use]
     pub fn shape_of(&self, message: &Message) -> Option<&Shape> {
@@ -222,5 +250,26 @@ mod tests {
         assert!(!level.contains(&message("ok", f64::NAN.into())));
         assert!(!level.contains(&message("ok", 83.into())));
         assert!(!level.contains(&Message::symbols(["ok"])));
+    }
+
+    #[test]
+    fn an_integer_is_admitted_as_a_real_only_where_it_is_equal_to_one() {
+        let real = FieldKind::Optional(Box::new(FieldKind::Real));
+        let domain = Domain::new([
+            Shape::new([("n", FieldKind::Int)]),
+            Shape::new([("n", FieldKind::Int), ("x", FieldKind::Real)]),
+            Shape::new([("s", FieldKind::symbols(["ok"])), ("x", real)]),
+        ]);
+        let none = || Value::symbol(FieldKind::NONE);
+        let admitted = |values: &[Value]| domain.admit(&Message::new(values.iter().cloned()));
+        let message = |values: &[Value]| Some(Message::new(values.iter().cloned()));
+        const EXACT: i64 = 1 << 53;
+        assert_eq!(admitted(&[3.into()]), message(&[3.into()]), "it fits as it is");
+        assert_eq!(admitted(&[3.into(), EXACT.into()]), message(&[3.into(), (EXACT as f64).into()]));
+        assert_eq!(admitted(&[Value::symbol("ok"), 3.into()]), message(&[Value::symbol("ok"), 3.0.into()]));
+        assert_eq!(admitted(&[Value::symbol("ok"), none()]), message(&[Value::symbol("ok"), none()]));
+        for outside in [&[3.into(), (EXACT + 1).into()][..], &[3.5.into()], &[], &[3.into(), 1.into(), 1.into()]] {
+            assert_eq!(admitted(outside), None, "{outside:?}");
+        }
     }
 }

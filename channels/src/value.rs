@@ -76,6 +76,13 @@ impl Value {
         }
     }
 
+    /// The real that is equal to an integer; `None` if the integer has more than 53 bits and would be rounded.
+    #[must_use]
+    pub fn exact_real(integer: i64) -> Option<Self> {
+        let real = Self::Real(integer as f64);
+        real.order(&Self::Int(integer)).is_some_and(Ordering::is_eq).then_some(real)
+    }
+
     /// Whether the value is an integer or a real.
     #[must_use]
     pub fn is_number(&self) -> bool {

@@ -4,6 +4,9 @@
 //! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
 //! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
 //! `to` or `message` nor `generated` are of other kinds and are skipped.
+//!
+//! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
+//! reaches them: it is an error.
 
 mod scan;
 
@@ -11,7 +14,7 @@ use std::io::BufRead;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Event, EventKind, Message, Monitor, Symbol, Topology, Value};
+use channels::{ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Symbol, Topology, Value};
 
 use crate::monitor::EventTime;
 use scan::{JsonToken, Scanner, Unreadable};
@@ -43,6 +46,18 @@ pub enum LogError {
         /// The process that received it.
         to: String,
     },
+    /// A message that its channel cannot carry.
+    #[error("line {line} of the log: {channel} does not carry {message}{}, but {domain}", rounded(message, domain))]
+    Foreign {
+        /// The number of the line, counted from 1.
+        line: u64,
+        /// The channel, in words.
+        channel: String,
+        /// The message.
+        message: Message,
+        /// What the channel carries.
+        domain: Domain,
+    },
     /// Lines are not in chronological order.
     #[error("line {line} of the log goes back in time: step {step}, tick {tick}, {} s", time.as_secs_f64())]
     Backwards {
@@ -55,6 +70,24 @@ pub enum LogError {
         /// The line's time.
         time: Duration,
     },
+}
+
+/// That an integer of the message would be rounded, if nothing else keeps it out of the domain.
+fn rounded(message: &Message, domain: &Domain) -> String {
+    let is_real = |kind: &FieldKind| kind.contains(&Value::Real(0.0));
+    let inexact = domain.shapes().iter().find_map(|shape| {
+        let (fields, values) = (shape.fields(), message.fields());
+        let mut outside = fields.iter().zip(values).filter(|((_, kind), value)| !kind.contains(value));
+        let is_integer =
+            |((_, kind), value): &(&(String, FieldKind), &Value)| is_real(kind) && matches!(value, Value::Int(_));
+        let fits = fields.len() == values.len() && outside.clone().all(|field| is_integer(&field));
+        outside
+            .find(|(_, value)| matches!(value, Value::Int(integer) if Value::exact_real(*integer).is_none()))
+            .filter(|_| fits)
+    });
+    inexact.map_or_else(String::new, |((field, _), value)| {
+        format!(" (as a real number, {field} = {value} would be rounded)")
+    })
 }
 
 /// Which messages of a log are read.
@@ -91,17 +124,25 @@ pub struct EventLog<R> {
     input: R,
     line: Vec<u8>,
     number: u64,
-    /// The channels by the names of their ends.
-    channels: Vec<(String, String, ChannelId)>,
+    channels: Vec<NamedChannel>,
     which: Channels,
     /// Step, tick and time of the last event.
     last: (u64, u64, Duration),
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
-    /// The channel of the last message: the next one often has the same.
+    /// The place of the last message's channel: the next one often has the same.
     recent: usize,
     symbols: Vec<Symbol>,
     fields: Vec<Value>,
+}
+
+/// A channel by the names of its ends.
+#[derive(Debug)]
+struct NamedChannel {
+    from: String,
+    to: String,
+    channel: ChannelId,
+    domain: Domain,
 }
 
 /// The longest line allowed. A line is held in memory, and a log without line breaks could be of any size.
@@ -116,7 +157,8 @@ impl<R: BufRead> EventLog<R> {
         let outer = topology.channels().filter(|channel| !topology.is_internal(*channel));
         let channels = outer.map(|channel| {
             let (from, to) = topology.ends(channel);
-            (from.to_owned(), to.to_owned(), channel)
+            let domain = topology.get(channel).domain.clone();
+            NamedChannel { from: from.to_owned(), to: to.to_owned(), channel, domain }
         });
         Self {
             input,
@@ -199,7 +241,7 @@ impl<R: BufRead> EventLog<R> {
         let to = found.to.ok_or_else(|| missing("to"))?;
         let message = found.message.ok_or_else(|| missing("message"))?;
         match (self.channel(from, to), self.which) {
-            (Some(channel), _) => Ok(Some(EventKind::Received { channel, message })),
+            (Some(place), _) => self.carried(&self.channels[place], message).map(Some),
             (None, Channels::Known) => {
                 self.skipped += 1;
                 Ok(None)
@@ -209,6 +251,19 @@ impl<R: BufRead> EventLog<R> {
                 Err(LogError::UnknownChannel { line: self.number, from, to })
             }
         }
+    }
+
+    /// The message as its channel carries it. As for monitors, a domain without shapes contains every message.
+    fn carried(&self, named: &NamedChannel, message: Message) -> Result<EventKind, LogError> {
+        let NamedChannel { from, to, channel, domain } = named;
+        let admitted = if domain.shapes().is_empty() { Some(message.clone()) } else { domain.admit(&message) };
+        let foreign = || LogError::Foreign {
+            line: self.number,
+            channel: format!("{from} → {to}"),
+            message,
+            domain: domain.clone(),
+        };
+        admitted.map(|message| EventKind::Received { channel: *channel, message }).ok_or_else(foreign)
     }
 
     fn object<'a>(&mut self, scanner: &mut Scanner<'a>) -> Result<Found<'a>, Unreadable> {
@@ -296,13 +351,13 @@ impl<R: BufRead> EventLog<R> {
         Some(symbol)
     }
 
-    fn channel(&mut self, from: &[u8], to: &[u8]) -> Option<ChannelId> {
-        let is =
-            |(source, target, _): &(String, String, ChannelId)| source.as_bytes() == from && target.as_bytes() == to;
+    /// The place of the channel between these processes.
+    fn channel(&mut self, from: &[u8], to: &[u8]) -> Option<usize> {
+        let is = |named: &NamedChannel| named.from.as_bytes() == from && named.to.as_bytes() == to;
         if !self.channels.get(self.recent).is_some_and(is) {
             self.recent = self.channels.iter().position(is)?;
         }
-        Some(self.channels[self.recent].2)
+        Some(self.recent)
     }
 }
 
@@ -338,11 +393,11 @@ pub fn topology_of_log<R: BufRead>(input: R) -> Result<Arc<Topology>, LogError> 
                     None => topology.process(name).map_err(|error| complaint(error.to_string())),
                 };
                 let (source, target) = (process(&from)?, process(&to)?);
-                let domain = channels::Domain::new([]);
+                let domain = Domain::new([]);
                 let channel = topology
-                    .channel(source, target, channels::Capacity::One, domain)
+                    .channel(source, target, channels::Capacity::One, domain.clone())
                     .map_err(|error| complaint(error.to_string()))?;
-                log.channels.push((from, to, channel));
+                log.channels.push(NamedChannel { from, to, channel, domain });
             }
             Err(error) => return Err(error),
         }

@@ -1,7 +1,7 @@
 //! Recorded logs.
 
-use channels::{EventKind, Monitor};
-use monitors::{Channels, EventLog, LogError, SHIPPED, ScopeMonitor, topology_of_log, verify};
+use channels::{Event, EventKind, Message, Monitor, Value};
+use monitors::{Channels, EventLog, LogError, SHIPPED, topology_of_log, verify};
 
 use crate::robot::topology;
 
@@ -99,6 +99,38 @@ fn an_invalid_line_is_reported_with_its_location() {
     assert_eq!(read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))), "1:1048577 this line is longer than 1 MiB");
 }
 
+/// Monitors foresee what may come from the domains of the channels, so such a message must not reach them unnoticed.
+#[test]
+fn a_message_that_its_channel_cannot_carry_is_refused_with_what_it_carries() {
+    let read = |message: &str| {
+        let line = format!(
+            r#"{{"step":1,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":{message}}}"#
+        );
+        match EventLog::new(line.as_bytes(), &topology(), Channels::All).next_event() {
+            Ok(Some(Event { kind: EventKind::Received { message, .. }, .. })) => message.to_string(),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => error.to_string(),
+        }
+    };
+    let carries = "[status: <ok>, level: real] or [status: <error>, reason: text]";
+    for (outside, shown) in [
+        (r#"[{"sym":"ok"},"15"]"#, r#"[<ok>, "15"]"#),
+        (r#"[{"sym":"low"},5.0]"#, "[<low>, 5.0]"),
+        (r#"[{"sym":"ok"}]"#, "[<ok>]"),
+        (r#"[{"sym":"ok"},1.0,2.0]"#, "[<ok>, 1.0, 2.0]"),
+        ("[]", "[]"),
+    ] {
+        let expected = format!("line 1 of the log: BatteryReader → BatteryLevel does not carry {shown}, but {carries}");
+        assert_eq!(read(outside), expected);
+    }
+    // JSON does not tell 30 from 30.0.
+    assert_eq!(read(r#"[{"sym":"ok"},30]"#), "[<ok>, 30.0]");
+    assert_eq!(read(r#"[{"sym":"ok"},9007199254740992]"#), "[<ok>, 9007199254740992.0]");
+    let expected = "[<ok>, 9007199254740993] (as a real number, level = 9007199254740993 would be rounded), but";
+    let refused = read(r#"[{"sym":"ok"},9007199254740993]"#);
+    assert!(refused.contains(expected), "{refused}");
+}
+
 /// Monitors also process messages outside their channels' domains.
 #[test]
 fn a_message_outside_its_domain_is_monitored_nevertheless() {
@@ -107,15 +139,14 @@ fn a_message_outside_its_domain_is_monitored_nevertheless() {
         or always (BatteryReader, BatteryLevel, m[1] = <error>)";
     let file = monitors::load("p", text, &topology, std::time::Duration::from_secs(1)).unwrap();
     let mut property = file.properties.into_iter().next().unwrap();
+    let channel = topology.find_channel("BatteryReader", "BatteryLevel").unwrap();
     // An error with a number, or a level that is not ok, is outside the domain.
-    let log = r#"{"step":1,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"error"},7.0,true]}
-{"step":2,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"other"},8.0]}
-{"step":3,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"other"},2.0]}
-"#;
-    let mut log = EventLog::new(log.as_bytes(), &topology, Channels::All);
-    verify(&mut log, [property.monitor.as_mut() as &mut dyn Monitor]).unwrap();
-    let monitor: &ScopeMonitor = property.scope_monitor().unwrap();
-    assert_eq!(monitor.verdict(), channels::Verdict::False);
+    let outside = [("error", 7.0), ("other", 8.0), ("other", 2.0)];
+    for (step, (head, level)) in (1..).zip(outside) {
+        let kind = EventKind::Received { channel, message: Message::new([Value::symbol(head), level.into()]) };
+        property.monitor.observe(&Event { step, tick: 0, time: std::time::Duration::ZERO, kind });
+    }
+    assert_eq!(property.monitor.verdict(), channels::Verdict::False);
 }
 
 #[test]

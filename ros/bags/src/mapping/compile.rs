@@ -1,6 +1,5 @@
 //! Compares a mapping with a bag: which bytes become which events.
 
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -71,7 +70,7 @@ impl Number {
     pub(crate) fn of_integer(self, integer: i128) -> Option<Value> {
         match self {
             Self::Plain => i64::try_from(integer).ok().map(Value::Int),
-            Self::Real => i64::try_from(integer).ok().and_then(exact),
+            Self::Real => i64::try_from(integer).ok().and_then(Value::exact_real),
             Self::Scaled(scale) => Some(Value::Real(integer as f64 * scale)),
         }
     }
@@ -79,12 +78,6 @@ impl Number {
     pub(crate) fn scale(self) -> f64 {
         if let Self::Scaled(scale) = self { scale } else { 1.0 }
     }
-}
-
-/// The real number that is equal to an integer, if there is one.
-fn exact(integer: i64) -> Option<Value> {
-    let real = Value::Real(integer as f64);
-    real.order(&Value::Int(integer)).is_some_and(Ordering::is_eq).then_some(real)
 }
 
 impl CompiledEntry {
@@ -100,10 +93,12 @@ impl CompiledEntry {
                 FieldRule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => {
                     *number = Number::Real
                 }
-                FieldRule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => match exact(*integer) {
-                    Some(real) => *rule = FieldRule::Constant(real),
-                    None => return Err(*integer),
-                },
+                FieldRule::Constant(Value::Int(integer)) if *kind == FieldKind::Real => {
+                    match Value::exact_real(*integer) {
+                        Some(real) => *rule = FieldRule::Constant(real),
+                        None => return Err(*integer),
+                    }
+                }
                 _ => {}
             }
         }
