@@ -19,7 +19,7 @@ use std::time::Duration;
 use bags::{Contents, Found, Gap};
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Property};
-use recording::{Header, LoggedRecording, Recording, RecordingError};
+use recording::{Doubts, Header, LoggedRecording, Recording, RecordingError};
 use scenarios::scenario::find;
 use serde_json::json;
 
@@ -135,8 +135,10 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
+    let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
-    let (end, unsure) = judge(args, path, about, String::new(), &system, &mut properties, events.chain(rest))?;
+    let (end, unsure) =
+        judge(args, path, [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {}: the scenario does not have their channels", counted(log.skipped(), "message")));
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));

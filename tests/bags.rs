@@ -159,7 +159,8 @@ fn messages_that_the_mapping_leaves_out_make_the_verdicts_that_they_could_change
     let scope = recorded.write(
         "calm.scope",
         b"property calm := always not (base, m, m.speed = <fast>)\n\
-property starts := eventually (base, m, m.speed = <still>)\n",
+property starts := eventually (base, m, m.speed = <still>)\n\
+property known := always (base, m, m.speed = <still> or m.speed = <fast>)\n",
     );
     let verify = |symbols: &str, more: &[&str]| {
         let mapping = format!(
@@ -178,6 +179,8 @@ property starts := eventually (base, m, m.speed = <still>)\n",
         "{said}"
     );
     assert!(said.contains("without what is missing: satisfied"), "{said}");
+    // The mapping has no other symbols, but the messages that it leaves out have other values.
+    assert!(said.contains("known        unsure\n"), "{said}");
     let page = fs::read_to_string(Path::new(&out).join("report.html")).unwrap();
     assert!(page.contains("It is unsure: something is missing"), "the page says so");
     let report: Value = serde_json::from_slice(&fs::read(Path::new(&out).join("report.json")).unwrap()).unwrap();

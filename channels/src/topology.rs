@@ -198,6 +198,15 @@ impl Topology {
         &self.channels[channel.0]
     }
 
+    /// The same processes and channels, of whose messages nothing is known: their domains have no shapes. For monitors,
+    /// this means that any message may come.
+    #[must_use]
+    pub fn without_shapes(&self) -> Self {
+        let channels = self.channels.iter();
+        let channels = channels.map(|channel| Channel { domain: Domain::new([]), ..channel.clone() }).collect();
+        Self { channels, ..self.clone() }
+    }
+
     /// All processes, in the order they were declared.
     pub fn processes(&self) -> impl Iterator<Item = ProcessId> + use<> {
         (0..self.processes.len()).map(ProcessId)

@@ -6,6 +6,7 @@ use std::path::Path;
 use bags::{Bag, Contents, Definitions, Events, Listed, Mapping};
 use campaigns::Error;
 use diagnostics::from_disk;
+use recording::Doubts;
 use serde_json::json;
 
 use super::args::VerifyArgs;
@@ -31,7 +32,9 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let mut events = Events::new(&bag, &mapping, compiled);
     let start = bag.survey().span_ns.map_or_else(String::new, |(first, _)| format!(", since {}", bags::moment(first)));
     let about = format!("A ROS 2 bag{start}");
-    let (end, unsure) = judge(args, path, about, text, &system, &mut properties, events.by_ref().map(Ok))?;
+    // What the mapping leaves out is often what its channels cannot carry.
+    let doubts = Doubts::about_any_messages(&properties, &system.topology);
+    let (end, unsure) = judge(args, path, [about, text], &system, &mut properties, doubts, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
     let unheard = vec![None; properties.len()];
     Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })

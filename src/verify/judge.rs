@@ -106,23 +106,25 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
-/// Makes the monitors judge the events; with `--out`, also writes the report. `mapping` is a text that it shows.
+/// Makes the monitors judge the events; with `--out`, also writes the report, which shows the texts `about` and
+/// `mapping`. `doubts` says what may be missing.
 pub(super) fn judge(
     args: &VerifyArgs,
     path: &Path,
-    about: String,
-    mapping: String,
+    [about, mapping]: [String; 2],
     system: &System,
     properties: &mut [Property],
+    doubts: Doubts,
     mut events: impl Iterator<Item = Result<Found, Error>>,
 ) -> Result<Judged, Error> {
-    let Some(out) = &args.out else { return judge_in_words(&mut events, properties) };
+    let Some(out) = &args.out else { return judge_in_words(&mut events, properties, doubts) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = if args.logs.len() > 1 { out.join(file_name(&name)) } else { out.clone() };
     let outputs = Outputs { folder: Some(folder), ..Outputs::default() };
     refuse_campaign(&outputs)?;
     let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
-    let (mut judge, header, start) = Judge::begin([name, about], origin, &system.topology, system.tick, properties);
+    let (mut judge, header, start) =
+        Judge::begin([name, about], origin, &system.topology, system.tick, properties, doubts);
     let mut view = RunView::new(header, start).expect(FITS);
     let mut presentation = Presentation::begin(&view, &outputs)?;
     let mut events = events.peekable();
@@ -148,8 +150,9 @@ pub(super) fn judge(
 pub(super) fn judge_in_words(
     events: &mut impl Iterator<Item = Result<Found, Error>>,
     properties: &mut [Property],
+    mut doubts: Doubts,
 ) -> Result<Judged, Error> {
-    let (mut end, mut doubts) = (LogEnd::default(), Doubts::none(properties.len()));
+    let mut end = LogEnd::default();
     // `monitors::verify` reads events until there is none. So a gap ends a part of the log, after which properties
     // whose verdicts are settled keep them, and all others continue in doubt.
     loop {
@@ -162,7 +165,7 @@ pub(super) fn judge_in_words(
             }
             Err(error) => Some(Err(error)),
         });
-        let part = monitors::verify(present, monitors_of(properties))?;
+        let part = monitors::verify(present, monitors_of(properties).chain(doubts.monitors()))?;
         end = LogEnd {
             messages: end.messages + part.messages,
             ticks: end.ticks + part.ticks,

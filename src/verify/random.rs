@@ -14,7 +14,7 @@ use channels::{Event, EventKind, Message, Topology, Value, Verdict};
 use monitors::{Channels, EventLog, Outcome, Property};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
-use recording::{Archive, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
+use recording::{Archive, Doubts, Follower, Judge, LoggedRecording, Origin, Recording, RunView, event_line};
 
 use super::judge::judge_in_words;
 
@@ -50,8 +50,8 @@ struct Raw {
 }
 
 impl Raw {
-    /// Any message. With `any`, it may be one that the mapping leaves out.
-    fn random(random: &mut ChaCha8Rng, any: bool) -> Self {
+    /// Any message. It may be one that the mapping leaves out.
+    fn random(random: &mut ChaCha8Rng) -> Self {
         let whole = pick(random, &INTEGERS);
         let natural = pick(random, &INTEGERS).unsigned_abs().min(i64::MAX as u64);
         let level = match random.next_u32() % 8 {
@@ -61,7 +61,7 @@ impl Raw {
         };
         let code = pick(random, &[None, Some(7), Some(8)]);
         let raw = Self { whole, natural, level, code };
-        match any && one_in(random, 12) {
+        match one_in(random, 12) {
             true if one_in(random, 2) => Self { natural: i64::MAX as u64 + 1, ..raw },
             true => Self { code: Some(9), ..raw },
             false => raw,
@@ -102,24 +102,24 @@ enum Comparison {
     Whole(&'static str, Number),
     Natural(&'static str, Number),
     Level(&'static str, Number),
-    /// Whether the code is this symbol.
-    Code(u8),
+    /// Whether the code is this symbol or, without a number, missing; or whether it is not.
+    Code(bool, Option<u8>),
 }
 
 #[derive(Clone, Copy)]
 enum Number {
-    Int(i64),
+    Int(i128),
     Real(f64),
 }
 
 impl Number {
     fn random(random: &mut ChaCha8Rng) -> Self {
-        if one_in(random, 3) { Self::Real(pick(random, &REALS)) } else { Self::Int(pick(random, &INTEGERS)) }
+        if one_in(random, 3) { Self::Real(pick(random, &REALS)) } else { Self::Int(pick(random, &INTEGERS).into()) }
     }
 
     fn order(self, other: Self) -> Option<Ordering> {
         match (self, other) {
-            (Self::Int(a), Self::Int(b)) => Some(i128::from(a).cmp(&i128::from(b))),
+            (Self::Int(a), Self::Int(b)) => Some(a.cmp(&b)),
             (Self::Real(a), Self::Real(b)) => a.partial_cmp(&b),
             (Self::Real(_), Self::Int(_)) => other.order(self).map(Ordering::reverse),
             (Self::Int(_), Self::Real(b)) if b.is_nan() => None,
@@ -128,7 +128,7 @@ impl Number {
             (Self::Int(a), Self::Real(b)) => {
                 let floor = b.floor();
                 let part = i128::from(floor < b);
-                Some((2 * i128::from(a)).cmp(&(2 * floor as i128 + part)))
+                Some((2 * a).cmp(&(2 * floor as i128 + part)))
             }
         }
     }
@@ -162,16 +162,16 @@ impl Comparison {
             0 => Self::Whole(relation, Number::random(random)),
             1 => Self::Natural(relation, Number::random(random)),
             2 => Self::Level(relation, Number::random(random)),
-            _ => Self::Code(pick(random, &[7, 8])),
+            _ => Self::Code(one_in(random, 2), pick(random, &[Some(7), Some(8), None])),
         }
     }
 
     fn holds(self, raw: &Raw) -> bool {
         match self {
-            Self::Whole(relation, number) => Number::Int(raw.whole).relates(relation, number),
-            Self::Natural(relation, number) => Number::Int(raw.natural as i64).relates(relation, number),
+            Self::Whole(relation, number) => Number::Int(raw.whole.into()).relates(relation, number),
+            Self::Natural(relation, number) => Number::Int(raw.natural.into()).relates(relation, number),
             Self::Level(relation, number) => Number::Real(raw.level).relates(relation, number),
-            Self::Code(code) => raw.code == Some(code),
+            Self::Code(is, code) => (raw.code == code) == is,
         }
     }
 }
@@ -182,8 +182,11 @@ impl fmt::Display for Comparison {
             Self::Whole(relation, number) => write!(f, "m.whole {relation} {number}"),
             Self::Natural(relation, number) => write!(f, "m.natural {relation} {number}"),
             Self::Level(relation, number) => write!(f, "m.level {relation} {number}"),
-            Self::Code(7) => f.write_str("m.code = <seven>"),
-            Self::Code(_) => f.write_str("m.code = <eight>"),
+            Self::Code(is, code) => {
+                let relation = if *is { "=" } else { "!=" };
+                let symbol = code.map_or("none", |code| if code == 7 { "seven" } else { "eight" });
+                write!(f, "m.code {relation} <{symbol}>")
+            }
         }
     }
 }
@@ -273,8 +276,15 @@ fn properties(formulas: &[Formula], topology: &Arc<Topology>) -> Vec<Property> {
 }
 
 /// The verdicts on the events that are found, and whether each is unsure.
-fn verdicts(found: impl Iterator<Item = Found>, properties: &mut [Property]) -> Vec<(Outcome, Verdict, bool)> {
-    let Ok((_, unsure)) = judge_in_words(&mut found.map(Ok), properties) else { panic!("no event is an error") };
+fn verdicts(
+    found: impl Iterator<Item = Found>,
+    properties: &mut [Property],
+    topology: &Topology,
+) -> Vec<(Outcome, Verdict, bool)> {
+    let doubts = Doubts::about_any_messages(properties, topology);
+    let Ok((_, unsure)) = judge_in_words(&mut found.map(Ok), properties, doubts) else {
+        panic!("no event is an error")
+    };
     let verdict = |(property, unsure): (&Property, Option<String>)| {
         (Outcome::of(property.monitor.as_ref()), property.monitor.verdict(), unsure.is_some())
     };
@@ -288,7 +298,8 @@ fn read_again(events: &[Event], topology: &Arc<Topology>, file: Option<&Path>) -
         return EventLog::new(text.as_bytes(), topology, Channels::All).map(Result::unwrap).collect();
     };
     let tick = std::time::Duration::from_secs(1);
-    let (mut judge, header, start) = Judge::begin(Default::default(), Origin::default(), topology, tick, &[]);
+    let (mut judge, header, start) =
+        Judge::begin(Default::default(), Origin::default(), topology, tick, &[], Doubts::none(0));
     let mut view = RunView::new(header, start).unwrap();
     let mut archive = Archive::begin(path, &view).unwrap();
     for (place, event) in events.iter().enumerate() {
@@ -311,7 +322,7 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
     let (mut pairs, mut doubtful) = (0, 0);
     for log in 0..logs {
         let count = 1 + random.next_u32() % 8;
-        let raws: Vec<Raw> = (0..count).map(|_| Raw::random(&mut random, true)).collect();
+        let raws: Vec<Raw> = (0..count).map(|_| Raw::random(&mut random)).collect();
         let bag = bag(&raws, &folder.path().join("bag.mcap"));
         let Ok(compiled) = mapping.compile(bag.survey(), None, &diagnostics::from_disk) else { panic!("it fits") };
         let topology = Arc::clone(&compiled.topology);
@@ -325,13 +336,14 @@ fn check(logs: u64, seed: u64) -> (u64, u64) {
             EventKind::Tick => None,
         };
         assert_eq!(present.iter().filter_map(received).collect::<Vec<_>>(), messages, "the bag's messages are exact");
-        let of_bag = verdicts(found.into_iter(), &mut properties(&formulas, &topology));
+        let of_bag = verdicts(found.into_iter(), &mut properties(&formulas, &topology), &topology);
         let files = ["run.rec", "run.mcap"].map(|name| folder.path().join(name));
         let files = files.iter().filter(|_| log % 5 == 0 && !present.is_empty()).map(|file| Some(file.as_path()));
         for file in std::iter::once(None).chain(files) {
             let again = read_again(&present, &topology, file);
             assert_eq!(again, present, "{file:?}");
-            let of_log = verdicts(again.into_iter().map(Found::Event), &mut properties(&formulas, &topology));
+            let of_log =
+                verdicts(again.into_iter().map(Found::Event), &mut properties(&formulas, &topology), &topology);
             let same = of_bag.iter().zip(&of_log).all(|(bag, log)| (bag.0, bag.1) == (log.0, log.1) && !log.2);
             assert!(same, "{of_bag:?}, {of_log:?}");
         }
@@ -361,8 +373,9 @@ fn check_by_definition(
     }
     // It was settled, so nothing that may have been there changes it.
     assert_ne!(verdict, Verdict::Inconclusive, "{}", formula.text());
+    assert_eq!(formula.holds(&raws.iter().collect::<Vec<_>>()), verdict == Verdict::True, "{}", formula.text());
     for _ in 0..3 {
-        let others: Vec<Raw> = raws.iter().map(|_| Raw::random(random, false)).collect();
+        let others: Vec<Raw> = raws.iter().map(|_| Raw::random(random)).collect();
         let fill = |(raw, other)| if Raw::message(raw).is_some() { raw } else { other };
         let filled: Vec<&Raw> = raws.iter().zip(&others).map(fill).collect();
         assert_eq!(formula.holds(&filled), verdict == Verdict::True, "{}", formula.text());

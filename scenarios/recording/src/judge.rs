@@ -22,8 +22,8 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Starts to judge events on these channels; `name` and `about` describe their origin. Also returns the first two
-    /// records.
+    /// Starts to judge events on these channels; `name` and `about` describe their origin, `doubts` what may be missing
+    /// from them. Also returns the first two records.
     #[must_use]
     pub fn begin(
         [name, about]: [String; 2],
@@ -31,6 +31,7 @@ impl Judge {
         topology: &Arc<Topology>,
         tick: Duration,
         properties: &[Property],
+        doubts: Doubts,
     ) -> (Self, Header, Step) {
         let mut monitors = MonitorLog::new(properties.len());
         let states = properties.iter().map(|property| MonitorState::of(property.monitor.as_ref())).enumerate();
@@ -49,7 +50,7 @@ impl Judge {
         let judge = Self {
             topology: Arc::clone(topology),
             monitors,
-            doubts: Doubts::none(properties.len()),
+            doubts,
             hash: TraceHash::default(),
             end: LogEnd::default(),
         };
@@ -67,6 +68,7 @@ impl Judge {
         self.hash.line(&event_line(&event, &self.topology));
         let (mut happenings, mut monitors) = (Vec::new(), Vec::new());
         properties.iter_mut().for_each(|property| property.monitor.observe(&event));
+        self.doubts.monitors().for_each(|monitor| monitor.observe(&event));
         self.doubts.settle(properties);
         for (index, property) in properties.iter_mut().enumerate() {
             let mut state = MonitorState::of(property.monitor.as_ref());

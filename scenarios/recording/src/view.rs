@@ -371,10 +371,12 @@ impl RunView {
     /// If there is no such property.
     #[must_use]
     pub fn monitor(&self, monitor: usize) -> MonitorView<'_> {
+        let state = &self.monitors[monitor];
         MonitorView {
             about: &self.header.monitors[monitor],
-            state: &self.monitors[monitor],
-            decision: self.decisions[monitor].as_ref(),
+            state,
+            // Messages that turn out to be missing take a verdict back.
+            decision: self.decisions[monitor].as_ref().filter(|decision| decision.verdict == state.verdict),
             end: self.end.as_ref().map(|end| &end.monitors[monitor]),
         }
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use channels::Verdict;
 use monitors::{Outcome, Property};
-use recording::{Ended, Happening, Judge, Origin, RunView};
+use recording::{Doubts, Ended, Happening, Judge, Origin, RunView};
 
 use crate::drive::{level, tick, topology};
 
@@ -21,8 +21,12 @@ fn properties() -> Vec<Property> {
 }
 
 fn judged(properties: &[Property]) -> (Judge, RunView) {
+    judged_with(properties, Doubts::none(properties.len()))
+}
+
+fn judged_with(properties: &[Property], doubts: Doubts) -> (Judge, RunView) {
     let names = ["log".to_owned(), "a log".to_owned()];
-    let (judge, header, start) = Judge::begin(names, Origin::default(), &topology(), TICK, properties);
+    let (judge, header, start) = Judge::begin(names, Origin::default(), &topology(), TICK, properties, doubts);
     (judge, RunView::new(header, start).unwrap())
 }
 
@@ -75,6 +79,29 @@ fn verdicts_that_missing_messages_could_change_are_unsure() {
     assert_eq!(outcomes, [Outcome::Violated, Outcome::Inconclusive]);
     assert_eq!(view.monitor(1).ending().unsure.as_deref(), Some("a gap of 2 s"));
     assert!(view.monitor(1).decision.is_none());
+}
+
+#[test]
+fn a_verdict_that_follows_from_the_domains_is_unsure_if_messages_outside_of_them_are_missing() {
+    let text = "
+        property known := always (BatteryReader, BatteryLevel, m[1] = <ok>)
+        property odd := eventually (BatteryReader, BatteryLevel, m[2] > 1 and m[2] < 0)";
+    let load = || monitors::load("own.scope", text, &topology(), TICK).unwrap().properties;
+    for (doubts, expected) in [
+        (Doubts::none(2), [Outcome::Satisfied, Outcome::Violated]),
+        (Doubts::about_any_messages(&load(), &topology()), [Outcome::Inconclusive, Outcome::Violated]),
+    ] {
+        let mut properties = load();
+        let (mut judge, mut view) = judged_with(&properties, doubts);
+        view.apply(judge.step(level(TICK, 50.0), &mut properties)).unwrap();
+        assert_eq!(view.monitors().map(|monitor| monitor.decision.is_some()).collect::<Vec<_>>(), [true, true]);
+        judge.miss("a message with another status", None, &properties);
+        view.apply(judge.step(tick(TICK), &mut properties)).unwrap();
+        view.finish(judge.finish(&properties)).unwrap();
+        assert_eq!(view.monitors().map(|monitor| monitor.outcome()).collect::<Vec<_>>(), expected);
+        let decided = view.monitors().map(|monitor| monitor.decision.is_some());
+        assert_eq!(decided.collect::<Vec<_>>(), expected.map(|outcome| outcome != Outcome::Inconclusive));
+    }
 }
 
 #[test]

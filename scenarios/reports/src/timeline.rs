@@ -207,6 +207,8 @@ impl Follower for Timeline {
                 self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
             }
         }
+        // Messages that turn out to be missing take a verdict back.
+        self.episodes.retain(|episode| view.monitor(episode.property).violation().is_some());
         Ok(())
     }
 }
