@@ -95,12 +95,6 @@ fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
     let verified = if is_bag { bag::verify(args, path) } else { verify_event_log(args, path) }?;
     verified.notes.iter().for_each(|text| note(text));
-    if verified.end.messages + verified.end.ticks == 0 {
-        note("the log contains no events: every verdict is that of a run in which nothing happened");
-    }
-    if verified.properties.is_empty() {
-        note("there is no property to check the log against");
-    }
     Ok(verified)
 }
 
@@ -132,7 +126,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
         (None, _) => "each line of a log is one JSON object",
     };
     let refused = |error: LogError| Error::refused(format!("{}: {error}", path.display()), help(&error));
-    let events = log.by_ref().map(|event| event.map(Found::Event).map_err(refused));
+    let events = events_of(&mut log, refused);
     // Known only at the end of a recording that was cut off: from there on, anything may be missing.
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let doubts = Doubts::none(properties.len());
@@ -141,13 +135,38 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
         judge(args, path, [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {}: the scenario does not have their channels", counted(log.skipped(), "message")));
+    let missing = log.missing().map(str::to_owned);
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
     let unheard = match of_recording {
         Some(_) => unheard(path, &properties, &system.topology),
         None => vec![None; properties.len()],
     };
-    let notes = skipped.into_iter().chain(unjudged).collect();
+    let notes = skipped.into_iter().chain(missing).chain(unjudged).collect();
     Ok(Verified { properties, end, unsure, unheard, start_ns: None, notes })
+}
+
+/// The events of a log, and the first place where lines are missing from it.
+fn events_of<R: BufRead>(
+    log: &mut EventLog<R>,
+    refused: impl Fn(LogError) -> Error,
+) -> impl Iterator<Item = Result<Found, Error>> {
+    let (mut after_gap, mut is_known) = (None, false);
+    std::iter::from_fn(move || {
+        if let Some(event) = after_gap.take() {
+            return Some(Ok(Found::Event(event)));
+        }
+        let event = match log.next_event() {
+            Ok(event) => event?,
+            Err(error) => return Some(Err(refused(error))),
+        };
+        match log.missing().filter(|_| !is_known) {
+            None => Some(Ok(Found::Event(event))),
+            Some(why) => {
+                (is_known, after_gap) = (true, Some(event));
+                Some(Ok(Found::LeftOut(Gap { why: why.to_owned(), channel: None })))
+            }
+        }
+    })
 }
 
 /// What a log is judged by.
@@ -273,6 +292,9 @@ fn in_words(verified: &Verified) -> String {
     let since = start_ns.map_or_else(String::new, |ns| format!(" since {}", bags::moment(ns)));
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}, {}{since}", counted(end.messages, "message"), counted(end.ticks, "tick"));
+    for nothing in verified.nothing() {
+        let _ = writeln!(text, "{nothing}");
+    }
     let widest = properties.iter().map(|property| property.name.chars().count()).fold(12, usize::max);
     for (index, property) in properties.iter().enumerate() {
         let _ = writeln!(text, "{:<widest$} {}", property.name, verified.verdict(index));
@@ -316,9 +338,9 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
         })
     };
     let mut inspected = json!({ "log": log.display().to_string(), "monitors": properties.iter().enumerate().map(of).collect::<Vec<_>>() });
+    inspected["notes"] = verified.nothing().map(str::to_owned).chain(notes.iter().cloned()).collect();
     if let Some(start_ns) = start_ns {
         inspected["start_s"] = bags::seconds(*start_ns).into();
-        inspected["notes"] = notes.as_slice().into();
     }
     inspected
 }
@@ -330,6 +352,42 @@ mod tests {
 
     use super::*;
 
+    fn args(log: &Path, property: &str) -> VerifyArgs {
+        let (logs, properties) = (vec![log.to_owned()], vec![PathBuf::from(property)]);
+        VerifyArgs { logs, properties, scenario: None, map_channels: None, out: None, list: false, json: true }
+    }
+
+    #[test]
+    fn a_result_about_nothing_says_so() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        for text in ["", "{}\n"] {
+            write!(file, "{text}").expect("room for a line");
+            let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+            assert!(in_words(&verified).starts_with("0 messages, 0 ticks\nthe log contains no events"), "{text}");
+            let notes = &as_json(&verified, file.path())["notes"];
+            assert!(notes[0].as_str().is_some_and(|note| note.contains("no events")), "{notes}");
+        }
+    }
+
+    #[test]
+    fn verdicts_that_missing_lines_could_change_are_unsure() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let level = |step: u64, level: f64| {
+            format!(
+                r#"{{"step":{step},"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{{"sym":"ok"}},{level}]}}"#
+            )
+        };
+        let first = [r#"{"scenario":"nominal"}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
+        writeln!(file, "{}\n{}\n{}", first.join("\n"), level(1, 50.0), level(9, 40.0)).expect("room for four lines");
+        let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+        assert_eq!((verified.verdict(0), verified.outcome(0)), ("unsure", monitors::Outcome::Satisfied));
+        let missing = "lines are missing before line 4 of the log: step 9 comes where 2 should";
+        assert_eq!((verified.unsure[0].as_deref(), &verified.notes), (Some(missing), &vec![missing.to_owned()]));
+        writeln!(file, "{}", level(11, 10.0)).expect("room for a line");
+        let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+        assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
+    }
+
     #[test]
     fn a_log_is_checked_against_the_shipped_properties() {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
@@ -339,18 +397,7 @@ mod tests {
             r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
         ];
         writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
-        let verdict = |name: &str| {
-            let args = VerifyArgs {
-                logs: vec![file.path().to_owned()],
-                properties: vec![PathBuf::from(name)],
-                scenario: None,
-                map_channels: None,
-                out: None,
-                list: false,
-                json: true,
-            };
-            format!("{:?}", verify(&args).expect("a readable log"))
-        };
+        let verdict = |name: &str| format!("{:?}", verify(&args(file.path(), name)).expect("a readable log"));
         assert_eq!(verdict("phi1"), format!("{:?}", ExitCode::from(1)));
         assert_eq!(verdict("phi2"), format!("{:?}", ExitCode::SUCCESS));
     }
@@ -377,17 +424,17 @@ mod tests {
         std::fs::write(&property, text).expect("room for a property");
         let log = folder.path().join("log.jsonl");
         let ticks = |from: u64, to: u64| {
-            (from..to).map(|tick| format!(r#"{{"step":{tick},"tick":{tick},"time_s":{tick}.0,"generated":"tick"}}"#))
+            let step = from.min(1);
+            (from..to)
+                .map(move |tick| format!(r#"{{"step":{step},"tick":{tick},"time_s":{tick}.0,"generated":"tick"}}"#))
         };
         let low = r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#;
         let status = |tick_s: f64| {
             let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
             lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
             std::fs::write(&log, lines.join("\n")).expect("room for a log");
-            let (logs, properties) = (vec![log.clone()], vec![property.clone()]);
-            let args =
-                VerifyArgs { logs, properties, scenario: None, map_channels: None, out: None, list: false, json: true };
-            format!("{:?}", verify(&args).expect("a readable log"))
+            let property = property.to_str().expect("its name is text");
+            format!("{:?}", verify(&args(&log, property)).expect("a readable log"))
         };
         assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");
         assert_eq!(status(0.5), format!("{:?}", ExitCode::SUCCESS), "there are two ticks per second");

@@ -147,7 +147,7 @@ fn exported_scxml_gives_the_same_verdicts_in_the_engine_of_the_skills() {
 const LOG: &str = r#"{"scenario":"nominal","version":"0.1.0","tick_s":1.0}
 {"step":0,"tick":0,"time_s":0.0,"generated":"tick"}
 {"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}
-{"step":2,"tick":1,"time_s":1.0,"generated":"tick"}
+{"step":1,"tick":1,"time_s":1.0,"generated":"tick"}
 "#;
 
 /// The output of `steward verify` for a log on standard input.

@@ -3,7 +3,8 @@
 //! The first line describes the run. The events follow in the order in which they happened.
 //! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
 //! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
-//! `to` or `message` nor `generated` are of other kinds and are skipped.
+//! `to` or `message` nor `generated` are of other kinds and are skipped. Messages are numbered by their steps, from 1,
+//! and ticks from 0; a tick has the step of the message before it.
 //!
 //! Monitors foresee from the domains of the channels what may come. So a message that its channel cannot carry never
 //! reaches them: it is an error.
@@ -128,6 +129,10 @@ pub struct EventLog<R> {
     which: Channels,
     /// Step, tick and time of the last event.
     last: (u64, u64, Duration),
+    /// The number of the next tick.
+    next_tick: u64,
+    /// Where lines are missing, in words: the first such place.
+    missing: Option<String>,
     /// The number of messages skipped because their channels are unknown.
     skipped: u64,
     /// The place of the last message's channel: the next one often has the same.
@@ -167,6 +172,8 @@ impl<R: BufRead> EventLog<R> {
             channels: channels.collect(),
             which,
             last: (0, 0, Duration::ZERO),
+            next_tick: 0,
+            missing: None,
             skipped: 0,
             recent: 0,
             symbols: Vec::new(),
@@ -204,6 +211,13 @@ impl<R: BufRead> EventLog<R> {
         self.skipped
     }
 
+    /// That lines are missing before the last event or an earlier one, in words: where steps or ticks are skipped for
+    /// the first time. A log whose end is missing cannot be recognized.
+    #[must_use]
+    pub fn missing(&self) -> Option<&str> {
+        self.missing.as_deref()
+    }
+
     fn complaint(&self, at: usize, problem: &str) -> LogError {
         LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
     }
@@ -230,6 +244,20 @@ impl<R: BufRead> EventLog<R> {
         if step < last.0 || tick < last.1 || time < last.2 {
             return Err(LogError::Backwards { line: number, step, tick, time });
         }
+        // A message is a step; a tick is none.
+        let (next_step, next_tick) = match found.generated {
+            true => (last.0, self.next_tick),
+            false => (last.0.saturating_add(1), self.next_tick.saturating_sub(1)),
+        };
+        if step > next_step || tick > next_tick {
+            let (what, found, next) =
+                if step > next_step { ("step", step, next_step) } else { ("tick", tick, next_tick) };
+            let missing = || {
+                format!("lines are missing before line {number} of the log: {what} {found} comes where {next} should")
+            };
+            self.missing.get_or_insert_with(missing);
+        }
+        self.next_tick = self.next_tick.max(tick.saturating_add(1));
         let kind = if found.generated { Some(EventKind::Tick) } else { self.received(found)? };
         Ok(kind.map(|kind| Event { step, tick, time, kind }))
     }

@@ -150,6 +150,37 @@ fn a_message_outside_its_domain_is_monitored_nevertheless() {
 }
 
 #[test]
+fn missing_lines_are_noticed_by_the_steps_and_ticks_that_are_skipped() {
+    let lines = [
+        r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#,
+        r#"{"step":1,"tick":0,"time_s":0,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}"#,
+        r#"{"step":2,"tick":0,"time_s":0,"from":"Unknown","to":"Unheard","message":[]}"#,
+        r#"{"tick":0,"time_s":0,"tree":[]}"#,
+        r#"{"step":2,"tick":1,"time_s":1,"generated":"tick"}"#,
+        r#"{"step":3,"tick":1,"time_s":1,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},1]}"#,
+    ];
+    let missing = |without: &[usize]| {
+        let kept = lines.iter().enumerate().filter(|(index, _)| !without.contains(index));
+        let text: String = kept.map(|(_, line)| format!("{line}\n")).collect();
+        let topology = topology();
+        let mut log = EventLog::new(text.as_bytes(), &topology, Channels::Known);
+        while log.next_event().unwrap().is_some() {}
+        log.missing().map(|missing| missing.strip_prefix("lines are missing before line ").unwrap().to_owned())
+    };
+    assert_eq!((missing(&[]), missing(&[3]), missing(&[5]), missing(&[3, 4, 5])), (None, None, None, None));
+    assert_eq!(missing(&[0]), None, "a message may come before the first tick");
+    for (without, expected) in [
+        (&[1][..], "2 of the log: step 2 comes where 1 should"),
+        (&[2], "4 of the log: step 2 comes where 1 should"),
+        (&[1, 2, 4], "3 of the log: step 3 comes where 1 should"),
+        (&[4], "5 of the log: tick 1 comes where 0 should"),
+        (&[0, 1, 2, 3], "1 of the log: step 2 comes where 0 should"),
+    ] {
+        assert_eq!(missing(without).as_deref(), Some(expected), "{without:?}");
+    }
+}
+
+#[test]
 fn a_log_with_lines_out_of_order_is_refused_at_the_line() {
     let tick = |step: u64, tick: u64, time_s: f64| {
         format!(r#"{{"step":{step},"tick":{tick},"time_s":{time_s},"generated":"tick"}}"#)

@@ -25,7 +25,7 @@ pub(super) struct Verified {
     pub(super) unheard: Vec<Option<String>>,
     /// When a bag begins, in nanoseconds since 1970.
     pub(super) start_ns: Option<i64>,
-    /// Missing or damaged parts of a bag, in words.
+    /// What is missing from the log or was not judged, in words.
     pub(super) notes: Vec<String>,
 }
 
@@ -57,6 +57,14 @@ impl Verified {
     /// The outcome of a property if nothing is missing.
     pub(super) fn outcome(&self, index: usize) -> Outcome {
         Outcome::of(self.properties[index].monitor.as_ref())
+    }
+
+    /// What the verdicts must not hide: that there was nothing to judge, or nothing to judge it by.
+    pub(super) fn nothing(&self) -> impl Iterator<Item = &'static str> {
+        let no_events = (self.end.messages + self.end.ticks == 0)
+            .then_some("the log contains no events: every verdict is that of a run in which nothing happened");
+        let no_property = self.properties.is_empty().then_some("there is no property to check the log against");
+        no_events.into_iter().chain(no_property)
     }
 
     /// Whether a verdict is one that a log should not have: a violation, or no certainty.
