@@ -99,8 +99,10 @@ mod tests {
     #[test]
     fn readers_can_tell_any_two_numbers_apart() {
         let f32 = f64::from(0.1_f32);
-        let reals = Message::new([10.0, 19.999_999_9, 0.1, f32, -0.0, 1e308, 5e-324].map(Value::from));
-        assert_eq!(format!("{reals:#}"), "[10, 19.9999999, 0.1, 0.10000000149011612, 0, 1e308, 5e-324]");
+        let large = (1_u64 << 60) as f64;
+        let reals = Message::new([10.0, 19.999_999_9, 0.1, f32, -0.0, large, 1e308, 5e-324].map(Value::from));
+        let expected = "[10, 19.9999999, 0.1, 0.10000000149011612, 0, 1152921504606846976, 1e308, 5e-324]";
+        assert_eq!(format!("{reals:#}"), expected);
     }
 
     #[test]

@@ -171,6 +171,14 @@ impl fmt::Display for Value {
             Self::Int(number) => write!(f, "{number}"),
             // Without its sign, since the two zeros are equal.
             Self::Real(0.0) if f.alternate() => f.write_str("0"),
+            // With all digits where integers are, so that it cannot be taken for a different integer.
+            Self::Real(number) if (1e16..-(i64::MIN as f64)).contains(&number.abs()) => {
+                if f.alternate() {
+                    write!(f, "{number:.0}")
+                } else {
+                    write!(f, "{number:.1}")
+                }
+            }
             Self::Real(number) if f.alternate() => {
                 let text = format!("{number:?}");
                 f.write_str(text.strip_suffix(".0").unwrap_or(&text))

@@ -7,6 +7,7 @@ mod parse;
 mod parse_condition;
 mod parse_constraint;
 mod print;
+mod real;
 mod token;
 
 pub use ast::{

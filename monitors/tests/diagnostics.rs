@@ -125,6 +125,7 @@ property k := always ((BatteryReader, BatteryLevel, level as l) and (BatteryRead
 timed property l := always time_until (BatteryReader, BatteryLevel, true) < 3
 timed const m := 3
 property n := always (BatteryReader, BatteryLevel, level = status)
+property o := always (BatteryReader, BatteryLevel, level < 9007199254740992.5)
 "#;
     insta::assert_snapshot!(problems_of(text).1);
 }

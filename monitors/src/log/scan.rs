@@ -132,12 +132,16 @@ impl<'a> Scanner<'a> {
             Some(b'f') => self.word("false").map(|()| JsonToken::Bool(false)),
             _ => {
                 let text = self.number()?;
-                let number = if text.contains(['.', 'e', 'E']) {
-                    text.parse().ok().filter(|number: &f64| number.is_finite()).map(JsonToken::Real)
-                } else {
-                    text.parse().ok().map(JsonToken::Int)
-                };
-                number.ok_or_else(|| self.unreadable("this is not a number"))
+                let integer = if text.contains(['.', 'e', 'E']) { None } else { text.parse().ok() };
+                match (integer, text.parse::<f64>()) {
+                    (Some(integer), _) => Ok(JsonToken::Int(integer)),
+                    (None, Err(_)) => Err(self.unreadable("this is not a number")),
+                    (None, Ok(number)) if !number.is_finite() => {
+                        Err(self.unreadable("this number is beyond the largest real"))
+                    }
+                    (None, Ok(number)) if text.contains(['.', 'e', 'E']) => Ok(JsonToken::Real(number)),
+                    (None, Ok(_)) => Err(self.unreadable("this integer does not fit into 64 bits")),
+                }
             }
         }
     }
@@ -262,6 +266,21 @@ mod tests {
         assert_eq!(token(r#""a\"\u00e9\ud83d\ude00\n""#), Some(JsonToken::Text("a\"é😀\n".into())));
         for wrong in ["", "nul", "\"open", r#""\q""#, r#""\ud83d""#, "1e999", "tru"] {
             assert_eq!(token(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_told_from_what_is_no_number() {
+        let problem =
+            |text: &'static str| Scanner::new(text.as_bytes()).token().map_err(|unreadable| unreadable.problem);
+        for integer in ["9223372036854775808", "-9223372036854775809"] {
+            assert_eq!(problem(integer), Err("this integer does not fit into 64 bits"));
+        }
+        assert_eq!(problem("-1e309"), Err("this number is beyond the largest real"));
+        assert_eq!(problem("1e308"), Ok(JsonToken::Real(1e308)));
+        assert_eq!(problem("-9223372036854775808"), Ok(JsonToken::Int(i64::MIN)));
+        for wrong in ["1-2", "1e", "--1"] {
+            assert_eq!(problem(wrong), Err("this is not a number"), "{wrong}");
         }
     }
 

@@ -18,6 +18,7 @@ use channels::Relation;
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem, Unit};
+use super::real::{Unfit, real};
 use super::token::{Keyword, Token, TokenKind, tokens};
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack. Chosen, not measured.
@@ -309,12 +310,20 @@ impl Parser {
             return self.quantity(number, span, &unit, unit_span);
         }
         let literal = if number.contains(['.', 'e', 'E']) {
-            number.parse().ok().filter(|real: &f64| real.is_finite()).map(Literal::Real)
+            real(number)
         } else {
-            number.parse().ok().map(Literal::Int)
+            number.parse().map(Literal::Int).map_err(|_| Unfit::TooLarge)
         };
-        literal.ok_or_else(|| {
-            self.problems.push(Problem::new("this number is too large").at(span, "does not fit"));
+        literal.map_err(|unfit| {
+            self.problems.push(match unfit {
+                Unfit::TooLarge => Problem::new("this number is too large").at(span, "does not fit"),
+                Unfit::Rounded(rounded) => {
+                    let rounded = Literal::Real(rounded);
+                    let problem = Problem::new(format!("this number would be rounded to {rounded}"));
+                    let help = format!("write `{rounded}`, or an integer, which is exact");
+                    problem.at(span, "not exact").with_help(help)
+                }
+            });
             Stumbled
         })
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use channels::Relation;
+use channels::{Relation, Value};
 
 use super::ast::{
     Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval, Item, Literal, Name,
@@ -219,7 +219,7 @@ impl Display for Literal {
             Self::Symbol(symbol) => write!(f, "<{symbol}>"),
             Self::Bool(truth) => write!(f, "{truth}"),
             Self::Int(number) => write!(f, "{number}"),
-            Self::Real(number) => write!(f, "{number:?}"),
+            Self::Real(number) => Value::Real(*number).fmt(f),
             Self::Text(text) => write_text(f, text),
             Self::Duration { nanos, unit } => write_duration(f, *nanos, *unit),
         }
