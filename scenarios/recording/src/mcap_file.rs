@@ -11,7 +11,7 @@ use ros_messages::CdrReader;
 
 use crate::chunk::{ChunkError, MAX_CHUNK_BYTES, encode};
 use crate::topics::Topics;
-use crate::topics::output::{Output, Topic};
+use crate::topics::output::{LIBRARY, Output, Topic};
 use crate::topics::ros;
 use crate::{FORMAT, Follower, RecordRef, RunView};
 
@@ -97,6 +97,8 @@ pub(crate) struct McapChunks {
     reader: LinearReader,
     /// The channel with the records.
     channel: Option<u16>,
+    /// Whether this program wrote the file.
+    is_own: bool,
     /// The first chunk.
     ahead: Option<Vec<u8>>,
 }
@@ -112,9 +114,11 @@ impl McapChunks {
         let options = LinearReaderOptions::default()
             .with_prevalidate_chunk_crcs(true)
             .with_record_length_limit(MAX_CHUNK_BYTES as usize);
-        let mut chunks = Self { input, reader: LinearReader::new_with_options(options), channel: None, ahead: None };
-        chunks.ahead = Some(chunks.message(true)?.ok_or(ChunkError::Foreign)?);
-        Ok(chunks)
+        let reader = LinearReader::new_with_options(options);
+        let mut chunks = Self { input, reader, channel: None, is_own: false, ahead: None };
+        chunks.ahead = chunks.message(true)?;
+        // A recording that is cut off within its first chunk is still a recording.
+        if chunks.ahead.is_none() && !chunks.is_own { Err(ChunkError::Foreign) } else { Ok(chunks) }
     }
 
     pub(crate) fn next(&mut self) -> Result<Option<Vec<u8>>, ChunkError> {
@@ -142,6 +146,7 @@ impl McapChunks {
                 Err(_) => return Err(ChunkError::Damaged),
             };
             match mcap::parse_record(opcode, data).map_err(|_| ChunkError::Damaged)? {
+                McapRecord::Header(header) => self.is_own = header.library.starts_with(LIBRARY),
                 McapRecord::Channel(channel) if channel.topic == TOPIC => self.channel = Some(channel.id),
                 McapRecord::Message { header, data } if Some(header.channel_id) == self.channel => {
                     return chunk(&data).map(Some);
@@ -253,6 +258,8 @@ mod tests {
             assert!(fits, "{length}: {cut:?}");
         }
         assert_eq!(read(&whole).unwrap(), Duration::from_secs(3));
+        let cut = read(&whole[..200]);
+        assert!(matches!(cut, Err(RecordingError::Truncated { .. })), "within the first chunk: {cut:?}");
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub(super) fn read_data(entry: Table<'_>, about: &str) -> Data {
         if value.is_none() {
             // The numbers of machines are those of ECMAScript.
             let wanted = if item.as_integer().is_some() {
-                "an integer that a machine's numbers represent exactly, such as 9007199254740992"
+                "an integer that a machine's numbers represent exactly, such as 9007199254740991"
             } else {
                 "a string, a number, true or false"
             };

@@ -20,6 +20,8 @@ pub(super) enum Unsendable {
     Unknown { field: String },
     #[error("the field {field} is {kind}, and {value} is not")]
     Kind { field: String, kind: String, value: String },
+    #[error("the field {field} is int, and {value} is beyond {MAX_EXACT}, up to which integers in machines are exact")]
+    Inexact { field: String, value: String },
 }
 
 /// A message's fields as an object, with the names of its shape, or `m1`, `m2`, … if it has none. An optional field
@@ -69,7 +71,12 @@ pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<V
             (None, FieldKind::Optional(_)) => &Datum::Undefined,
             (None, _) => return Err(Unsendable::Missing { field: field.clone() }),
         };
-        let unfit = || Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() };
+        let unfit = || match given {
+            Datum::Number(number) if number.fract() == 0.0 && kind.contains(&Value::Int(0)) => {
+                Unsendable::Inexact { field: field.clone(), value: given.to_string() }
+            }
+            _ => Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() },
+        };
         values.push(value(given, kind).ok_or_else(unfit)?);
     }
     Ok(values)
@@ -127,6 +134,11 @@ mod tests {
         let why = |fields| message("go", &shape, &fields).unwrap_err().to_string();
         assert_eq!(why(fields("Moon", 3.0)), "the field place is <Dock>, and \"Moon\" is not");
         assert_eq!(why(fields("Dock", 0.5)), "the field count is int, and 0.5 is not");
+        let inexact = why(fields("Dock", MAX_EXACT + 1.0));
+        assert!(
+            inexact.starts_with("the field count is int, and 9007199254740992 is beyond 9007199254740991"),
+            "{inexact}"
+        );
         assert_eq!(why(Datum::Undefined), "the field place is missing");
         let unknown = Datum::object([("plaice", "Dock".into())]).unwrap();
         assert_eq!(why(unknown), "there is no field plaice");

@@ -13,6 +13,9 @@ use ros_messages::{Bundle, CdrWriter, RosMessage, TypeName};
 /// A chunk usually fits, so it is written at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
+/// The library that a file names as its writer, before the version.
+pub(crate) const LIBRARY: &str = "steward/";
+
 /// An MCAP file that is being written.
 pub(crate) struct Output<W: Write> {
     mcap: mcap::Writer<NoSeek<BufWriter<W>>>,
@@ -31,7 +34,7 @@ impl<W: Write> Output<W> {
         let options = mcap::WriteOptions::new()
             .compression(None)
             .profile("ros2")
-            .library(concat!("steward/", env!("CARGO_PKG_VERSION")))
+            .library(format!("{LIBRARY}{}", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
             // The records have a checksum of their own.
             .calculate_chunk_crcs(false)

@@ -94,6 +94,16 @@ impl DataKind {
         }
     }
 
+    /// Why a datum is not of this kind, in words.
+    pub(crate) fn unfit(self, datum: &Datum) -> String {
+        match (self, datum) {
+            (Self::Int, Datum::Number(number)) if number.fract() == 0.0 => {
+                format!("int, and {datum} is beyond {MAX_EXACT}, up to which integers in machines are exact")
+            }
+            _ => format!("{}, and {datum} is not", self.field()),
+        }
+    }
+
     /// The value of an unset field, as in ROS.
     pub(crate) fn default(self) -> Value {
         match self {

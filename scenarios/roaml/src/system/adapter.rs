@@ -154,7 +154,7 @@ impl RosAdapter {
             values.push(match data.member(field) {
                 None => kind.default(),
                 Some(datum) => kind.value(datum).ok_or_else(|| {
-                    Undelivered::Unfit(format!("the field {field} of {event} is {}, and {datum} is not", kind.field()))
+                    Undelivered::Unfit(format!("the field {field} of {event} is {}", kind.unfit(datum)))
                 })?,
             });
         }
