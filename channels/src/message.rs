@@ -97,11 +97,12 @@ mod tests {
     }
 
     #[test]
-    fn readers_can_tell_any_two_numbers_apart() {
+    fn readers_can_tell_a_number_from_one_with_fewer_digits() {
         let f32 = f64::from(0.1_f32);
         let large = (1_u64 << 60) as f64;
-        let reals = Message::new([10.0, 19.999_999_9, 0.1, f32, -0.0, large, 1e308, 5e-324].map(Value::from));
-        let expected = "[10, 19.9999999, 0.1, 0.10000000149011612, 0, 1152921504606846976, 1e308, 5e-324]";
+        let reals = [10.0, 19.999_999_9, 20.000_000_01, 9.975_000_000_000_014, 0.1, f32, -0.0, large, 1e308, 5e-324];
+        let reals = Message::new(reals.map(Value::from));
+        let expected = "[10, 19.999999…, 20…, 9.975…, 0.1, 0.1…, 0, 1152921504606846976, 1e308, 5e-324]";
         assert_eq!(format!("{reals:#}"), expected);
     }
 

@@ -162,7 +162,8 @@ impl Hash for Value {
 }
 
 /// As the SCOPE language writes it. The alternate form is for readers, in whose eyes a whole real is a number without a
-/// fraction: `{:#}` writes 10.0 as `10`. Neither rounds: a value that violates `>= 20` must not look like 20.
+/// fraction: `{:#}` writes 10.0 as `10`, and 9.975000000000014 as `9.975…`, cut off after six decimals. Neither rounds:
+/// a value that violates `>= 20` must not look like 20.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -179,13 +180,24 @@ impl fmt::Display for Value {
                     write!(f, "{number:.1}")
                 }
             }
-            Self::Real(number) if f.alternate() => {
-                let text = format!("{number:?}");
-                f.write_str(text.strip_suffix(".0").unwrap_or(&text))
-            }
+            Self::Real(number) if f.alternate() => f.write_str(&for_readers(*number)),
             Self::Real(number) => write!(f, "{number:?}"),
             Self::Text(text) => write!(f, "{text:?}"),
         }
+    }
+}
+
+/// The shortest text that reads back as the number, cut off after six decimals.
+fn for_readers(number: f64) -> String {
+    const DECIMALS: usize = 6;
+    let text = format!("{number:?}");
+    match text.split_once('.') {
+        Some((whole, "0")) => whole.to_owned(),
+        Some((whole, fraction)) if fraction.len() > DECIMALS && !fraction.contains('e') => {
+            let shown = format!("{whole}.{}", &fraction[..DECIMALS]);
+            format!("{}…", shown.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ => text,
     }
 }
 
