@@ -284,14 +284,17 @@ impl<R: BufRead> EventLog<R> {
     /// The message as its channel carries it. As for monitors, a domain without shapes contains every message.
     fn carried(&self, named: &NamedChannel, message: Message) -> Result<EventKind, LogError> {
         let NamedChannel { from, to, channel, domain } = named;
-        let admitted = if domain.shapes().is_empty() { Some(message.clone()) } else { domain.admit(&message) };
-        let foreign = || LogError::Foreign {
+        // Nearly every message fits as it is, and is passed on without a copy.
+        if domain.shapes().is_empty() || domain.contains(&message) {
+            return Ok(EventKind::Received { channel: *channel, message });
+        }
+        let admitted = domain.admit(&message).map(|message| EventKind::Received { channel: *channel, message });
+        admitted.ok_or_else(|| LogError::Foreign {
             line: self.number,
             channel: format!("{from} → {to}"),
             message,
             domain: domain.clone(),
-        };
-        admitted.map(|message| EventKind::Received { channel: *channel, message }).ok_or_else(foreign)
+        })
     }
 
     fn object<'a>(&mut self, scanner: &mut Scanner<'a>) -> Result<Found<'a>, Unreadable> {
