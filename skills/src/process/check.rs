@@ -122,8 +122,10 @@ impl<'a> Check<'a> {
     fn computed(&mut self, send: &Send) {
         let Some(event) = &send.event else { return };
         let Some(head) = event.literal() else { return };
-        if !self.wiring.outgoing.iter().any(|out| shapes_of(&out.domain, head).next().is_some()) {
-            let known: Vec<&str> = self.wiring.outgoing.iter().flat_map(|out| heads(&out.domain)).collect();
+        let outgoing = &self.wiring.outgoing;
+        // A component without clients answers nobody.
+        if !outgoing.is_empty() && !outgoing.iter().any(|out| shapes_of(&out.domain, head).next().is_some()) {
+            let known: Vec<&str> = outgoing.iter().flat_map(|out| heads(&out.domain)).collect();
             let problem = Problem::new(format!("no channel from {} carries <{head}>", self.wiring.name));
             let help = nearest_or_all(head, "messages", &known);
             self.problems.push(problem.at(event.span, "unknown message").with_help(help));

@@ -293,6 +293,17 @@ fn a_request_that_nobody_sends_may_have_a_transition() {
     }
 }
 
+#[test]
+fn a_component_without_clients_may_answer_requests() {
+    let mut topology = Topology::default();
+    let server = topology.process("Arm").unwrap();
+    topology.understand(server, shape("request", "fold", None, Role::Request));
+    let content = "<state id='s'><transition event='fold'>
+        <send type='channel' targetexpr='_event.origin' event='ok'/></transition></state>";
+    let chart = Chart::load("Arm.scxml", &file("", content)).unwrap();
+    assert!(SkillProcess::new("Arm", &chart, &topology, []).is_ok());
+}
+
 /// Invokes a separate machine for each request, which is canceled if it takes too long.
 const FOREMAN: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
 <state id='idle'>
