@@ -134,7 +134,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let (end, unsure) =
         judge(args, path, [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
-        .then(|| format!("left out {}: the scenario does not have their channels", counted(log.skipped(), "message")));
+        .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let missing = log.missing().map(str::to_owned);
     let unjudged = unjudged.iter().map(|name| format!("{name} is not judged: no formula describes it"));
     let unheard = match of_recording {

@@ -228,7 +228,7 @@ fn a_satisfied_property_that_heard_no_level_says_how_low_the_true_one_was() {
         of("battery.initial_pct = 80\n[[faults]]\nkind = \"battery_level\"\nat_s = 12\nlevel_pct = 12\n\
          [[faults]]\nkind = \"component_frozen\"\ncomponent = \"BatteryReader\"\nat_s = 10\n");
     let unheard = unheard.expect("it was not heard");
-    assert!(unheard.starts_with("no message carries a level below 25 %, the last one at 9."), "{unheard}");
+    assert!(unheard.starts_with("no message carries a level below 25 %, and none after 9."), "{unheard}");
     assert!(unheard.contains("; the true level fell to 1"), "{unheard}");
     assert!(summary.contains(&unheard) && page.contains(&unheard.replace(" %", "\u{a0}%")), "{summary}");
     // The recording of the run knows the true level, too.

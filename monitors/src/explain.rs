@@ -106,6 +106,10 @@ impl Explainer<'_> {
             Formula::Previous(bound, a) => {
                 format!("the time before and {}, {}", self.ago("", *bound).trim_start(), self.rest(a))
             }
+            // Nothing has to hold since then.
+            Formula::Since(bound, a, b) if matches!(**a, Formula::True) => {
+                format!("{}, {}", self.ago("at some time", *bound), self.rest(b))
+            }
             Formula::Since(Bound::NONE, a, b) => format!("{} ever since {}", self.inside(a), self.rest(b)),
             Formula::Since(bound, a, b) => {
                 format!("{} ever since, {}, {}", self.inside(a), self.ago("at some time", *bound), self.rest(b))
@@ -113,8 +117,9 @@ impl Explainer<'_> {
             Formula::Count { event, is_at_most, count, ticks } => {
                 let what = self.statement("tells", "something", event);
                 let most = if *is_at_most { "at most" } else { "at least" };
+                let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
                 let window = self.ago("", Bound { relation: Relation::Less, ticks: *ticks });
-                format!("{most} {count} times {}, {what}", window.trim_start())
+                format!("{most} {times} {}, {what}", window.trim_start())
             }
         }
     }
@@ -179,6 +184,7 @@ impl Explainer<'_> {
         let count = self.length(ticks);
         match relation {
             Relation::GreaterOrEqual if ticks == 0 => format!("{when} so far"),
+            Relation::Less if ticks == 1 && !self.is_timed => format!("{when} in the last tick"),
             Relation::Less => format!("{when} in the last {count}"),
             Relation::LessOrEqual => format!("{when} at most {count} ago"),
             Relation::Equal => format!("{when} exactly {count} ago"),

@@ -158,7 +158,7 @@ fn delay(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem> {
         let states = Limits::default().automaton_states;
         (format!("needs more than {states} states"), "too large for an automaton")
     } else {
-        ("has no automaton: it measures time, remembers values or calculates".to_owned(), "more than rules")
+        ("has no automaton: it measures time, remembers values or calculates".to_owned(), "monitored step by step")
     };
     let name = &definition.name;
     let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";

@@ -1,6 +1,7 @@
 //! The progress of a proof.
 
 use std::io::IsTerminal;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use clap::ValueEnum;
@@ -12,6 +13,9 @@ use crate::output::complain_of;
 
 /// The time between two lines of progress for programs.
 const BETWEEN_OBJECTS: Duration = Duration::from_secs(1);
+
+/// When the next line for people is due. All proofs of a command share it: many short searches take long together.
+static LINES: LazyLock<NowAndThen> = LazyLock::new(|| NowAndThen::new(BETWEEN_LINES));
 
 /// The form in which a proof shows its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,7 +37,7 @@ pub(crate) struct ProofProgress {
 #[derive(Debug)]
 enum Shown {
     Line(ProgressLine),
-    Lines(NowAndThen),
+    Lines(&'static NowAndThen),
     Objects(NowAndThen),
 }
 
@@ -43,7 +47,7 @@ impl ProofProgress {
         let is_terminal = std::io::stderr().is_terminal();
         let shown = match form {
             Some(ProgressForm::Json) => Shown::Objects(NowAndThen::new(BETWEEN_OBJECTS)),
-            Some(ProgressForm::Text) if !is_terminal => Shown::Lines(NowAndThen::new(BETWEEN_LINES)),
+            Some(ProgressForm::Text) if !is_terminal => Shown::Lines(&LINES),
             form => {
                 let template = "{spinner} {prefix}: {pos} states visited, {rate} per second, {wide_msg}";
                 let line = ProgressLine::new(form.is_none(), template, 0);

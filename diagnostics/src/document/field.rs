@@ -68,6 +68,14 @@ impl<'d, T> Field<'d, T> {
         self.declare(|key| key.extend(keywords()))
     }
 
+    /// What the advice about a missing key says would be accepted.
+    pub(super) fn wanted(mut self, wanted: impl FnOnce() -> String) -> Self {
+        if let FieldState::Missing(accepted) = &mut self.state {
+            *accepted = wanted();
+        }
+        self
+    }
+
     /// The key has no meaning without this one of the top level. The reader has to refuse it.
     pub fn needs(self, other: &str) -> Self {
         self.declare(|key| key.needs = Some(other.to_owned()))

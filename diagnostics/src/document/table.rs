@@ -85,16 +85,17 @@ impl<'d> Table<'d> {
     /// The choice that the text under `key` names. `choices` lists every name with its value.
     pub fn one_of<T: Clone>(&self, key: &str, choices: &[(&str, T)]) -> Field<'d, T> {
         let names = || choices.iter().map(|(name, _)| *name).collect::<Vec<_>>();
-        self.text(key).declare(|key| key.takes = json!({ "enum": names() })).try_map(|text, span| {
+        let one_of_them = || {
+            let names: Vec<_> = names().iter().map(|name| format!("`{name}`")).collect();
+            format!("one of {}", names.join(", "))
+        };
+        let text = self.text(key).declare(|key| key.takes = json!({ "enum": names() }));
+        text.wanted(one_of_them).try_map(|text, span| {
             if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
                 return Ok(value.clone());
             }
             let problem = span.problem(format!("`{key}` cannot be `{text}`")).with_label("not one of the choices");
-            let names = choices.iter().map(|(name, _)| *name);
-            Err(problem.with_help(did_you_mean(&text, names.clone()).unwrap_or_else(|| {
-                let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
-                format!("one of {}", names.join(", "))
-            })))
+            Err(problem.with_help(did_you_mean(&text, names()).unwrap_or_else(one_of_them)))
         })
     }
 

@@ -137,7 +137,7 @@ fn whole(folders: &[PathBuf], readers: &[JournalReader]) -> Result<Header, Error
     if there != (0..first.shard.of).collect::<Vec<_>>() {
         let there: Vec<String> = there.iter().map(u64::to_string).collect();
         let message =
-            format!("shards 0 to {} are needed, but the folders have {}", first.shard.of - 1, there.join(", "));
+            format!("shards 0 to {} are needed, but the folders contain {}", first.shard.of - 1, there.join(", "));
         return Err(Error::refused(message, "each shard must be present exactly once"));
     }
     Ok(first.with_shard(Shard::ALL))

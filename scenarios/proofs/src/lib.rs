@@ -371,7 +371,9 @@ fn refused(error: Refused) -> Error {
         _ => None,
     };
     let problem = diagnostics::Problem::new(error.to_string());
-    Error::bad_input(problem.with_help(help.unwrap_or_else(|| "see docs/src/how-to/prove.md".to_owned())))
+    Error::bad_input(
+        problem.with_help(help.unwrap_or_else(|| "`steward help prove` says what can be proved".to_owned())),
+    )
 }
 
 #[cfg(test)]

@@ -77,7 +77,7 @@ impl Proof {
 
     /// The scenario that follows the schedule.
     fn counterexample(&self, about: &str, answer: &Answer, run: &Run) -> Result<String, Error> {
-        let mut text = format!("# It follows {SCHEDULE}, without physics: see docs/src/how-to/prove.md.\n");
+        let mut text = format!("# It follows {SCHEDULE}, without physics: see `steward help prove`.\n");
         text += &self.based_on_it(about, &self.long_enough(duration(run) + self.scenario.file.execution.tick));
         // Writing to a string cannot fail.
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));

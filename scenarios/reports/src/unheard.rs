@@ -25,7 +25,8 @@ pub fn unheard_level(property: &Monitor, outcome: Outcome, view: &RunView) -> Op
             None => "no message carries a level".to_owned(),
             Some(HeardLevels { last, .. }) => {
                 let required = decimals(required_pct, 6);
-                format!("no message carries a level below {required} %, the last one at {:.1} s", last.as_secs_f64())
+                let last_s = last.as_secs_f64();
+                format!("no message carries a level below {required} %, and none after {last_s:.1} s carries any")
             }
         };
         Some(format!("{messages}; the true level fell to {:.1} %", truth.minimum_pct))

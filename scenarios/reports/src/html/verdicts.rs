@@ -90,7 +90,7 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                         Some(evidence) => (super::violations::in_short(evidence, view)),
                         // What messages never reported cannot violate a property, however bad the truth was.
                         None => {
-                            (not_violated(&monitor.ending(), view.ticks(), result.verdict))
+                            (not_violated(&monitor.ending(), view, result.verdict))
                             @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
                         }
                     }
@@ -104,13 +104,14 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
     }
 }
 
-/// The result of a property that was not violated in this many ticks.
-fn not_violated(end: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
+/// The result of a property that was not violated.
+fn not_violated(end: &MonitorEnd, view: &RunView, verdict: Outcome) -> Markup {
     html! {
         @match verdict {
             _ if end.unsure.is_some() => "It is unsure: something is missing that could change the verdict.",
             Outcome::Inconclusive => "The run ended while something was still pending.",
-            _ => { "It held throughout the run, over " (words::count(ticks, "tick")) "." }
+            _ if view.ticks() + view.communications() == 0 => "There were no events, so nothing could violate it.",
+            _ => { "It held throughout the run, over " (words::count(view.ticks(), "tick")) "." }
         }
         @if let Some(missing) = &end.unsure { " " (text(&format!("{missing}."))) }
         @for owed in &end.open {
