@@ -218,7 +218,7 @@ fn a_missing_message_is_described_and_drawn() {
     let words = [
         "At 0 s a fault took effect: the machine BatteryLevel has threshold = 20.",
         "At 20.5 s a fault took effect: battery level set to 25\u{a0}%.",
-        "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
+        "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.974999…]</code>",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
         "But GotoRechargingStation sent Navigation nothing at all in that time.",
         "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 10 times",
@@ -250,7 +250,7 @@ fn a_violation_by_a_robot_at_the_station_is_described() {
     let words = [
         "At 0.5 s a fault took effect: battery level set to 29\u{a0}%.",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",
-        "BatteryReader continued to send messages to BatteryLevel: the last, at tick 10, was <code>[&lt;ok&gt;, 47.04]</code>.",
+        "BatteryReader continued to send messages to BatteryLevel: the last, at tick 10, was <code>[&lt;ok&gt;, 47.039999…]</code>.",
         "GotoRechargingStation was not asked by the tree",
         "it was too late: phi2 is violated.",
     ];
