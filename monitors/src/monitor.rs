@@ -137,6 +137,13 @@ impl ScopeMonitor {
         &self.topology
     }
 
+    /// Whether this monitor of the same formula over other domains can see the same messages come, as far as the
+    /// formula distinguishes them. Then both always have the same verdict.
+    #[must_use]
+    pub fn foresees_as(&self, other: &Self) -> bool {
+        self.synthesis.alphabet.foresees_as(&other.synthesis.alphabet)
+    }
+
     /// The kind of machine in use.
     #[must_use]
     pub fn method(&self) -> Method {

@@ -1,6 +1,6 @@
 //! Letters: what a formula can distinguish in a message.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use channels::{ChannelId, Message, Topology};
 
@@ -141,6 +141,12 @@ impl Alphabet {
     /// found.
     pub(crate) fn is_exact(&self) -> bool {
         self.readers.iter().all(ChannelAlphabet::is_exact)
+    }
+
+    /// Whether every possible letter is known here and there, and they are the same.
+    pub(crate) fn foresees_as(&self, other: &Self) -> bool {
+        let all = |alphabet: &Self| alphabet.letters().map(|(letter, ..)| letter).collect::<BTreeSet<_>>();
+        self.is_exact() && other.is_exact() && all(self) == all(other)
     }
 
     /// Whether a channel has too many combinations of conditions to find all its letters.

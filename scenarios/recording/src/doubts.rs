@@ -25,14 +25,16 @@ impl Doubts {
     /// channel could not carry it.
     ///
     /// A monitor foresees from the domains of the channels what may come, and may therefore know its verdict before any
-    /// such message. So whether the verdict is settled is asked of a second monitor, which knows no domains.
+    /// such message. So whether the verdict is settled is asked of a second monitor, which knows no domains, unless
+    /// they make no difference: it costs a quarter of the time of a bag.
     #[must_use]
     pub fn about_any_messages(properties: &[Property], topology: &Topology) -> Self {
         let any = Arc::new(topology.without_shapes());
         let judge = |property: &Property| {
             let monitor = property.scope_monitor()?;
             let judge = ScopeMonitor::new(&property.name, monitor.formula().clone(), &any);
-            Some(judge.expect("whether a formula can be monitored does not depend on the domains"))
+            let judge = judge.expect("whether a formula can be monitored does not depend on the domains");
+            (!judge.foresees_as(monitor)).then_some(judge)
         };
         Self { why: vec![None; properties.len()], judges: properties.iter().map(judge).collect() }
     }

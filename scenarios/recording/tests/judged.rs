@@ -105,6 +105,19 @@ fn a_verdict_that_follows_from_the_domains_is_unsure_if_messages_outside_of_them
 }
 
 #[test]
+fn a_second_monitor_judges_only_where_domains_make_a_difference() {
+    let judges = |condition: &str| {
+        let text = format!("property p := always (BatteryReader, BatteryLevel, {condition})");
+        let properties = monitors::load("own.scope", &text, &topology(), TICK).unwrap().properties;
+        Doubts::about_any_messages(&properties, &topology()).monitors().count()
+    };
+    assert_eq!(judges("m[2] >= 20"), 0);
+    assert_eq!(judges("m[1] = <ok>"), 1);
+    assert_eq!(judges("m[2] > 1 and m[2] < 0"), 0, "no message at all satisfies this");
+    assert_eq!(judges("m[2] * 2 > 1"), 1, "what may come is not known exactly");
+}
+
+#[test]
 fn the_hash_depends_on_every_event() {
     let hash = |levels: &[f64]| {
         let mut properties = properties();
