@@ -73,7 +73,7 @@ fn pair(dice: &mut Dice, channel: ChannelId, depth: u32) -> Pair {
 fn within(dice: &mut Dice) -> (Bound, String) {
     // To reelay, an end of 0 means no end.
     let ticks = 1 + dice.roll(4);
-    let bound = |relation| Bound { relation, ticks };
+    let bound = |relation| Bound::new(relation, ticks);
     match dice.roll(5) {
         0 => (Bound::NONE, String::new()),
         1 => (bound(Relation::LessOrEqual), format!("[:{ticks}]")),

@@ -180,7 +180,7 @@ pub(crate) struct Window {
 impl Bound {
     /// The windows in which an event satisfies the bound, in order: none, one, or two for `!=`.
     pub(crate) fn windows(self) -> impl DoubleEndedIterator<Item = Window> {
-        let Self { relation, ticks } = self;
+        let Self { relation, ticks, .. } = self;
         let before = ticks.checked_sub(1).map(|last| Window { first: 0, last });
         let after = ticks.checked_add(1).map(|first| Window { first, last: u64::MAX });
         let windows = match relation {
@@ -220,8 +220,8 @@ pub(crate) enum Literal {
     /// The last earlier state with a message on one of the clauses' own channels lies within the bound, and the clauses
     /// held there (or not).
     Previous { clauses: Form, bound: Bound, holds: bool },
-    /// At least `count` messages that satisfy the event have passed in the last `ticks` (or not).
-    Count { event: EventId, count: u64, ticks: u64, holds: bool },
+    /// At least `count` messages that satisfy the event have passed within the bound (or not).
+    Count { event: EventId, count: u64, bound: Bound, holds: bool },
 }
 
 impl Literal {
@@ -313,9 +313,8 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         Formula::True => Ok(constant(holds, shape)),
         Formula::False => Ok(constant(!holds, shape)),
         Formula::Event(event) => Ok(single(Literal::Event { event: words.id(event), holds })),
-        Formula::TimeUntil { event, relation, ticks } => {
-            let bound = Bound { relation: *relation, ticks: *ticks };
-            Ok(single(Literal::Time { event: words.id(event), bound, holds }))
+        Formula::TimeUntil { event, bound } => {
+            Ok(single(Literal::Time { event: words.id(event), bound: *bound, holds }))
         }
         Formula::Timed(part) => of(part, holds, shape),
         Formula::Not(part) => of(part, !holds, shape),
@@ -338,11 +337,11 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         }
         Formula::Previous(bound, part) => Ok(previous(of(part, true, Shape::Clauses)?, *bound, holds)),
         Formula::Count { is_at_most: false, count: 0, .. } => Ok(constant(holds, shape)),
-        Formula::Count { event, is_at_most, count, ticks } => {
+        Formula::Count { event, is_at_most, count, bound } => {
             // "At most n" is "not at least n + 1".
             let count = count.saturating_add(u64::from(*is_at_most));
             let event = words.id(event);
-            Ok(single(Literal::Count { event, count, ticks: *ticks, holds: holds != *is_at_most }))
+            Ok(single(Literal::Count { event, count, bound: *bound, holds: holds != *is_at_most }))
         }
     }
 }
@@ -530,7 +529,7 @@ mod tests {
     #[test]
     fn windows_match_their_relations() {
         let of = |relation, ticks| -> Vec<(u64, u64)> {
-            Bound { relation, ticks }.windows().map(|window| (window.first, window.last)).collect()
+            Bound::new(relation, ticks).windows().map(|window| (window.first, window.last)).collect()
         };
         let windows = |relation| of(relation, 3);
         assert_eq!(windows(Relation::Less), [(0, 2)]);

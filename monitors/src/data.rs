@@ -256,11 +256,9 @@ impl Formula {
         match self {
             Self::True | Self::False => self.clone(),
             Self::Event(event) => Self::Event(event.instantiated(values)),
-            Self::TimeUntil { event, relation, ticks } => {
-                Self::TimeUntil { event: event.instantiated(values), relation: *relation, ticks: *ticks }
-            }
-            Self::Count { event, is_at_most, count, ticks } => {
-                Self::Count { event: event.instantiated(values), is_at_most: *is_at_most, count: *count, ticks: *ticks }
+            Self::TimeUntil { event, bound } => Self::TimeUntil { event: event.instantiated(values), bound: *bound },
+            Self::Count { event, is_at_most, count, bound } => {
+                Self::Count { event: event.instantiated(values), is_at_most: *is_at_most, count: *count, bound: *bound }
             }
             Self::Not(a) => Self::Not(of(a)),
             Self::Next(a) => Self::Next(of(a)),

@@ -29,13 +29,13 @@ pub(crate) fn operator(operator: &Literal, words: &Vocabulary) -> Formula {
 pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocabulary) -> Formula {
     let bounds: Vec<Bound> = bounds(form, event).into_iter().collect();
     let event = words.get(event).clone();
-    let timed = |relation, ticks| Formula::TimeUntil { event: event.clone(), relation, ticks };
+    let timed = |bound| Formula::TimeUntil { event: event.clone(), bound };
     match (window, &bounds[..]) {
         (Window { first: 0, last: u64::MAX }, _) => Formula::Eventually(Box::new(Formula::Event(event))),
-        (_, [Bound { relation, ticks }]) => timed(*relation, *ticks),
-        (Window { first, last: u64::MAX }, _) => timed(Relation::GreaterOrEqual, first),
-        (Window { first, last }, _) if first == last => timed(Relation::Equal, first),
-        (Window { last, .. }, _) => timed(Relation::LessOrEqual, last),
+        (_, [bound]) => timed(*bound),
+        (Window { first, last: u64::MAX }, _) => timed(Bound::new(Relation::GreaterOrEqual, first)),
+        (Window { first, last }, _) if first == last => timed(Bound::new(Relation::Equal, first)),
+        (Window { last, .. }, _) => timed(Bound::new(Relation::LessOrEqual, last)),
     }
 }
 
@@ -120,9 +120,9 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
         Literal::Event { event, holds: polarity } => {
             unless(*polarity != holds, Formula::Event(words.get(*event).clone()))
         }
-        Literal::Time { event, bound: Bound { relation, ticks }, holds: polarity } => {
+        Literal::Time { event, bound, holds: polarity } => {
             let event = words.get(*event).clone();
-            unless(*polarity != holds, Formula::TimeUntil { event, relation: *relation, ticks: *ticks })
+            unless(*polarity != holds, Formula::TimeUntil { event, bound: *bound })
         }
         // A `next` that may never come is the negation of one that must.
         Literal::Next { clauses: inside, strong } => {
@@ -141,10 +141,9 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
         Literal::Previous { clauses: inside, bound, holds: polarity } => {
             unless(*polarity != holds, Formula::Previous(*bound, Box::new(clauses(inside, true, words))))
         }
-        Literal::Count { event, count, ticks, holds: polarity } => {
-            let (event, ticks) = (words.get(*event).clone(), *ticks);
-            let is_at_most = *polarity != holds;
-            Formula::Count { event, is_at_most, count: count - u64::from(is_at_most), ticks }
+        Literal::Count { event, count, bound, holds: polarity } => {
+            let (event, is_at_most) = (words.get(*event).clone(), *polarity != holds);
+            Formula::Count { event, is_at_most, count: count - u64::from(is_at_most), bound: *bound }
         }
     }
 }
@@ -316,12 +315,12 @@ mod tests {
             (_, false) => 2 + roll(13),
             (_, true) => [0, 3, 4, 5, 10, 11, 12, 13, 14][roll(9) as usize],
         };
-        let bound = Bound { relation, ticks };
+        let bound = Bound::new(relation, ticks);
         let mut part = || formula(seed, topology, depth.saturating_sub(1), back || kind >= 10);
         match kind {
             0 | 1 => Formula::Event(event),
             2 if back => Formula::Event(event),
-            2 => Formula::TimeUntil { event, relation, ticks },
+            2 => Formula::TimeUntil { event, bound },
             3 => part().negated(),
             4 => Formula::And(vec![part(), part()]),
             5 => Formula::Or(vec![part(), part()]),
@@ -332,7 +331,9 @@ mod tests {
             11 => Formula::Historically(Bound::NONE, Box::new(part())),
             12 => Formula::Previous(bound, Box::new(part())),
             13 => Formula::Since(bound, Box::new(part()), Box::new(part())),
-            14 => Formula::Count { event, is_at_most: ticks % 2 == 0, count: ticks, ticks: 3 },
+            14 => {
+                Formula::Count { event, is_at_most: ticks % 2 == 0, count: ticks, bound: Bound::new(Relation::Less, 3) }
+            }
             _ => Formula::Until(Box::new(part()), Box::new(part())),
         }
     }

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition, MessageField, Term};
-use crate::wording::{by_name, duration};
+use crate::wording::by_name;
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
@@ -88,8 +88,8 @@ impl Explainer<'_> {
             Formula::True => "nothing is required".to_owned(),
             Formula::False => "this is impossible".to_owned(),
             Formula::Event(event) => self.statement("tells", "something", event),
-            Formula::TimeUntil { event, relation, ticks } => {
-                format!("{}, {}", self.time(*relation, *ticks), self.statement("tells", "something", event))
+            Formula::TimeUntil { event, bound } => {
+                format!("{}, {}", self.time(*bound), self.statement("tells", "something", event))
             }
             Formula::Not(inside) => self.denial(inside),
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
@@ -102,7 +102,7 @@ impl Explainer<'_> {
             Formula::Until(a, b) => format!("{} until {}", self.inside(a), self.rest(b)),
             Formula::Once(bound, a) => format!("{}, {}", self.ago("at some time", *bound), self.rest(a)),
             Formula::Historically(bound, a) => format!("{}, {}", self.ago("at all times", *bound), self.rest(a)),
-            Formula::Previous(Bound::NONE, a) => format!("the time before, {}", self.rest(a)),
+            Formula::Previous(bound, a) if *bound == Bound::NONE => format!("the time before, {}", self.rest(a)),
             Formula::Previous(bound, a) => {
                 format!("the time before and {}, {}", self.ago("", *bound).trim_start(), self.rest(a))
             }
@@ -110,15 +110,17 @@ impl Explainer<'_> {
             Formula::Since(bound, a, b) if matches!(**a, Formula::True) => {
                 format!("{}, {}", self.ago("at some time", *bound), self.rest(b))
             }
-            Formula::Since(Bound::NONE, a, b) => format!("{} ever since {}", self.inside(a), self.rest(b)),
+            Formula::Since(bound, a, b) if *bound == Bound::NONE => {
+                format!("{} ever since {}", self.inside(a), self.rest(b))
+            }
             Formula::Since(bound, a, b) => {
                 format!("{} ever since, {}, {}", self.inside(a), self.ago("at some time", *bound), self.rest(b))
             }
-            Formula::Count { event, is_at_most, count, ticks } => {
+            Formula::Count { event, is_at_most, count, bound } => {
                 let what = self.statement("tells", "something", event);
                 let most = if *is_at_most { "at most" } else { "at least" };
                 let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
-                let window = self.ago("", Bound { relation: Relation::Less, ticks: *ticks });
+                let window = self.ago("", *bound);
                 format!("{most} {times} {}, {what}", window.trim_start())
             }
         }
@@ -127,8 +129,8 @@ impl Explainer<'_> {
     /// A formula that does not hold.
     fn denial(&self, formula: &Formula) -> String {
         match formula {
-            Formula::TimeUntil { event, relation, ticks } => {
-                let time = self.time(*relation, *ticks);
+            Formula::TimeUntil { event, bound } => {
+                let time = self.time(*bound);
                 let time = time.trim_start_matches("eventually, ");
                 format!("it does not happen {time} that {}", self.statement("tells", "something", event))
             }
@@ -180,11 +182,11 @@ impl Explainer<'_> {
     }
 
     /// How long ago something was, after a word for when.
-    fn ago(&self, when: &str, Bound { relation, ticks }: Bound) -> String {
-        let count = self.length(ticks);
-        match relation {
-            Relation::GreaterOrEqual if ticks == 0 => format!("{when} so far"),
-            Relation::Less if ticks == 1 && !self.is_timed => format!("{when} in the last tick"),
+    fn ago(&self, when: &str, bound: Bound) -> String {
+        let count = self.length(bound);
+        match bound.relation {
+            Relation::GreaterOrEqual if bound.ticks == 0 => format!("{when} so far"),
+            Relation::Less if count == "1 tick" => format!("{when} in the last tick"),
             Relation::Less => format!("{when} in the last {count}"),
             Relation::LessOrEqual => format!("{when} at most {count} ago"),
             Relation::Equal => format!("{when} exactly {count} ago"),
@@ -195,9 +197,9 @@ impl Explainer<'_> {
     }
 
     /// When a timed event is due. `< 5` excludes the fifth tick from now, `<= 5` includes it.
-    fn time(&self, relation: Relation, ticks: u64) -> String {
-        let count = self.length(ticks);
-        match relation {
+    fn time(&self, bound: Bound) -> String {
+        let count = self.length(bound);
+        match bound.relation {
             Relation::Less => format!("in fewer than {count}"),
             Relation::LessOrEqual => format!("within {count}"),
             Relation::Equal => format!("after exactly {count}"),
@@ -208,11 +210,11 @@ impl Explainer<'_> {
     }
 
     /// A number of ticks, or a duration.
-    fn length(&self, ticks: u64) -> String {
-        match ticks {
-            ticks if self.is_timed => duration(ticks).to_string(),
-            1 => "1 tick".to_owned(),
-            ticks => format!("{ticks} ticks"),
+    fn length(&self, bound: Bound) -> String {
+        match (bound.duration(self.is_timed), bound.ticks) {
+            (Some(duration), _) => duration.to_string(),
+            (None, 1) => "1 tick".to_owned(),
+            (None, ticks) => format!("{ticks} ticks"),
         }
     }
 

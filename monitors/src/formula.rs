@@ -1,10 +1,13 @@
 //! Formulas with resolved names, as the semantics uses them.
 
+use std::cmp::Ordering;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use channels::{ChannelId, Relation, Value};
 use serde::{Deserialize, Serialize};
+
+use crate::syntax::Unit;
 
 /// A SCOPE constraint over the channels of a topology.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -15,14 +18,12 @@ pub enum Formula {
     False,
     /// The last message on the channel satisfies the condition.
     Event(EventAtom),
-    /// `time_until (event) ⋈ ticks`: a message that satisfies the event passes at some j ≥ i with τj − τi ⋈ ticks.
+    /// `time_until (event) ⋈ θ`: a message that satisfies the event passes at some j ≥ i with τj − τi within the bound.
     TimeUntil {
         /// The event.
         event: EventAtom,
-        /// ⋈
-        relation: Relation,
-        /// θ
-        ticks: u64,
+        /// ⋈ θ
+        bound: Bound,
     },
     /// The operand does not hold.
     Not(Box<Formula>),
@@ -49,7 +50,8 @@ pub enum Formula {
     /// The second operand holds or held at some j ≤ i with τi − τj within the bound, and the first whenever it was
     /// checked after that.
     Since(Bound, Box<Formula>, Box<Formula>),
-    /// At least, or at most, `count` messages that satisfy the event have passed at states j ≤ i with τi − τj < ticks.
+    /// At least, or at most, `count` messages that satisfy the event have passed at states j ≤ i with τi − τj within the
+    /// bound.
     Count {
         /// The event.
         event: EventAtom,
@@ -57,8 +59,8 @@ pub enum Formula {
         is_at_most: bool,
         /// The number.
         count: u64,
-        /// The length of the window.
-        ticks: u64,
+        /// `< θ`, where θ is the length of the window.
+        bound: Bound,
     },
     /// A whole formula in which τ is the time of a state and bounds are durations, both in nanoseconds.
     Timed(Box<Formula>),
@@ -89,17 +91,57 @@ pub enum FormulaError {
 ///
 /// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked like any
 /// other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+///
+/// The duration from which the ticks were computed is for people: bounds with equal ticks are equal.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Bound {
     /// ⋈
     pub relation: Relation,
     /// θ
     pub ticks: u64,
+    /// The duration that the property writes for θ, in nanoseconds, and its unit.
+    pub(crate) written: Option<(u64, Unit)>,
 }
 
 impl Bound {
     /// No bound: `>= 0`.
-    pub const NONE: Self = Self { relation: Relation::GreaterOrEqual, ticks: 0 };
+    pub const NONE: Self = Self::new(Relation::GreaterOrEqual, 0);
+
+    /// A bound in ticks.
+    #[must_use]
+    pub const fn new(relation: Relation, ticks: u64) -> Self {
+        Self { relation, ticks, written: None }
+    }
+
+    fn meaning(self) -> (Relation, u64) {
+        (self.relation, self.ticks)
+    }
+}
+
+impl PartialEq for Bound {
+    fn eq(&self, other: &Self) -> bool {
+        self.meaning() == other.meaning()
+    }
+}
+
+impl Eq for Bound {}
+
+impl Hash for Bound {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.meaning().hash(state);
+    }
+}
+
+impl PartialOrd for Bound {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Bound {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.meaning().cmp(&other.meaning())
+    }
 }
 
 /// An event atom: a channel and a condition on its messages.
@@ -332,8 +374,8 @@ impl Formula {
         match self {
             Self::True | Self::False | Self::Event(_) => true,
             Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..) | Self::Count { .. } => true,
-            Self::TimeUntil { relation, .. } => {
-                !holds || matches!(relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
+            Self::TimeUntil { bound, .. } => {
+                !holds || matches!(bound.relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
             }
             Self::Timed(a) => a.is_bounded(holds),
             Self::Not(a) => a.is_bounded(!holds),
@@ -409,7 +451,7 @@ mod tests {
         let channel = topology.channel(from, to, Capacity::One, Domain::new([])).expect("a new channel");
         let event = || EventAtom { channel, condition: MessageCondition::True };
         let seen = || Formula::Event(event());
-        let within = |relation| Formula::TimeUntil { event: event(), relation, ticks: 10 };
+        let within = |relation| Formula::TimeUntil { event: event(), bound: Bound::new(relation, 10) };
         let eventually = |formula| Formula::Eventually(Box::new(formula));
         let until = |a, b| Formula::Until(Box::new(a), Box::new(b));
         for (formula, is_safety) in [

@@ -125,10 +125,10 @@ impl Oracle<'_> {
                 self.up_to(i).any(|j| self.ago(*bound, i, j) && since(j)) == *holds
             }
             Literal::Previous { clauses, bound, holds } => self.previously(clauses, *bound, i, values) == *holds,
-            Literal::Count { event, count, ticks, holds } => {
-                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
+            Literal::Count { event, count, bound, holds } => {
                 let event = self.words.get(*event);
-                let passed = self.up_to(i).filter(|j| self.passes(event, *j, values) && self.ago(bound, i, *j)).count();
+                let passed =
+                    self.up_to(i).filter(|j| self.passes(event, *j, values) && self.ago(*bound, i, *j)).count();
                 (passed as u64 >= *count) == *holds
             }
         }
@@ -233,7 +233,7 @@ fn settling(literal: &Literal, unit: u64) -> u64 {
     let own = match literal {
         Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.ticks / unit + 3,
         // Without ticks, each turn adds to the count until it is reached.
-        Literal::Count { count, ticks, .. } => (ticks / unit).max(*count) + 3,
+        Literal::Count { count, bound, .. } => (bound.ticks / unit).max(*count) + 3,
         _ => 0,
     };
     inside.unwrap_or(0) + own

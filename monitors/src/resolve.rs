@@ -176,16 +176,14 @@ impl<'a> Resolver<'a> {
 
     fn counted(&mut self, is_at_most: bool, count: &Operand, event: &Event, bound: &Operand) -> Option<Formula> {
         self.remembers_nothing(event);
-        let (event, count) = (self.event(event), self.count(count));
-        let (_, ticks) = self.ticks(Relation::Less, bound)?;
-        Some(Formula::Count { event: event?, is_at_most, count: count?, ticks })
+        let (event, count, bound) = (self.event(event), self.count(count), self.bound(Relation::Less, bound));
+        Some(Formula::Count { event: event?, is_at_most, count: count?, bound: bound? })
     }
 
     fn awaited(&mut self, event: &Event, relation: Relation, bound: &Operand) -> Option<Formula> {
         self.remembers_nothing(event);
-        let (event, ticks) = (self.event(event), self.ticks(relation, bound));
-        let (relation, ticks) = ticks?;
-        Some(Formula::TimeUntil { event: event?, relation, ticks })
+        let (event, bound) = (self.event(event), self.bound(relation, bound));
+        Some(Formula::TimeUntil { event: event?, bound: bound? })
     }
 
     fn boxed(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
@@ -239,8 +237,7 @@ impl<'a> Resolver<'a> {
 
     fn ago(&mut self, interval: Option<&Interval>) -> Option<Bound> {
         let Some(Interval { relation, bound }) = interval else { return Some(Bound::NONE) };
-        let (relation, ticks) = self.ticks(*relation, bound)?;
-        Some(Bound { relation, ticks })
+        self.bound(*relation, bound)
     }
 
     /// A number of messages.

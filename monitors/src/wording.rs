@@ -12,10 +12,10 @@ use crate::syntax::{
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
 
 impl Formula {
-    /// The formula in the SCOPE language, over its topology. Bounds are in ticks; those of a timed formula are
+    /// The formula in the SCOPE language, over its topology, with bounds as the property writes them: in ticks, or as
     /// durations.
     ///
-    /// Reading the text gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
+    /// Reading the text with the same period of ticks gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
     /// does not have.
     #[must_use]
     pub fn text(&self, topology: &Topology) -> String {
@@ -44,7 +44,7 @@ impl EventAtom {
 fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constraint {
     let of = |part: &Formula| Box::new(constraint(part, topology, is_timed));
     let list = |parts: &[Formula]| parts.iter().map(|part| constraint(part, topology, is_timed)).collect();
-    let length = |ticks: u64| length(ticks, is_timed);
+    let length = |bound: &Bound| length(*bound, is_timed);
     let ago = |bound: &Bound| interval(*bound, is_timed);
     let kind = match formula {
         Formula::True => ConstraintKind::True,
@@ -58,9 +58,9 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         Formula::And(parts) => ConstraintKind::And(list(parts)),
         Formula::Or(parts) => ConstraintKind::Or(list(parts)),
         Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
-        Formula::TimeUntil { event, relation, ticks } => {
-            let (event, bound) = (event.named(topology), length(*ticks));
-            ConstraintKind::TimeUntil { event, relation: *relation, bound }
+        Formula::TimeUntil { event, bound } => {
+            let (event, relation) = (event.named(topology), bound.relation);
+            ConstraintKind::TimeUntil { event, relation, bound: length(bound) }
         }
         Formula::Timed(part) => return constraint(part, topology, true),
         Formula::Not(part) => ConstraintKind::Not(of(part)),
@@ -73,22 +73,25 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         Formula::Historically(bound, a) => ConstraintKind::Historically(ago(bound), of(a)),
         Formula::Previous(bound, a) => ConstraintKind::Previous(ago(bound), of(a)),
         Formula::Since(bound, a, b) => ConstraintKind::Since(ago(bound), of(a), of(b)),
-        Formula::Count { event, is_at_most, count, ticks } => {
-            let (count, event, bound) = (self::length(*count, false), event.named(topology), length(*ticks));
-            ConstraintKind::Count { is_at_most: *is_at_most, count, event, bound }
+        Formula::Count { event, is_at_most, count, bound } => {
+            let (count, event) = (number(*count), event.named(topology));
+            ConstraintKind::Count { is_at_most: *is_at_most, count, event, bound: length(bound) }
         }
     };
     Constraint { kind, span: NOWHERE }
 }
 
 fn interval(bound: Bound, is_timed: bool) -> Option<Interval> {
-    let Bound { relation, ticks } = bound;
-    (bound != Bound::NONE).then(|| Interval { relation, bound: length(ticks, is_timed) })
+    (bound != Bound::NONE).then(|| Interval { relation: bound.relation, bound: length(bound, is_timed) })
 }
 
-/// A number, or a duration of nanoseconds.
-fn length(ticks: u64, is_timed: bool) -> Operand {
-    operand(if is_timed { duration(ticks) } else { Literal::Int(i64::try_from(ticks).unwrap_or(i64::MAX)) })
+/// θ: a number of ticks, or a duration.
+fn length(bound: Bound, is_timed: bool) -> Operand {
+    bound.duration(is_timed).map_or_else(|| number(bound.ticks), operand)
+}
+
+fn number(number: u64) -> Operand {
+    operand(Literal::Int(i64::try_from(number).unwrap_or(i64::MAX)))
 }
 
 /// A condition in the words of the language.
@@ -198,11 +201,18 @@ fn literal(value: &Value) -> Literal {
     }
 }
 
-/// A duration in the largest unit in which it has at most three decimals.
-pub(crate) fn duration(nanos: u64) -> Literal {
-    let is_short = |unit: &Unit| nanos >= unit.nanos() && nanos.is_multiple_of(unit.nanos() / 1000);
-    let unit = Unit::ALL.into_iter().rev().find(is_short).unwrap_or(Unit::Milliseconds);
-    Literal::Duration { nanos, unit }
+impl Bound {
+    /// θ as a duration, if it is one: as the property writes it, or in the largest unit in which it has at most three
+    /// decimals.
+    pub(crate) fn duration(self, is_timed: bool) -> Option<Literal> {
+        if let Some((nanos, unit)) = self.written {
+            return Some(Literal::Duration { nanos, unit });
+        }
+        let nanos = is_timed.then_some(self.ticks)?;
+        let is_short = |unit: &Unit| nanos >= unit.nanos() && nanos.is_multiple_of(unit.nanos() / 1000);
+        let unit = Unit::ALL.into_iter().rev().find(is_short).unwrap_or(Unit::Milliseconds);
+        Some(Literal::Duration { nanos, unit })
+    }
 }
 
 fn operand(literal: Literal) -> Operand {

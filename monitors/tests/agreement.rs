@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hasher};
 
 use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
-use monitors::{Choice, Formula, Limits, MessageCondition, Method, Outcome, ScopeMonitor, holds};
+use monitors::{Bound, Choice, Formula, Limits, MessageCondition, Method, Outcome, ScopeMonitor, holds};
 
 use crate::cases::cases;
 use crate::support::check::{check, check_letters};
@@ -242,8 +242,10 @@ fn answers_with_separate_deadlines_are_distinguished() {
         condition: MessageCondition::Compare { field: 1.into(), relation: Relation::Equal, value },
     };
     let asks = Formula::Event(on(0, Value::symbol("x")));
-    let within =
-        |channel, value, ticks| Formula::TimeUntil { event: on(channel, value), relation: Relation::Less, ticks };
+    let within = |channel, value, ticks| Formula::TimeUntil {
+        event: on(channel, value),
+        bound: Bound::new(Relation::Less, ticks),
+    };
     let [yes, one] = [|ticks| (2, Value::Bool(true), ticks), |ticks| (3, Value::Int(1), ticks)];
     let timed = |(channel, value, ticks)| within(channel, value, ticks);
     let cases = [
@@ -342,7 +344,7 @@ fn longer_bounds_and_sequences_agree_too() {
 /// `always (a implies time_until b < theta)` for each pair of events.
 fn answers(pairs: &[[monitors::EventAtom; 2]], theta: u64) -> Formula {
     let rule = |[asks, answer]: &[monitors::EventAtom; 2]| {
-        let answered = Formula::TimeUntil { event: answer.clone(), relation: Relation::Less, ticks: theta };
+        let answered = Formula::TimeUntil { event: answer.clone(), bound: Bound::new(Relation::Less, theta) };
         Formula::Event(asks.clone()).implies(answered).always()
     };
     Formula::And(pairs.iter().map(rule).collect())
@@ -365,7 +367,7 @@ fn a_formula_too_large_for_an_automaton_is_monitored_without_one() {
     assert!(matches!(small.method(), Method::Automaton { states } if states < 100) && small.method().anticipates());
     let large = ScopeMonitor::new("large", answers(&pairs, 5_000), &topology).expect("small");
     assert!(large.method() == Method::Graphs && !large.method().anticipates());
-    let exactly = Formula::TimeUntil { event: pairs[0][1].clone(), relation: Relation::Equal, ticks: 50 };
+    let exactly = Formula::TimeUntil { event: pairs[0][1].clone(), bound: Bound::new(Relation::Equal, 50) };
     let exactly = Formula::Event(pairs[0][0].clone()).implies(exactly).always();
     let exactly = ScopeMonitor::new("exactly", exactly, &topology).expect("small");
     assert!(exactly.method() == Method::Progression && !exactly.method().anticipates());
@@ -378,7 +380,7 @@ fn a_distant_deadline_is_exact_to_the_tick() {
     let mut dice = Dice(1);
     let event = random_event(&mut dice, &topology);
     for (relation, ticks, last_chance) in [(Relation::Less, 5_000, 4_999), (Relation::LessOrEqual, 5_000, 5_000)] {
-        let answer = Formula::TimeUntil { event: event.clone(), relation, ticks };
+        let answer = Formula::TimeUntil { event: event.clone(), bound: Bound::new(relation, ticks) };
         let recurs = ScopeMonitor::new("recurs", answer.always(), &topology).expect("small");
         let mut monitor = recurs;
         assert_eq!(monitor.method(), Method::Graph);

@@ -355,7 +355,7 @@ fn durations_become_ticks_of_the_period() {
         let text = format!("property p := time_until {e} {bound}");
         let formulas = monitors::formulas("t", &text, &topology(), Duration::from_millis(period_ms));
         match formulas.map(|mut formulas| formulas.remove(0).1) {
-            Ok(Formula::TimeUntil { ticks, .. }) => Some(ticks),
+            Ok(Formula::TimeUntil { bound, .. }) => Some(bound.ticks),
             _ => None,
         }
     };
@@ -370,6 +370,22 @@ fn durations_become_ticks_of_the_period() {
     assert_eq!(ticks("!= 1 min", 500), Some(120));
     assert_eq!(ticks("< 100 ms", 20), Some(5));
     assert_eq!(ticks("< 1.5 h", 1000), Some(5400));
+}
+
+#[test]
+fn bounds_are_shown_as_the_property_writes_them() {
+    let e = "(Navigation, GoToDestination, m[1] = <ok>)";
+    for (timed, bound, length) in
+        [("", "2.5 s", "2.5 s"), ("", "90 s", "90 s"), ("", "3 ticks", "3 ticks"), ("timed ", "90 s", "90 s")]
+    {
+        let text = format!("{timed}property p := time_until {e} <= {bound}");
+        let formulas = monitors::formulas("t", &text, &topology(), Duration::from_secs(1)).expect("a property");
+        let formula = &formulas[0].1;
+        let shown = formula.text(&topology());
+        assert!(shown.ends_with(&format!("<= {}", length.trim_end_matches(" ticks"))), "{shown}");
+        let explained = monitors::explain(formula, &topology());
+        assert!(explained.starts_with(&format!("Within {length}, ")), "{explained}");
+    }
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn is(name: &str) -> Formula {
 }
 
 fn soon(name: &str, relation: Relation, ticks: u64) -> Formula {
-    Formula::TimeUntil { event: atom(name), relation, ticks }
+    Formula::TimeUntil { event: atom(name), bound: Bound::new(relation, ticks) }
 }
 
 fn next(inside: Formula) -> Formula {
@@ -75,7 +75,7 @@ fn once(bound: Bound, inside: Formula) -> Formula {
 }
 
 fn within(relation: Relation, ticks: u64) -> Bound {
-    Bound { relation, ticks }
+    Bound::new(relation, ticks)
 }
 
 fn and(a: Formula, b: Formula) -> Formula {
@@ -175,7 +175,8 @@ fn previous_is_the_last_message_before_on_its_own_channels() {
 
 #[test]
 fn messages_are_counted_in_a_window_that_ends_now() {
-    let count = |is_at_most, count| Formula::Count { event: atom("a"), is_at_most, count, ticks: 2 };
+    let count =
+        |is_at_most, count| Formula::Count { event: atom("a"), is_at_most, count, bound: within(Relation::Less, 2) };
     check(&count(true, 1).always(), &["a+ a-", "tick a+ tick tick a+"], &["a+ a+", "tick a+ tick a+"]);
     let enough = is("b").implies(count(false, 2)).always();
     check(&enough, &["a+ a+ b+", "tick a+ tick a+ b+"], &["a+ b+", "a+ a- b+", "tick a+ tick tick a+ b+"]);
@@ -274,7 +275,7 @@ fn in_endless_runs_each_cycle_advances_time() {
     says_endlessly(&asked(Relation::LessOrEqual, 1), &[], &[third]);
     says_endlessly(&later(Relation::Greater, 0).always(), &[["t", "t a+"]], &[["t", "a+"], ["t a+", "t"]]);
     // Without ticks, messages accumulate in one window, however many there are.
-    let many = Formula::Count { event: atom("a"), is_at_most: false, count: 10, ticks: 1 };
+    let many = Formula::Count { event: atom("a"), is_at_most: false, count: 10, bound: within(Relation::Less, 1) };
     says_endlessly(&eventually(many), &[["t", "a+"]], &[["t", "a+ t"], ["t a+ a+", ""]]);
     // A run that ends in silence is judged like a finished one.
     says_endlessly(&next(Formula::True).always(), &[["", "t"]], &[["t", ""], ["t", "a+"]]);

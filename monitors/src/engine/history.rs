@@ -155,9 +155,8 @@ impl Data {
                 let held = |j: usize| clauses.iter().all(|clause| self.clause(clause, values, j, known));
                 before.is_some_and(|j| ago(j, bound) && held(j)) == *holds
             }
-            Literal::Count { event, count, ticks, holds } => {
-                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
-                let passed = (0..=i).filter(|j| ago(*j, &bound) && self.passes_at(*event, values, *j, known));
+            Literal::Count { event, count, bound, holds } => {
+                let passed = (0..=i).filter(|j| ago(*j, bound) && self.passes_at(*event, values, *j, known));
                 (passed.count() as u64 >= *count) == *holds
             }
             _ => false,
@@ -193,7 +192,7 @@ impl Data {
 fn horizon(literal: &Literal) -> Option<u64> {
     let own = match literal {
         Literal::Since { bound, .. } | Literal::Previous { bound, .. } => bound.end().filter(|end| *end < u64::MAX),
-        Literal::Count { ticks, .. } => Some(*ticks),
+        Literal::Count { bound, .. } => Some(bound.ticks),
         _ => None,
     };
     let inside = horizon_inside(literal);

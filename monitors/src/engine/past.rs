@@ -12,7 +12,6 @@ use channels::{ChannelId, Message};
 use crate::clause::{EventId, Form, Literal, LiteralSet, Trigger, Vocabulary, Window, trigger};
 use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::history::{Data, Known};
-use crate::formula::Bound;
 
 /// The memory that a run leaves behind. Runs with the same memory behave the same from then on.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
@@ -248,10 +247,9 @@ impl Past {
                     *bound,
                 )
             }
-            Literal::Count { event, count, ticks, .. } => {
+            Literal::Count { event, count, bound, .. } => {
                 let count = usize::try_from(*count).unwrap_or(usize::MAX);
-                let bound = Bound { relation: channels::Relation::Less, ticks: *ticks };
-                (PastOperator::Count { event: 1 << event.0, count }, bound)
+                (PastOperator::Count { event: 1 << event.0, count }, *bound)
             }
             _ => return None,
         };

@@ -4,27 +4,29 @@ use channels::Relation;
 use diagnostics::Problem;
 
 use super::Resolver;
+use crate::formula::Bound;
 use crate::syntax::{Literal, Operand};
 
 impl Resolver<'_> {
-    /// The relation and the number of ticks, of nanoseconds for a timed property; `None` after problems have been
-    /// reported.
+    /// The bound in ticks, in nanoseconds for a timed property; `None` after problems have been reported.
     ///
     /// A duration d is converted to ticks of period p: an event n ticks away is n·p away, so n·p < d means n < ⌈d/p⌉.
-    pub(super) fn ticks(&mut self, relation: Relation, bound: &Operand) -> Option<(Relation, u64)> {
+    pub(super) fn bound(&mut self, relation: Relation, bound: &Operand) -> Option<Bound> {
         let literal = match bound {
             Operand::Literal(literal, _) => literal.clone(),
             Operand::Constant(name) => self.constant(name)?.clone(),
         };
         let problem = match literal {
-            Literal::Duration { nanos, .. } if self.is_timed => return Some((relation, nanos)),
+            Literal::Duration { nanos, unit } if self.is_timed => {
+                return Some(Bound { relation, ticks: nanos, written: Some((nanos, unit)) });
+            }
             _ if self.is_timed => Problem::new("the bounds of a timed property are durations")
                 .at(bound.span(), "no duration")
                 .with_help("give it a unit, as in `300 ms`; without `timed`, ticks are counted"),
-            Literal::Int(ticks) if ticks >= 0 => return Some((relation, ticks.unsigned_abs())),
+            Literal::Int(ticks) if ticks >= 0 => return Some(Bound::new(relation, ticks.unsigned_abs())),
             Literal::Int(_) => Problem::new("a bound must not be negative").at(bound.span(), "negative"),
-            Literal::Duration { nanos, .. } => match self.round(relation, nanos) {
-                Ok(ticks) => return Some((relation, ticks)),
+            Literal::Duration { nanos, unit } => match self.round(relation, nanos) {
+                Ok(ticks) => return Some(Bound { relation, ticks, written: Some((nanos, unit)) }),
                 Err(problem) => problem.at(bound.span(), "not a whole number of ticks"),
             },
             Literal::Real(_) => Problem::new("a bound without a unit is a whole number of ticks")

@@ -2,6 +2,7 @@
 
 use channels::Relation;
 use miette::SourceSpan;
+use serde::{Deserialize, Serialize};
 
 use crate::formula::Arithmetic;
 
@@ -354,7 +355,7 @@ impl PartialEq for Literal {
 impl Eq for Literal {}
 
 /// A unit of time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// `ms`
     Milliseconds,

@@ -192,11 +192,9 @@ fn remembering(
 pub(crate) fn stretched(formula: &Formula, factor: u64) -> Formula {
     let of = |part: &Formula| Box::new(stretched(part, factor));
     let all = |parts: &[Formula]| parts.iter().map(|part| stretched(part, factor)).collect();
-    let longer = |bound: Bound| Bound { ticks: bound.ticks * factor, ..bound };
+    let longer = |bound: Bound| Bound::new(bound.relation, bound.ticks * factor);
     match formula {
-        Formula::TimeUntil { event, relation, ticks } => {
-            Formula::TimeUntil { event: event.clone(), relation: *relation, ticks: ticks * factor }
-        }
+        Formula::TimeUntil { event, bound } => Formula::TimeUntil { event: event.clone(), bound: longer(*bound) },
         Formula::Not(a) => Formula::Not(of(a)),
         Formula::Next(a) => Formula::Next(of(a)),
         Formula::Always(a) => Formula::Always(of(a)),
@@ -209,8 +207,9 @@ pub(crate) fn stretched(formula: &Formula, factor: u64) -> Formula {
         Formula::Historically(bound, a) => Formula::Historically(longer(*bound), of(a)),
         Formula::Previous(bound, a) => Formula::Previous(longer(*bound), of(a)),
         Formula::Since(bound, a, b) => Formula::Since(longer(*bound), of(a), of(b)),
-        Formula::Count { event, is_at_most, count, ticks } => {
-            Formula::Count { event: event.clone(), is_at_most: *is_at_most, count: *count, ticks: ticks * factor }
+        Formula::Count { event, is_at_most, count, bound } => {
+            let (event, bound) = (event.clone(), longer(*bound));
+            Formula::Count { event, is_at_most: *is_at_most, count: *count, bound }
         }
         atom => atom.clone(),
     }

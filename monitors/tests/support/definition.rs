@@ -114,15 +114,13 @@ impl Words {
                 self.clauses(&either, holds)
             }
             Formula::Event(event) => single(Atom::Event(self.event(event)), holds),
-            Formula::TimeUntil { event, relation, ticks } => {
-                single(Atom::Passes(self.event(event), Bound { relation: *relation, ticks: *ticks }), holds)
-            }
-            Formula::Count { event, is_at_most, count, ticks } => {
+            Formula::TimeUntil { event, bound } => single(Atom::Passes(self.event(event), *bound), holds),
+            Formula::Count { event, is_at_most, count, bound } => {
                 let least = count + u64::from(*is_at_most);
                 if least == 0 {
                     return self.clauses(&Formula::True, holds);
                 }
-                single(Atom::AtLeast(least, self.event(event), *ticks), holds != *is_at_most)
+                single(Atom::AtLeast(least, self.event(event), bound.ticks), holds != *is_at_most)
             }
             Formula::Next(a) => {
                 let (yes, no) = (self.clauses(a, true), self.clauses(a, false));

@@ -117,7 +117,11 @@ pub(crate) fn formula_with(dice: &mut Dice, events: &[monitors::EventAtom], dept
             let event = dice.pick(events).clone();
             let relation = *dice.pick(&RELATIONS);
             let ticks = dice.roll(4);
-            if choose.ahead { Formula::TimeUntil { event, relation, ticks } } else { Formula::Event(event) }
+            if choose.ahead {
+                Formula::TimeUntil { event, bound: Bound::new(relation, ticks) }
+            } else {
+                Formula::Event(event)
+            }
         }
         6 => {
             if dice.roll(2) == 0 {
@@ -152,13 +156,13 @@ fn looking_back(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32) -> 
     let choose = Choose { ahead: false, back: true };
     let part = |dice: &mut Dice| Box::new(formula_with(dice, events, depth.saturating_sub(1), choose));
     let relation = *dice.pick(&RELATIONS);
-    let bound = if dice.roll(3) == 0 { Bound::NONE } else { Bound { relation, ticks: dice.roll(4) } };
+    let bound = if dice.roll(3) == 0 { Bound::NONE } else { Bound::new(relation, dice.roll(4)) };
     match dice.roll(if depth == 0 { 1 } else { 9 }) {
         0 | 1 => Formula::Count {
             event: dice.pick(events).clone(),
             is_at_most: dice.roll(2) == 0,
             count: dice.roll(4),
-            ticks: dice.roll(4),
+            bound: Bound::new(Relation::Less, dice.roll(4)),
         },
         2 | 3 => Formula::Once(bound, part(dice)),
         4 => Formula::Historically(bound, part(dice)),
