@@ -116,7 +116,7 @@ fn unreachable_places_are_refused_before_a_run() {
         ("[9.0, 1.0]", fine.1, "rooms.places.toml:5:14"),
         ("[9.0, 1.0]", fine.1, "the scenario requires it as `sites.station`"),
         ("[3.02, 1.0]", fine.1, "the robot cannot stand at `RechargingStation`: (3.02, 1.00) is in a wall"),
-        ("[2.8, 1.0]", fine.1, "(2.80, 1.00) is 0.23 m from a wall, but it needs 0.30 m"),
+        ("[2.8, 1.0]", fine.1, "(2.80, 1.00) is 0.225 m from a wall, but it needs 0.325 m"),
         ("[2.8, 1.0]", fine.1, "the nearest reachable place is (2.68, 1.03)"),
         (fine.0, "[4.0, 1.0]", "there is no path from the start (0.60, 1.00) to `Destination` at (4.00, 1.00)"),
         (fine.0, "[4.0, 1.0]", "rooms.places.toml:8:14"),

@@ -137,11 +137,11 @@ fn triviality(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem
     let name = &definition.name;
     match (monitor.verdict(), monitor.is_violated_by_a_tick()) {
         (Verdict::True, _) => {
-            let help = "it holds on every run: is a condition missing?";
+            let help = "it holds whatever messages its channels carry: is a condition missing?";
             Some(warning(format!("`{}` can never be violated", name.text), name.span, "always satisfied", help))
         }
         (Verdict::False, _) | (_, true) => {
-            let help = "it fails on every run: do two conditions contradict each other?";
+            let help = "it fails whatever messages its channels carry: do two conditions contradict each other?";
             Some(warning(format!("`{}` can never be satisfied", name.text), name.span, "always violated", help))
         }
         _ => None,

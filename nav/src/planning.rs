@@ -44,12 +44,12 @@ pub enum PlanError {
     /// The goal is in unknown space.
     #[error("the goal is in unknown space of the map")]
     GoalUnknown,
-    /// The goal is in an obstacle, or nearer to one than the robot's radius.
-    #[error("the goal is {clearance_m:.2} m from an obstacle, but the robot needs {needed_m:.2} m")]
+    /// The goal is in an obstacle, or too near to one.
+    #[error("the goal is {clearance_m:.3} m from an obstacle, but the robot needs {needed_m:.3} m")]
     GoalInObstacle {
-        /// Distance from the goal to the obstacle, in meters.
+        /// Distance from the goal's cell to the obstacle, in meters.
         clearance_m: f64,
-        /// Distance that the robot needs, in meters.
+        /// Distance that the robot needs to be anywhere in a cell, in meters.
         needed_m: f64,
     },
     /// Both ends are acceptable, but obstacles or unknown space lie between them.
@@ -103,7 +103,7 @@ fn end_at(ground: &Ground<'_>, goal: &Point, tolerance_m: f64) -> Result<End, Pl
     let within_m = if fits { tolerance_m.max(BESIDE_CELLS * frame.resolution_m) } else { tolerance_m };
     let near = |cell| ground.can_stand(cell) && (frame.center(cell) - goal).norm() <= within_m;
     let searched_m = within_m + frame.resolution_m;
-    let cell = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
+    let cell = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(ground, offset))?;
     Ok(End { cell, point: frame.center(cell), leads_on: fits })
 }
 
@@ -116,7 +116,7 @@ fn end_inside(ground: &Ground<'_>, area: &Place) -> Result<End, PlanError> {
         let at = frame.center(cell);
         ground.can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
     };
-    let cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(costmap, offset))?;
+    let cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(ground, offset))?;
     Ok(End { cell, point: if offset == cell { center } else { frame.center(cell) }, leads_on: false })
 }
 
@@ -149,13 +149,10 @@ fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point)
     Ok(way_out)
 }
 
-fn bad_goal(costmap: &Costmap, offset: usize) -> PlanError {
+fn bad_goal(Ground { costmap, needed_m, .. }: &Ground<'_>, offset: usize) -> PlanError {
     match costmap.cost_at(offset) {
         crate::UNKNOWN_COST => PlanError::GoalUnknown,
-        _ => PlanError::GoalInObstacle {
-            clearance_m: costmap.clearance_at_m(offset),
-            needed_m: costmap.parameters().robot_radius,
-        },
+        _ => PlanError::GoalInObstacle { clearance_m: costmap.clearance_at_m(offset), needed_m: *needed_m },
     }
 }
 
@@ -281,5 +278,11 @@ mod tests {
         assert_eq!(fails(&at(&map, 3.1, 3.0), &here), PlanError::StartInObstacle);
         assert!(matches!(fails(&here, &at(&map, 2.9, 3.0)), PlanError::GoalInObstacle { .. }));
         assert_eq!(fails(&here, &Point::new(f64::NAN, 0.0)), PlanError::GoalOutside);
+        // A corridor of 0.65 m, in the middle of which the robot just fits.
+        let map = hall(&[(60, 0, 40, 50), (60, 63, 40, 57)]);
+        let costmap = Costmap::new(&map, CostmapParameters { robot_radius: 0.31, ..Default::default() }).unwrap();
+        let error = plan(&costmap, &at(&map, 1.0, 1.0), &at(&map, 4.0, 2.825), 0.0).unwrap_err();
+        let PlanError::GoalInObstacle { clearance_m, needed_m } = error else { panic!("{error:?}") };
+        assert!(clearance_m > 0.31 && clearance_m < needed_m, "{error}");
     }
 }

@@ -18,6 +18,8 @@ pub(crate) struct Ground<'a> {
     clearances: &'a [u8],
     /// Cost by clearance; zero where the robot cannot be.
     costs: [u32; 256],
+    /// The clearance that the robot needs, in meters.
+    pub(crate) needed_m: f64,
 }
 
 impl<'a> Ground<'a> {
@@ -29,7 +31,8 @@ impl<'a> Ground<'a> {
             let near = u32::from(costmap.cost_of_clearance(index as u8));
             if index as u8 >= least { OPEN_COST + OPEN_COST * NEAR_FACTOR * near / 252 } else { 0 }
         });
-        Self { costmap, clearances: costmap.clearances(), costs }
+        let needed_m = clearance::in_cells(least) * costmap.frame.resolution_m;
+        Self { costmap, clearances: costmap.clearances(), costs, needed_m }
     }
 
     /// Whether the robot's center can be anywhere in a cell.

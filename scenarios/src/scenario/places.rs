@@ -139,7 +139,7 @@ fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, start: &P
             format!("the robot cannot stand at `{name}`: {at} is in a wall")
         }
         PlanError::GoalInObstacle { clearance_m, needed_m } => format!(
-            "the robot cannot stand at `{name}`: {at} is {clearance_m:.2} m from a wall, but it needs {needed_m:.2} m"
+            "the robot cannot stand at `{name}`: {at} is {clearance_m:.3} m from a wall, but it needs {needed_m:.3} m"
         ),
         error => format!("`{name}` at {at}: {error}"),
     };
