@@ -105,11 +105,12 @@
 //! ```
 //!
 //! # Inside
-//! `load/dialect` recognizes files that only look like SCXML. `expression` is the compiled subset of ECMAScript; the
-//! rest goes to `engine`, which uses QuickJS with the feature `ecmascript` and refuses everything without it.
-//! `rehearsal` runs a machine alone; `process` makes it a process of a channel system, and checks that all machines fit
-//! their channels when a scenario is loaded. `mutation` introduces a mistake into a machine's text without moving any
-//! line.
+//! `load` reads a file into a `chart`, which `machine` runs: `machine/select` chooses transitions, `machine/macrostep`
+//! takes them. `load/dialect` recognizes files that only look like SCXML. `expression` is the compiled subset of
+//! ECMAScript; the rest goes to `engine`, which uses QuickJS with the feature `ecmascript` and refuses everything
+//! without it. `rehearsal` runs a machine alone; `process` makes it a process of a channel system, and checks that all
+//! machines fit their channels when a scenario is loaded. `mutation` introduces a mistake into a machine's text without
+//! moving any line.
 
 mod bit_set;
 mod chart;
