@@ -7,8 +7,6 @@ use std::sync::Arc;
 use channels::{ChannelId, Relation, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::syntax::Unit;
-
 /// A SCOPE constraint over the channels of a topology.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Formula {
@@ -50,8 +48,8 @@ pub enum Formula {
     /// The second operand holds or held at some j ≤ i with τi − τj within the bound, and the first whenever it was
     /// checked after that.
     Since(Bound, Box<Formula>, Box<Formula>),
-    /// At least, or at most, `count` messages that satisfy the event have passed at states j ≤ i with τi − τj within the
-    /// bound.
+    /// At least, or at most, `count` messages that satisfy the event have passed at states j ≤ i with τi − τj within
+    /// the bound.
     Count {
         /// The event.
         event: EventAtom,
@@ -141,6 +139,46 @@ impl PartialOrd for Bound {
 impl Ord for Bound {
     fn cmp(&self, other: &Self) -> Ordering {
         self.meaning().cmp(&other.meaning())
+    }
+}
+
+/// A unit of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unit {
+    /// `ms`
+    Milliseconds,
+    /// `s`
+    Seconds,
+    /// `min`
+    Minutes,
+    /// `h`
+    Hours,
+}
+
+impl Unit {
+    /// All units.
+    pub const ALL: [Self; 4] = [Self::Milliseconds, Self::Seconds, Self::Minutes, Self::Hours];
+
+    /// The name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Milliseconds => "ms",
+            Self::Seconds => "s",
+            Self::Minutes => "min",
+            Self::Hours => "h",
+        }
+    }
+
+    /// Its length in nanoseconds.
+    #[must_use]
+    pub fn nanos(self) -> u64 {
+        match self {
+            Self::Milliseconds => 1_000_000,
+            Self::Seconds => 1_000_000_000,
+            Self::Minutes => 60_000_000_000,
+            Self::Hours => 3_600_000_000_000,
+        }
     }
 }
 

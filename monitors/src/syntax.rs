@@ -12,7 +12,7 @@ mod token;
 
 pub use ast::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
-    Item, Literal, Name, Operand, PropertyItem, Term, Unit,
+    Item, Literal, Name, Operand, PropertyItem, Term,
 };
 pub use operators::{OPERATORS, Operator};
 pub use parse::{Parsed, parse_file};

@@ -2,11 +2,11 @@
 
 use channels::{Relation, Shape, Topology, Value};
 
-use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term};
+use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term, Unit};
 use crate::resolve::meaning;
 use crate::syntax::{
     self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
-    Operand, Unit,
+    Operand,
 };
 
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
@@ -15,8 +15,8 @@ impl Formula {
     /// The formula in the SCOPE language, over its topology, with bounds as the property writes them: in ticks, or as
     /// durations.
     ///
-    /// Reading the text with the same period of ticks gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
-    /// does not have.
+    /// Reading the text with the same period of ticks gives the same formula, except for an `and` or `or` of fewer than
+    /// two parts, which the language does not have.
     #[must_use]
     pub fn text(&self, topology: &Topology) -> String {
         constraint(self, topology, false).to_string()

@@ -5,9 +5,9 @@ use std::time::Duration;
 use channels::{Capacity, Domain, FieldKind, Message, Relation, Shape, Topology, Value};
 use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
-    Item, Literal, Name, Operand, PropertyItem, Term, Unit, parse_file,
+    Item, Literal, Name, Operand, PropertyItem, Term, parse_file,
 };
-use monitors::{Arithmetic, Formula, MessageCondition};
+use monitors::{Arithmetic, Formula, MessageCondition, Unit};
 use proptest::prelude::*;
 
 use crate::cases::cases;

@@ -2,9 +2,8 @@
 
 use channels::Relation;
 use miette::SourceSpan;
-use serde::{Deserialize, Serialize};
 
-use crate::formula::Arithmetic;
+use crate::formula::{Arithmetic, Unit};
 
 /// A range of bytes of a file.
 ///
@@ -353,43 +352,3 @@ impl PartialEq for Literal {
 }
 
 impl Eq for Literal {}
-
-/// A unit of time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Unit {
-    /// `ms`
-    Milliseconds,
-    /// `s`
-    Seconds,
-    /// `min`
-    Minutes,
-    /// `h`
-    Hours,
-}
-
-impl Unit {
-    /// All units.
-    pub const ALL: [Self; 4] = [Self::Milliseconds, Self::Seconds, Self::Minutes, Self::Hours];
-
-    /// The name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Milliseconds => "ms",
-            Self::Seconds => "s",
-            Self::Minutes => "min",
-            Self::Hours => "h",
-        }
-    }
-
-    /// Its length in nanoseconds.
-    #[must_use]
-    pub fn nanos(self) -> u64 {
-        match self {
-            Self::Milliseconds => 1_000_000,
-            Self::Seconds => 1_000_000_000,
-            Self::Minutes => 60_000_000_000,
-            Self::Hours => 3_600_000_000_000,
-        }
-    }
-}

@@ -17,9 +17,10 @@
 use channels::Relation;
 use diagnostics::{Problem, nearest, nearest_or_all};
 
-use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem, Unit};
+use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem};
 use super::real::{Unfit, real};
 use super::token::{Keyword, Token, TokenKind, tokens};
+use crate::formula::Unit;
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack. Chosen, not measured.
 const MAX_DEPTH: usize = 100;

@@ -6,9 +6,10 @@ use channels::{Relation, Value};
 
 use super::ast::{
     Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval, Item, Literal, Name,
-    Operand, Term, Unit,
+    Operand, Term,
 };
 use super::token::is_plain_name;
+use crate::formula::Unit;
 
 impl Display for File {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
