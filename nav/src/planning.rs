@@ -1,9 +1,10 @@
 //! Path planning with clearance from obstacles.
 //!
-//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of the result. A path is a list of points,
-//! 0.1 m or less apart, in the `map` frame.
+//! [A*](astar) over the cells, for a way across a campus after a search over [blocks] of them, then [shortening and
+//! smoothing](smoothing) of the result. A path is a list of points, 0.1 m or less apart, in the `map` frame.
 
 mod astar;
+mod blocks;
 mod goal;
 mod reach;
 mod reachability;
@@ -139,7 +140,7 @@ fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point)
     if costmap.marked().len() > 0 && !reachability::is_reachable(&ground, first, goal_cell) {
         return Err(PlanError::NoPath);
     }
-    let cells = astar::shortest_path(&ground, first, goal_cell).ok_or(PlanError::NoPath)?;
+    let cells = blocks::path(&ground, first, goal_cell).ok_or(PlanError::NoPath)?;
     if first == start_cell {
         return Ok(smoothing::smoothed(&ground, &cells, Some(start), end));
     }

@@ -7,32 +7,50 @@
 //! heap. They account for most of the 5 ms that a path across 1984 × 1984 cells takes, although an array over the cells
 //! filters useless steps before the hash map is accessed. Arrays for costs and parents, and a bucket queue, since costs
 //! are small integers, would reduce this to 1.2 ms (measured for the same path). That would justify a search of our own
-//! only if planning were frequent; but the path is replanned only when it is blocked.
+//! only if planning were frequent; but the path is replanned only when it is blocked. A search that visits very many cells
+//! gives up, and [`blocks`](super::blocks) narrow it down.
+
+use std::cell::Cell;
 
 use super::standing::Ground;
 
 /// Lengths of steps along an axis and along a diagonal.
-const STRAIGHT: u32 = 5;
-const DIAGONAL: u32 = 7;
+pub(super) const STRAIGHT: u32 = 5;
+pub(super) const DIAGONAL: u32 = 7;
 
-/// The cells of the cheapest path from one cell to another, inclusive, or `None` if there is none.
-pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Option<Vec<usize>> {
+/// The least cost of a path between two cells.
+pub(super) fn remaining(ground: &Ground<'_>, from: u32, to: u32) -> u32 {
     let width = ground.costmap.frame.width as u32;
-    let (to_column, to_row) = (to as u32 % width, to as u32 / width);
-    let remaining = |cell: &u32| {
-        let (across, along) = ((cell % width).abs_diff(to_column), (cell / width).abs_diff(to_row));
-        let (short, long) = (across.min(along), across.max(along));
-        (short * DIAGONAL + (long - short) * STRAIGHT) * ground.least_cost()
-    };
+    let (across, along) = ((from % width).abs_diff(to % width), (from / width).abs_diff(to / width));
+    let (short, long) = (across.min(along), across.max(along));
+    (short * DIAGONAL + (long - short) * STRAIGHT) * ground.least_cost()
+}
+
+/// A search has visited as many cells as it may.
+#[derive(Debug)]
+pub(super) struct GaveUp;
+
+/// The cells of the cheapest path from one cell to another through these cells, inclusive, or `None` if there is none.
+/// Gives up after it has visited `most` cells.
+pub(super) fn shortest_path(
+    ground: &Ground<'_>,
+    from: usize,
+    to: usize,
+    is_inside: impl Fn(usize) -> bool,
+    most: usize,
+) -> Result<Option<Vec<usize>>, GaveUp> {
+    let visits = Cell::new(0);
+    let remaining = |cell: &u32| remaining(ground, *cell, to as u32);
     // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet.
     let mut reached = vec![0_u32; ground.costmap.clearances().len()];
     reached[from] = 1;
     let ways = |cell: &u32| {
+        visits.set(visits.get() + 1);
         let here = reached[*cell as usize];
         let (mut cheaper, mut count) = ([(0, 0); 8], 0);
         for (next, cost) in successors(ground, *cell) {
             let known = &mut reached[next as usize];
-            if *known == 0 || here + cost < *known {
+            if (*known == 0 || here + cost < *known) && is_inside(next as usize) {
                 *known = here + cost;
                 cheaper[count] = (next, cost);
                 count += 1;
@@ -40,8 +58,10 @@ pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Opti
         }
         cheaper.into_iter().take(count)
     };
-    let found = pathfinding::prelude::astar(&(from as u32), ways, remaining, |cell| *cell == to as u32);
-    found.map(|(cells, _)| cells.into_iter().map(|cell| cell as usize).collect())
+    let ends = |cell: &u32| *cell == to as u32 || visits.get() > most;
+    let found = pathfinding::prelude::astar(&(from as u32), ways, remaining, ends);
+    let found = found.map(|(cells, _)| cells.into_iter().map(|cell| cell as usize).collect::<Vec<_>>());
+    if found.as_ref().is_some_and(|cells| cells.last() != Some(&to)) { Err(GaveUp) } else { Ok(found) }
 }
 
 /// The cells that can be reached in a step, with the step's cost.
@@ -121,7 +141,7 @@ mod tests {
             let ground = Ground::new(&costmap);
             let standable: Vec<usize> = (0..WIDTH * HEIGHT).filter(|cell| ground.can_stand(*cell)).collect();
             let (from, to) = (*from.get(&standable), *to.get(&standable));
-            let path = shortest_path(&ground, from, to);
+            let path = shortest_path(&ground, from, to, |_| true, usize::MAX).unwrap();
             let expected = cheapest(&ground, from)[to];
             prop_assert_eq!(path.is_some(), expected.is_some());
             prop_assert_eq!(is_reachable(&ground, from, to), path.is_some());
