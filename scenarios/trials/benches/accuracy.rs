@@ -1,7 +1,7 @@
 //! The accuracy of localization: a table over ten noisy drives of some 50 m through the house.
 //!
 //! ```sh
-//! cargo run --release -p trials --example accuracy
+//! cargo bench -p trials --bench accuracy
 //! ```
 
 #![expect(clippy::print_stdout, reason = "prints a table")]

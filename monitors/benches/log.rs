@@ -1,8 +1,8 @@
-//! Measures the time to read a log and to verify it: `cargo run --release -p steward-monitors --example log_speed --
-//! 10000000 /tmp/log.jsonl`.
+//! The time to read a log and to verify it: `cargo bench -p steward-monitors --bench log [-- EVENTS [LOG]]`.
 //!
 //! Writes a log of an artificial run with this many events to the file if it does not exist, reads it without monitors
-//! and then with φ1, φ2 and its variant, and prints the times and (on Linux) the peak memory.
+//! and then with φ1, φ2 and its variant, and prints the times and (on Linux) the peak memory. Unless a file is named,
+//! the log is in the target folder.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
@@ -66,9 +66,10 @@ fn properties(topology: &Arc<Topology>) -> Result<Vec<Property>, Box<dyn std::er
 
 #[expect(clippy::print_stdout, clippy::disallowed_methods, reason = "a program that measures time")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
+    // Cargo adds `--bench`.
+    let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     let events: u64 = arguments.next().unwrap_or_else(|| "1000000".to_owned()).parse()?;
-    let path = arguments.next().unwrap_or_else(|| "log.jsonl".to_owned());
+    let path = arguments.next().unwrap_or_else(|| format!("{}/{events}.jsonl", env!("CARGO_TARGET_TMPDIR")));
     let path = Path::new(&path);
     if !path.exists() {
         write_log(path, events)?;

@@ -1,4 +1,4 @@
-//! The cost of a campaign: `cargo run --release --example campaign_speed [set-up | overhead | cores | memory [RUNS…]]`.
+//! The cost of a campaign: `cargo bench -p campaigns --bench campaign [-- set-up | overhead | cores | memory [RUNS…]]`.
 //!
 //! - `set-up`: how long the set-up of a run takes once another run has been set up.
 //! - `overhead`: a campaign's time relative to that of its bare runs, which are set up, stepped to their end and
@@ -28,7 +28,8 @@ use scenarios::scenario::Scenario;
 const PAIRS: usize = 7;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    // Cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     let wanted = |section: &str| arguments.is_empty() || arguments[0] == section;
     if arguments.first().is_some_and(|first| first == "peak") {
         return println!("{}", peak_kib(arguments[1].parse().unwrap()));
