@@ -19,7 +19,7 @@
 //! distance of 1 m to 2 m, so it does not dock in passing. The rooms differ in shape, size and furniture, so a laser
 //! scan identifies where it was taken.
 //!
-//! `cargo run -p steward-maps --example draw_maps` draws the map's files; a test checks that they are up to date.
+//! A test checks that the map's files are up to date; `STEWARD_BLESS=1 cargo test -p steward-maps` draws them.
 
 mod plan;
 

@@ -31,8 +31,8 @@
 //! cells only, and depends only on nalgebra.
 //!
 //! # Inside
-//! The project's own maps, the house and the museum, are plans in meters (`plan`), drawn by
-//! `maps/examples/draw_maps.rs`.
+//! The project's own maps, the house and the museum, are plans in meters (`plan`). With `STEWARD_BLESS=1`,
+//! tests draw their files.
 
 #[cfg(feature = "files")]
 mod error;
