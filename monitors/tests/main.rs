@@ -1,6 +1,7 @@
 //! Tests of the language, its semantics and its monitors.
 
 mod agreement;
+mod broken_files;
 mod cases;
 mod diagnostics;
 mod edges;

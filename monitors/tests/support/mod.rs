@@ -1,4 +1,4 @@
-//! Random formulas and sequences, and the checks on them: shared by the tests and examples.
+//! Random formulas and sequences, and the checks on them: shared by the tests and by `tests/tools`.
 
 pub(crate) mod check;
 pub(crate) mod classes;

@@ -1,15 +1,10 @@
-//! Feeds the parser broken property files: `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`.
-//!
-//! Inputs are the shipped files and others, cut, mixed, repeated and interspersed with tokens and bytes. The parser
-//! must terminate on each, its problems must lie inside the text, and accepted text must print and read back as the
-//! same tree. An optional second argument is the first seed. This needs no nightly compiler; it exits with 1 at the
-//! first failure.
-
-use std::process::ExitCode;
-use std::time::Instant;
+//! The parser reads broken property files.
 
 use monitors::SHIPPED;
 use monitors::syntax::parse_file;
+
+use crate::cases::demanded;
+use crate::support::Dice;
 
 /// The tokens to insert.
 const WORDS: [&str; 56] = [
@@ -71,21 +66,9 @@ const WORDS: [&str; 56] = [
     "\u{0}",
 ];
 
-/// Pseudo-random numbers that are the same everywhere (SplitMix64).
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) % sides.max(1) as u64) as usize
-    }
-}
-
 /// A position in a text at which a character begins.
 fn place(dice: &mut Dice, text: &str) -> usize {
-    let mut at = dice.roll(text.len() + 1);
+    let mut at = dice.roll(text.len() as u64 + 1) as usize;
     while !text.is_char_boundary(at) {
         at -= 1;
     }
@@ -94,21 +77,21 @@ fn place(dice: &mut Dice, text: &str) -> usize {
 
 fn input(dice: &mut Dice) -> String {
     let mut text = match dice.roll(4) {
-        0 => (0..dice.roll(60)).map(|_| WORDS[dice.roll(WORDS.len())]).collect::<Vec<_>>().join(" "),
+        0 => (0..dice.roll(60)).map(|_| *dice.pick(&WORDS)).collect::<Vec<_>>().join(" "),
         1 => (0..dice.roll(40)).filter_map(|_| char::from_u32(dice.roll(0x3000) as u32)).collect(),
-        _ => SHIPPED[dice.roll(SHIPPED.len())].1.to_owned(),
+        _ => dice.pick(&SHIPPED).1.to_owned(),
     };
     for _ in 0..1 + dice.roll(6) {
         let (a, b) = (place(dice, &text), place(dice, &text));
         let (a, b) = (a.min(b), a.max(b));
         match dice.roll(5) {
             0 => text.replace_range(a..b, ""),
-            1 => text.insert_str(a, WORDS[dice.roll(WORDS.len())]),
+            1 => text.insert_str(a, dice.pick::<&str>(&WORDS)),
             2 => {
                 let piece = text[a..b].to_owned();
                 text.insert_str(b, &piece);
             }
-            3 => text.insert_str(a, &WORDS[dice.roll(WORDS.len())].repeat(1 + dice.roll(300))),
+            3 => text.insert_str(a, &dice.pick(&WORDS).repeat(1 + dice.roll(300) as usize)),
             _ => {
                 let piece = text[a..b].to_owned();
                 text.replace_range(a..b, &piece.chars().rev().collect::<String>());
@@ -140,26 +123,18 @@ fn check(text: &str) -> Result<bool, String> {
     Ok(!parsed.file.items.is_empty())
 }
 
-#[expect(
-    clippy::print_stdout,
-    clippy::disallowed_methods,
-    reason = "a program that is run manually and prints its run time"
-)]
-fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
-    let inputs = arguments.next().and_then(Result::ok).unwrap_or(100_000);
-    let first = arguments.next().and_then(Result::ok).unwrap_or(0);
-    let (start, mut accepted) = (Instant::now(), 0_u64);
+/// Inputs are the shipped files and others, cut, mixed, repeated and interspersed with tokens and bytes. The parser
+/// must terminate on each, its problems must lie inside the text, and accepted text must print and read back as the
+/// same tree.
+#[test]
+#[ignore = "long: INPUTS=10000000 SEED=0 cargo test --release -p steward-monitors broken_files_on_demand -- --ignored --nocapture"]
+fn the_parser_reads_broken_files_on_demand() {
+    let (inputs, first) = (demanded("INPUTS", 100_000), demanded("SEED", 0));
+    let mut accepted = 0_u64;
     for seed in first..first + inputs {
         let text = input(&mut Dice(seed));
-        match check(&text) {
-            Ok(is_accepted) => accepted += u64::from(is_accepted),
-            Err(what) => {
-                println!("input {seed}: {what}\n{text:?}");
-                return ExitCode::FAILURE;
-            }
-        }
+        let is_accepted = check(&text).unwrap_or_else(|what| panic!("input {seed}: {what}\n{text:?}"));
+        accepted += u64::from(is_accepted);
     }
-    println!("{inputs} inputs, {accepted} of them accepted and printed back, {:.0} s", start.elapsed().as_secs_f64());
-    ExitCode::SUCCESS
+    println!("{inputs} inputs, {accepted} of them accepted and printed back");
 }
