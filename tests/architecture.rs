@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that the code uses.
-const ROOMS: [(&str, &[&str]); 29] = [
+const ROOMS: [(&str, &[&str]); 30] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("explorer", &["channels"]),
@@ -34,6 +34,7 @@ const ROOMS: [(&str, &[&str]); 29] = [
     ("drawing", &["diagnostics", "maps", "rasters"]),
     ("recording", &["channels", "diagnostics", "maps", "robot", "ros_messages", "monitors", "bt"]),
     ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
+    ("tools", &["channels", "diagnostics", "explorer", "monitors", "ros_messages"]),
     ("trials", &["bags", "batch", "maps", "robot", "ros_messages", "sim", "nav", "drawing"]),
     (
         "scenarios",

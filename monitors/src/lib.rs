@@ -189,19 +189,19 @@
 //!   endless words. Every printed formula reads back as the same formula. Proofs about random systems agree with an
 //!   enumeration of their runs. Further tests check the definition by examples, the laws of logic, the paper's monitors
 //!   against the synthesized ones, and snapshots of all messages.
-//! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million pairs of seven classes, among them
-//!   extreme numbers, operators that look back, remembered values and time; it prints which verdicts come late, and
-//!   why.
-//! - `cargo run --release -p steward-monitors --example prove -- 10000`: proofs about ten thousand systems.
-//! - `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`: formulas that look back,
-//!   with runs and verdicts, for reelay (`examples/reelay_cases.py` runs them).
-//! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred
-//!   thousand formulas on hundreds of random endless words each: none is too early, none is wrong; it counts the late
-//!   ones.
-//! - `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`: ten million broken files.
-//! - `cargo run --release -p steward-monitors --example scxml_traces -- 300`: exported machines with runs and verdicts,
-//!   for an ECMAScript SCXML engine (`examples/scxml_traces.mjs` runs them in SCION).
-//! - `cargo run --release -p steward-monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
+//! - `cargo test --release -p steward-monitors on_demand -- --ignored --nocapture`: the same from the first `SEED` on,
+//!   with as many cases as these variables say.
+//!   - `PAIRS=1000000`: a million pairs of seven classes, among them extreme numbers, operators that look back,
+//!     remembered values and time. It prints which verdicts come late, and why.
+//!   - `FORMULAS=100000`: the verdicts of a hundred thousand formulas, on hundreds of random endless words each. None
+//!     is too early, none is wrong; the late ones are counted.
+//!   - `SYSTEMS=10000`: proofs about ten thousand systems.
+//!   - `INPUTS=10000000`: ten million broken files.
+//! - `cargo run --release -p tools --bin reelay_cases -- 100000 > cases.jsonl`: formulas that look back, with runs and
+//!   verdicts, for reelay (`tests/tools/reelay_cases.py` runs them).
+//! - `cargo run --release -p tools --bin scxml_traces -- 300`: exported machines with runs and verdicts, for an
+//!   ECMAScript SCXML engine (`tests/tools/scxml_traces.mjs` runs them in SCION).
+//! - `cargo bench -p steward-monitors --bench log -- 10000000`: a log of ten million events.
 //! - `tests/monitors.rs` of the workspace: exported machines in the SCXML engine of the skills, on random runs.
 //! - `FEWER_CASES=20 cargo mutants -p steward-monitors`: mutates semantics and synthesis in hundreds of places;
 //!   MUTANTS.md lists the surviving mutants and why they survive.

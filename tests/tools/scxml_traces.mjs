@@ -1,5 +1,5 @@
 // Runs exported SCXML monitors in SCION, an ECMAScript SCXML engine, and compares where they say `violated` with what
-// the Rust monitors said. See scxml_traces.rs.
+// the Rust monitors said. See src/bin/scxml_traces.rs.
 import { createRequire } from 'node:module';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';

@@ -1,9 +1,9 @@
 //! Writes exported SCXML monitors with random runs and the expected verdicts, so that an ECMAScript SCXML engine can
-//! confirm them: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the
-//! package `@scion-scxml/scxml` from npm installed, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
+//! confirm them: `cargo run --release -p tools --bin scxml_traces -- 300 > traces.jsonl`, then, with the package
+//! `@scion-scxml/scxml` from npm installed, `node tests/tools/scxml_traces.mjs traces.jsonl`.
 
-#[path = "../tests/support/mod.rs"]
-#[expect(dead_code, reason = "shared with the tests")]
+#[path = "../../../../monitors/tests/support/mod.rs"]
+#[expect(dead_code, reason = "shared with the tests of monitors")]
 mod support;
 
 use channels::{Event, EventKind, Monitor, Topology, Value, Verdict};

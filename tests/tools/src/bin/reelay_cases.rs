@@ -1,12 +1,12 @@
 //! Writes formulas that look back as reelay patterns, each with a run and the step where it first fails, so that reelay
-//! can confirm them: `cargo run --release -p steward-monitors --example reelay_cases -- 100000 > cases.jsonl`, then,
-//! with the package `reelay` from PyPI installed, `python3 monitors/examples/reelay_cases.py cases.jsonl`.
+//! can confirm them: `cargo run --release -p tools --bin reelay_cases -- 100000 > cases.jsonl`, then, with the package
+//! `reelay` from PyPI installed, `python3 tests/tools/reelay_cases.py cases.jsonl`.
 //!
 //! reelay samples at 0, 1, 2, …: a run has one message after each tick, on one channel, and every operand has an event
 //! of that channel, so it is checked only at messages.
 
-#[path = "../tests/support/mod.rs"]
-#[expect(dead_code, reason = "shared with the tests")]
+#[path = "../../../../monitors/tests/support/mod.rs"]
+#[expect(dead_code, reason = "shared with the tests of monitors")]
 mod support;
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! For tests with other programs: `transcode FOLDER…` reads lines `TYPE BYTES`, decodes the bytes, which are in
+//! For `ros/messages/tests/foreign.py`: `transcode FOLDER…` reads lines `TYPE BYTES`, decodes the bytes, which are in
 //! hexadecimal, and encodes the value again. For each line, it prints the type's hash and the bytes. The folders
 //! contain the definitions.
 

@@ -1,4 +1,4 @@
-"""Runs the cases of `reelay_cases.rs` in reelay: `python3 reelay_cases.py cases.jsonl`.
+"""Runs the cases of `src/bin/reelay_cases.rs` in reelay: `python3 reelay_cases.py cases.jsonl`.
 
 Exits with 1 at the first pattern that does not fail first where it should.
 """
