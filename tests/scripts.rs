@@ -26,8 +26,8 @@ const NOT_RUN: [(&str, &str); 7] = [
     (".ci/run", "is the gate"),
     (".ci/fast", "runs commands of the gate for those crates that have changed"),
     ("bt/tests/answers/generate.py", "makes trees for BehaviorTree.CPP, whose answers are committed"),
+    ("ros/bags/benches/speed.py", "measures, for an hour and with gigabytes"),
     ("src/init/recording/make_bag.py", "made the bag of the template, which is committed"),
-    ("tests/bags/speed.py", "measures, for an hour and with gigabytes"),
     ("tests/live/measure.mjs", "measures, and its figures depend on the machine"),
     ("tests/tools/scxml_traces.mjs", "needs SCION, which few machines have"),
 ];

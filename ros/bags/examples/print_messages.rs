@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         writeln!(out, "{}", json!({ "topic": topic, "type": kind, "log_ns": head.log_ns, "message": message }))?;
     }
     out.flush()?;
-    messages.lost().iter().for_each(|lost| eprintln!("{lost}"));
+    bag.survey().lost.iter().chain(messages.lost()).for_each(|lost| eprintln!("{lost}"));
     Ok(())
 }
 

@@ -24,8 +24,6 @@ mod events;
 mod mapping;
 mod path;
 mod storage;
-#[cfg(test)]
-mod tests;
 
 use std::path::{Path, PathBuf};
 

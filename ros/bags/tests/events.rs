@@ -1,0 +1,155 @@
+//! Messages become events on channels, with ticks between them.
+
+use std::fs;
+
+use bags::Bag;
+
+use crate::messages::{ODD, PLAIN, TWIST, odd, plain, twist};
+use crate::reading::read_with;
+use crate::writer::{Written, bag_of, written};
+
+pub(crate) const MAPPING: &str = r#"
+[[messages]]
+topic = "/cmd_vel"
+from = "controller"
+to = "base"
+fields = { x = "linear.x", turn = { path = "angular.z", scale = 10 } }
+[[messages]]
+topic = "/odd"
+from = "odd"
+to = "base"
+where = { mode = [1, 2], "header.frame_id" = "map" }
+[messages.fields]
+kind = { symbol = "odd" }
+mode = { path = "mode", symbols = { 1 = "busy" } }
+count = "count"
+id = "id"
+last = "items[-1].name"
+weight = "items[1].weight"
+wide = "wide"
+flag = "flags[1]"
+"#;
+
+#[test]
+fn messages_become_events_with_ticks_between_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bag = bag_of(
+        folder.path(),
+        &[
+            ("/cmd_vel", TWIST, 5000, twist(0.5)),
+            ("/odd", ODD, 5200, odd(false, 1, 1, &[("a", 1.0), ("b", f32::NAN)])),
+            ("/odd", ODD, 5300, odd(false, 1, 0, &[])),
+            ("/odd", ODD, 5400, odd(true, 1, 1, &[("c", 1.0), ("d", 0.1)])),
+            // This one was recorded too late and is put in order.
+            ("/cmd_vel", TWIST, 5100, twist(f64::NAN)),
+            ("/odd", ODD, 5500, odd(false, 1, 2, &[])),
+            ("/cmd_vel", TWIST, 7000, twist(1.0)),
+            ("/cmd_vel", TWIST, 7500, twist(2.0)[..20].to_vec()),
+        ],
+    );
+    let (events, notes) = read_with(&bag, MAPPING);
+    let expected = [
+        // It is noticed as soon as it is read.
+        "messages on /odd are left out: the mapping has no symbol for the value; the first: `mode` is 2",
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: controller → base [0.5, -5.0]",
+        "100 ms: 2, tick 0: controller → base [<none>, <none>]",
+        "200 ms: 3, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"b\", <none>, \"aß😀\", false]",
+        "400 ms: 4, tick 0: odd → base [<odd>, <busy>, 9007199254740993, \"ab0001ff\", \"d\", 0.10000000149011612, \"aß😀\", false]",
+        "messages on /cmd_vel are left out: the bytes do not fit the definition: they end before their definition does; \
+         the first: 2.500 s after the first message of the bag",
+        "1000 ms: 4, tick 1",
+        "2000 ms: 4, tick 2",
+        "2000 ms: 5, tick 2: controller → base [1.0, -10.0]",
+    ];
+    assert_eq!(events, expected);
+    let expected = [
+        "1 message on /cmd_vel is left out: the bytes do not fit the definition: they end before their definition does; \
+         the first: 2.500 s after the first message of the bag",
+        "1 message on /odd is left out: the mapping has no symbol for the value; the first: `mode` is 2",
+    ];
+    assert_eq!(notes, expected);
+}
+
+#[test]
+fn stamps_in_messages_can_be_their_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |ms: u32| ("/odd", ODD, 9000, odd(false, ms, 1, &[]));
+    let bag = bag_of(folder.path(), &[at(3000), at(0), at(3900), at(3700), at(5500), at(4000), at(u32::MAX), at(5600)]);
+    let text = "time = \"header.stamp\"\nreorder_s = 0.5\ntick_s = 0.1\n[[messages]]\ntopic = \"/odd\"\nfrom = \"a\"\nto = \"b\"\n\
+                fields = { mode = \"mode\" }\n";
+    let (events, notes) = read_with(&bag, text);
+    let messages = events.iter().filter(|line| line.contains('→'));
+    let times: Vec<&str> = messages.map(|line| line.split(':').next().unwrap_or_default()).collect();
+    assert_eq!(times, ["0 ms", "700 ms", "900 ms", "1000 ms", "2500 ms", "2600 ms"]);
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].starts_with("2 messages on /odd are left out: the stamp is 0, or far from"), "{notes:?}");
+}
+
+#[test]
+fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let most = i64::MAX as u64;
+    let bag = bag_of(
+        folder.path(),
+        &[
+            ("/p", PLAIN, 1, plain(i64::MIN, (1 << 53) + 1, &[7])),
+            ("/p", PLAIN, 2, plain(i64::MAX, most, &[])),
+            ("/p", PLAIN, 3, plain(0, most + 1, &[7])),
+        ],
+    );
+    let entry = |fields: &str| format!("[[messages]]\ntopic = \"/p\"\nfrom = \"a\"\nto = \"b\"\n{fields}");
+    let text = entry(
+        "fields = { whole = \"whole\", natural = \"natural\", code = { path = \"codes[0]\", symbols = { 7 = \"seven\" } } }",
+    );
+    let (events, notes) = read_with(&bag, &text);
+    let why = "left out: the integer does not fit into 64 bits, or not exactly into a real number; the first: `natural` \
+         is 9223372036854775808";
+    let expected = [
+        &format!("messages on /p are {why}"),
+        "0 ms: 0, tick 0",
+        "0 ms: 1, tick 0: a → b [-9223372036854775808, 9007199254740993, <seven>]",
+        "1 ms: 2, tick 0: a → b [9223372036854775807, 9223372036854775807, <none>]",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(notes, [format!("1 message on /p is {why}")]);
+    let only = |wanted: &str| {
+        let (events, _) =
+            read_with(&bag, &entry(&format!("where = {{ natural = {wanted} }}\nfields = {{ whole = \"whole\" }}\n")));
+        events.iter().filter(|line| line.contains('→')).count()
+    };
+    assert_eq!(["9007199254740992", "9007199254740993", "9007199254740992.0"].map(only), [0, 1, 0]);
+}
+
+#[test]
+fn messages_that_do_not_fit_their_definition_are_counted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let wrong = ("std_msgs/msg/String", "float64[10] x\n");
+    let messages: Vec<Written<'_>> = (0..100).map(|ms| ("/b", wrong, ms, vec![0, 1, 0, 0, 1, 0, 0, 0, 0])).collect();
+    let text = "[[messages]]\ntopic = \"/b\"\nfrom = \"b\"\nto = \"m\"\nfields = { x = \"x[0]\" }\n";
+    let (events, notes) = read_with(&bag_of(folder.path(), &messages), text);
+    let why = "are left out: the bytes do not fit the definition: they end before their definition does; the first: \
+               0.000 s after the first message of the bag";
+    assert_eq!(events, [format!("messages on /b {why}")]);
+    assert_eq!(notes, [format!("100 messages on /b {why}")]);
+}
+
+/// The parts of a bag are read one after the other: their messages are not sorted.
+#[test]
+fn a_message_that_comes_too_late_gets_the_time_of_the_one_before_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let part = |name: &str, ms: &[u64]| {
+        let messages: Vec<Written<'_>> = ms.iter().map(|ms| ("/cmd_vel", TWIST, *ms, twist(1.0))).collect();
+        fs::write(folder.path().join(name), written(&messages, mcap::WriteOptions::new())).expect("room for a file");
+    };
+    part("bag_0.mcap", &[0, 5000, 6000]);
+    part("bag_1.mcap", &[1000, 7000]);
+    let text = "tick_s = 10\nreorder_s = 0.5\n[[messages]]\ntopic = \"/cmd_vel\"\nfrom = \"a\"\nto = \"b\"\n\
+                fields = { x = \"linear.x\" }\n";
+    let (events, notes) = read_with(&Bag::open(folder.path()).expect("a bag"), text);
+    let times: Vec<&str> = events.iter().map(|line| line.split(':').next().unwrap_or_default()).collect();
+    assert_eq!(times, ["0 ms", "0 ms", "5000 ms", "5000 ms", "6000 ms", "7000 ms"]);
+    let late = "1 messages come up to 4.000 s too late and get the time of the message before them; `reorder_s` sets how \
+                long to wait for them";
+    assert_eq!(notes, [late]);
+}

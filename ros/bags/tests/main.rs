@@ -1,0 +1,12 @@
+//! What users of the crate see, in bags that are made here byte by byte; `foreign.py` reads those of other programs.
+
+mod contents;
+mod damage;
+mod events;
+mod mappings;
+mod messages;
+mod packing;
+mod reading;
+#[cfg(feature = "sqlite")]
+mod sqlite;
+mod writer;

@@ -1,0 +1,81 @@
+//! Mappings: those that do not fit, and those that are proposed.
+
+use std::path::Path;
+
+use bags::{Contents, Definitions};
+use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+
+use crate::messages::{ODD, TWIST, odd, twist};
+use crate::reading::{mapping, nothing, read_with};
+use crate::writer::bag_of;
+
+#[test]
+fn what_does_not_fit_the_bag_is_refused_at_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let undefined = ("odd_msgs/action/Go_FeedbackMessage", "");
+    let bag = bag_of(
+        folder.path(),
+        &[("/cmd_vel", TWIST, 1, twist(1.0)), ("/odd", ODD, 1, odd(false, 1, 1, &[])), ("/go", undefined, 1, vec![])],
+    );
+    let problems = |topic: &str, fields: &str| {
+        let ends = "from = \"a\"\nto = \"b\"";
+        let text = format!("[[messages]]\ntopic = \"{topic}\"\n{ends}\nfields.x = {fields}\n");
+        mapping(&text).compile(bag.survey(), None, &nothing).err().map(|problems| problems.plain()).unwrap_or_default()
+    };
+    let all = [
+        problems("/cmd_val", "\"linear.x\""),
+        problems("/cmd_vel", "\"linear.w\""),
+        problems("/cmd_vel", "\"linear\""),
+        problems("/cmd_vel", "\"linear[0].x\""),
+        problems("/cmd_vel", "\"linear.x.y\""),
+        problems("/odd", "\"items.name\""),
+        problems("/odd", "\"items[last].name\""),
+        problems("/odd", "{ path = \"wide\", scale = 2 }"),
+        problems("/odd", "\"mode\"\ntime = \"mode\""),
+        problems("/go", "\"goal_id.uuid\""),
+    ];
+    insta::assert_snapshot!(all.concat());
+    // It is defined if the right folder is given.
+    let action = "int8 to\n---\nbool done\n---\nfloat32 left\n";
+    let read = |path: &Path| match path.ends_with("share/odd_msgs/action/Go.action") {
+        true => Ok(action.as_bytes().to_vec()),
+        false => nothing(path),
+    };
+    let text = "definitions = [\"share\"]\n[[messages]]\ntopic = \"/go\"\nfrom = \"a\"\nto = \"b\"\nfields = { x = \"feedback.left\" }\n";
+    assert!(mapping(text).compile(bag.survey(), None, &read).is_ok());
+}
+
+#[test]
+fn a_scenario_says_what_its_channels_carry() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bag = bag_of(folder.path(), &[("/cmd_vel", TWIST, 1, twist(0.5))]);
+    let mut topology = Topology::default();
+    let [reader, skill] = ["Reader", "Skill"].map(|name| topology.process(name).expect("a new process"));
+    let level = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+    topology.channel(reader, skill, Capacity::One, Domain::new([level])).expect("a new channel");
+    let topology = std::sync::Arc::new(topology);
+    let compiled = |ends: &str, fields: &str| {
+        let text = format!("[[messages]]\ntopic = \"/cmd_vel\"\n{ends}\nfields = {{ {fields} }}\n");
+        mapping(&text).compile(bag.survey(), Some(&topology), &nothing).map_err(|problems| problems.plain())
+    };
+    let ends = "from = \"Reader\"\nto = \"Skill\"";
+    assert!(compiled(ends, "status = { symbol = \"ok\" }, level = \"linear.x\"").is_ok());
+    let refused = [
+        compiled("from = \"Skill\"\nto = \"Reader\"", "level = \"linear.x\""),
+        compiled(ends, "level = \"linear.x\""),
+        compiled(ends, "status = { symbol = \"bad\" }, level = \"linear.x\""),
+    ];
+    insta::assert_snapshot!(refused.map(|refused| refused.expect_err("it does not fit")).concat());
+}
+
+#[test]
+fn the_proposed_mapping_works_as_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bag =
+        bag_of(folder.path(), &[("/cmd_vel", TWIST, 1, twist(0.5)), ("/1/odd", ODD, 1001, odd(false, 1, 1, &[]))]);
+    let contents = Contents::of(&bag, &Definitions { topics: &[], folders: &[], read: &nothing });
+    let proposal = contents.proposal().expect("there are fields");
+    insta::assert_snapshot!(proposal);
+    let (events, notes) = read_with(&bag, &proposal);
+    assert_eq!((events.len(), notes.len()), (4, 0), "{events:?}");
+}

@@ -1,0 +1,48 @@
+//! Reads bags, with mappings and without.
+
+use std::path::Path;
+
+use bags::{Bag, Events, Found, Mapping};
+use channels::{Event, EventKind};
+
+/// When the messages of a bag were recorded, in milliseconds, and what is lost.
+pub(crate) fn times(bag: &Bag) -> (Vec<i64>, Vec<String>) {
+    let all: Vec<usize> = (0..bag.survey().topics.len()).collect();
+    let (mut messages, mut body, mut times) = (bag.messages(&all), Vec::new(), Vec::new());
+    while let Some(head) = messages.next_into(&mut body) {
+        times.push(head.log_ns / 1_000_000);
+    }
+    (times, messages.lost().to_vec())
+}
+
+pub(crate) fn mapping(text: &str) -> Mapping {
+    match Mapping::load(Path::new("mapping.toml"), &|_| Ok(text.as_bytes().to_vec())) {
+        Ok(mapping) => mapping,
+        Err(diagnostics::Error::Problems(problems)) => panic!("{}", problems.plain()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+pub(crate) fn nothing(_: &Path) -> std::io::Result<Vec<u8>> {
+    Err(std::io::ErrorKind::NotFound.into())
+}
+
+/// The events as lines, and the notes.
+pub(crate) fn read_with(bag: &Bag, text: &str) -> (Vec<String>, Vec<String>) {
+    let mapping = mapping(text);
+    let compiled = mapping.compile(bag.survey(), None, &nothing);
+    let compiled = compiled.unwrap_or_else(|problems| panic!("{}", problems.plain()));
+    let topology = compiled.topology.clone();
+    let mut events = Events::new(bag, &mapping, compiled);
+    let line = |Event { step, tick, time, kind }: Event| match kind {
+        EventKind::Tick => format!("{} ms: {step}, tick {tick}", time.as_millis()),
+        EventKind::Received { channel, message } => {
+            format!("{} ms: {step}, tick {tick}: {} {message}", time.as_millis(), topology.describe(channel))
+        }
+    };
+    let lines = events.by_ref().map(|found| match found {
+        Found::Event(event) => line(event),
+        Found::LeftOut(gap) => gap.why,
+    });
+    (lines.collect(), events.notes())
+}
