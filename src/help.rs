@@ -5,6 +5,7 @@ use campaigns::{CampaignFile, Error};
 use clap::{Args, Command, ValueEnum};
 use diagnostics::document::Key;
 use interfaces::Interface;
+use maps::PlacesFile;
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::scenario::ScenarioFile;
 
@@ -12,12 +13,12 @@ use crate::entry::{column, entry, meaning};
 use crate::output::{explain, print};
 
 /// Help topics besides commands.
-const TOPICS: [&str; 5] = ["scenario", "campaign", "faults", "scope", "mapping"];
+const TOPICS: [&str; 6] = ["scenario", "campaign", "faults", "scope", "mapping", "places"];
 
 /// What to explain.
 #[derive(Debug, Args)]
 pub(crate) struct HelpArgs {
-    /// A command, or one of the topics: scenario, campaign, faults, scope, mapping
+    /// A command, or one of the topics: scenario, campaign, faults, scope, mapping, places
     topic: Vec<String>,
 }
 
@@ -32,6 +33,8 @@ pub(crate) enum SchemaFile {
     Interface,
     /// Mappings of bags
     Mapping,
+    /// Places on a map
+    Places,
 }
 
 /// Prints the help for a command of `cli`, or on a topic.
@@ -42,6 +45,7 @@ pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
         ["faults"] => return explain(crate::faults::overview()),
         ["scope"] => return explain(scope()),
         ["mapping"] => return explain(format!("{MAPPING}{}", listed(&Mapping::keys()))),
+        ["places"] => return explain(format!("{PLACES}{}", listed(&PlacesFile::keys()))),
         _ => {}
     }
     cli.build();
@@ -67,6 +71,7 @@ pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
         SchemaFile::Campaign => CampaignFile::schema(),
         SchemaFile::Interface => Interface::schema(),
         SchemaFile::Mapping => Mapping::schema(),
+        SchemaFile::Places => PlacesFile::schema(),
     };
     print(&format!("{schema:#}\n"))
 }
@@ -85,6 +90,11 @@ its JSON schema, for editors.
 const MAPPING: &str = "\
 A mapping turns the messages of a ROS 2 bag into messages of channels; it is one TOML file. `steward verify --list \
 BAG` proposes one, and `steward schema mapping` prints its JSON schema, for editors.
+";
+
+const PLACES: &str = "\
+A places file names points and areas of a map; it is one TOML file, with a table for each place. `steward schema \
+places` prints its JSON schema, for editors.
 ";
 
 /// All keys, table by table.

@@ -83,6 +83,12 @@ fn mappings() {
 }
 
 #[test]
+fn places() {
+    let keys = maps::PlacesFile::keys();
+    compare_part("files", "places", &rows(keys.iter().filter(|key| !key.is_table()).collect()));
+}
+
+#[test]
 fn interfaces() {
     let keys = Interface::keys();
     let rows = keys.iter().filter(|key| !key.is_table());

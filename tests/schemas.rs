@@ -1,4 +1,4 @@
-//! The JSON schemas of scenario, campaign, interface and mapping files, against the readers of these files.
+//! The JSON schemas of scenario, campaign, interface, mapping and places files, against the readers of these files.
 //!
 //! A schema may accept what only the reader knows to be wrong. It never refuses what the reader accepts.
 
@@ -14,6 +14,7 @@ use channels::Symbol;
 use diagnostics::FileProblems;
 use diagnostics::document::{Key, Written};
 use interfaces::Interface;
+use maps::PlacesFile;
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::files::{Files, shipped_campaigns, shipped_paths};
 use scenarios::scenario::ScenarioFile;
@@ -56,6 +57,11 @@ fn interfaces() -> Kind {
 fn mappings() -> Kind {
     let read = |text: &str| problems_of(Mapping::load(Path::new("a.toml"), &|_| Ok(text.as_bytes().to_vec())));
     Kind { schema: Mapping::schema(), keys: Mapping::keys(), read }
+}
+
+fn places() -> Kind {
+    let read = |text: &str| PlacesFile::parse("a.toml", text).map(|_| ());
+    Kind { schema: PlacesFile::schema(), keys: PlacesFile::keys(), read }
 }
 
 fn problems_of<T>(loaded: Result<T, diagnostics::Error>) -> Result<(), FileProblems> {
@@ -174,8 +180,12 @@ const MAPPING: &str = "tick_s = 0.5\ntime = \"header.stamp\"\n[[messages]]\ntopi
      fields = { a = \"b\", c = { path = \"d\", symbols = { 1 = \"open\" } }, e = { path = \"f\", scale = 2 }, \
      g = { symbol = \"ok\" }, h = { value = 3 } }\nwhere = { i = [1, 2], j = \"k\" }";
 
+/// A point, and an area.
+const PLACES: [&str; 2] =
+    ["NAME = { position_m = [0, 0], heading_deg = 0 }", "NAME = { corners_m = [[0, 0], [2, 0], [2, 2]] }"];
+
 /// Every kind of file, with examples that together have all of its tables, except faults.
-fn examples() -> [(Kind, Vec<Value>); 4] {
+fn examples() -> [(Kind, Vec<Value>); 5] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
@@ -205,6 +215,7 @@ fn examples() -> [(Kind, Vec<Value>); 4] {
         (campaigns(), CAMPAIGNS.map(as_json).to_vec()),
         (interfaces(), INTERFACES.map(as_json).to_vec()),
         (mappings(), vec![as_json(MAPPING)]),
+        (places(), PLACES.map(as_json).to_vec()),
     ]
 }
 
@@ -390,6 +401,11 @@ fn every_shipped_file_is_valid() {
             panic!("{path}: {error}");
         }
     }
+    let kind = places();
+    for path in shipped_paths().filter(|path| path.ends_with(".places.toml")) {
+        let text = Files::shipped().read_text(Path::new(path)).unwrap();
+        assert_eq!(problem(&kind.schema, &as_json(&text)), None, "{path}");
+    }
     let kind = campaigns();
     for (name, text) in shipped_campaigns() {
         if let Some(error) = problem(&kind.schema, &as_json(text)) {
@@ -462,6 +478,9 @@ fn broken_files_are_refused_by_both() {
     ] {
         assert!(refused(&interfaces(), text), "{text}");
     }
+    for text in ["a = {}", "a.position_m = [0, 0]", "a = { corners_m = [[0, 0], [2, 0], [2, 2]], heading_deg = 0 }"] {
+        assert!(refused(&places(), text), "{text}");
+    }
 }
 
 #[test]
@@ -471,6 +490,7 @@ fn the_program_prints_the_schemas_that_the_repository_has() {
         ("campaign", "scenarios/campaigns/campaign.schema.json"),
         ("interface", "channels/interfaces/interface.schema.json"),
         ("mapping", "ros/bags/mapping.schema.json"),
+        ("places", "maps/places.schema.json"),
     ] {
         let printed = String::from_utf8(steward(&["schema", name]).stdout).unwrap();
         crate::reference::compare(file, &printed);

@@ -6,31 +6,25 @@ mod place;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use diagnostics::document::{Document, Table};
+use diagnostics::document::{Document, Key, Table};
 use diagnostics::{FileProblems, Problem, ReadFile, Span, Spanned, read_text};
+use serde_json::{Value, json};
 
 use crate::{Place, Places, Point, pose};
 use place::{area, near_enough, near_enough_text};
 
 pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 
+/// The key that makes a place an area.
+const CORNERS: &str = "corners_m";
+
+/// A position, in words.
+const POINT: &str = "[x, y] in meters, in the map frame";
+
 /// The places of a file, each with its location in the file.
 ///
-/// Each table is a place. One with `position_m` is a point, one with `corners_m` an area:
-///
-/// ```toml
-/// [RechargingStation]
-/// position_m = [-7.5, 9.0]      # in the map frame
-/// heading_deg = 180             # counter-clockwise from the x axis
-/// position_tolerance_m = 0.3    # a robot this far off is still there; 0.3 if left out
-/// heading_tolerance_deg = 6     # likewise; 6 if left out
-///
-/// [Destination]
-/// corners_m = [[-13.2, 15.6], [-10.0, 15.4], [-10.2, 12.6], [-13.4, 13.0]]
-/// ```
-///
-/// An area is the inside of the outline through its corners, in either direction. As a goal, it stands for its
-/// centroid, which must therefore lie inside.
+/// Each table is a place. One with `position_m` is a point, one with `corners_m` an area, the inside of the outline
+/// through its corners. As a goal, an area stands for its centroid, which must therefore lie inside.
 ///
 /// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and `name
 /// map count x y x y …` an area; all its places must belong to one map.
@@ -67,16 +61,19 @@ impl PlacesFile {
             let (places, spans) = map2d::parse(name, text)?;
             return Ok(Self { places, spans });
         }
-        Document::parse_toml(name, text)?.read(|root| {
-            let read: Vec<_> = root.keys().map(|(name, _)| (name, read_place(root, name))).collect();
-            let mut file = Self { places: Places::default(), spans: BTreeMap::new() };
-            for (name, place) in read {
-                let Spanned { value, span } = place?;
-                file.places.insert(name, value);
-                file.spans.insert(name.to_owned(), span);
-            }
-            Some(file)
-        })
+        Document::parse_toml(name, text)?.read(read_file)
+    }
+
+    /// All keys of a places file in TOML.
+    #[must_use]
+    pub fn keys() -> Vec<Key> {
+        Key::all(read_file)
+    }
+
+    /// The JSON schema of a places file in TOML.
+    #[must_use]
+    pub fn schema() -> Value {
+        Key::json_schema("Places on a map for steward", json!({}), &Self::keys())
     }
 
     /// The places.
@@ -98,21 +95,49 @@ impl PlacesFile {
     }
 }
 
+fn read_file(root: Table<'_>) -> Option<PlacesFile> {
+    let read: Vec<_> = root.names("NAME").map(|(name, _)| (name, read_place(root, name))).collect();
+    let mut file = PlacesFile::default();
+    for (name, place) in read {
+        let Spanned { value, span } = place?;
+        file.places.insert(name, value);
+        file.spans.insert(name.to_owned(), span);
+    }
+    Some(file)
+}
+
 /// A place, and where its position or corners are written.
 fn read_place(root: Table<'_>, name: &str) -> Option<Spanned<Place>> {
-    let table = root.table(name).required()?;
-    if table.has("corners_m") { read_area(table) } else { read_point(table) }
+    let table = root.table(name).rules(|| {
+        json!({
+            "if": { "required": [CORNERS] },
+            "then": { "propertyNames": { "const": CORNERS } },
+            "else": { "required": ["position_m", "heading_deg"] },
+        })
+    });
+    let about = "A place: a point with `position_m` and `heading_deg`, or an area with `corners_m`.";
+    let table = table.about(about).optional()?;
+    let is_area = table.has(CORNERS);
+    // Both are read while keys are declared.
+    let point = table.form(!is_area).map(read_point);
+    let area = table.form(is_area).map(read_area);
+    point.or(area)?
 }
 
 fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
-    table.know("corners_m");
-    let position = table.get::<[f64; 2]>("position_m").check(near_enough, near_enough_text()).spanned();
+    table.know(CORNERS);
+    let position = table.get::<[f64; 2]>("position_m").about("Where a point is.").words(POINT);
+    let position = position.check(near_enough, near_enough_text()).spanned();
     let position = position.required_or("add `position_m` and `heading_deg` for a point, or `corners_m` for an area");
     let heading = table.number("heading_deg").within(-360.0..=360.0);
+    let heading = heading.about("Which way the robot faces at a point, in degrees counter-clockwise from the x axis.");
     let heading_deg = if table.has("position_m") { heading.required() } else { heading.optional() };
-    let tolerance_m = table.number("position_tolerance_m").above(0.0).or(DEFAULT_POSITION_TOLERANCE_M);
+    let tolerance_m = table.number("position_tolerance_m").above(0.0);
+    let tolerance_m = tolerance_m.about("A robot within this distance of a point is there, in meters.");
+    let tolerance_m = tolerance_m.default(DEFAULT_POSITION_TOLERANCE_M);
     let tolerance_deg = table.number("heading_tolerance_deg").above(0.0).within(0.0..=180.0);
-    let tolerance_deg = tolerance_deg.or(DEFAULT_HEADING_TOLERANCE_DEG);
+    let tolerance_deg = tolerance_deg.about("How far from the point's heading it may face, in degrees.");
+    let tolerance_deg = tolerance_deg.default(DEFAULT_HEADING_TOLERANCE_DEG);
     let Spanned { value: [x_m, y_m], span } = position?;
     let value = Place::Point {
         pose: pose(x_m, y_m, heading_deg?.to_radians()),
@@ -123,7 +148,11 @@ fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
 }
 
 fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
-    let corners = table.get::<Vec<Spanned<[f64; 2]>>>("corners_m");
+    let corners = table.get::<Vec<Spanned<[f64; 2]>>>(CORNERS).words("[[x, y], …] in meters, in the map frame");
+    let corners = corners.rules(|| json!({ "minItems": 3 })).about(
+        "The corners of an area, in either direction. The robot is there if it is inside. It drives to the area's \
+         centroid, which must be inside, too.",
+    );
     let Spanned { value: corners, span } = corners.spanned().required()?;
     let far = corners.iter().filter(|corner| !near_enough(&corner.value));
     let problems: Vec<Problem> =

@@ -11,7 +11,10 @@ import sys
 import jsonschema
 
 root = pathlib.Path(__file__).parents[2]
-files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "ros/bags/mapping"]
+files = [
+    "scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface", "ros/bags/mapping",
+    "maps/places",
+]
 validators = {}
 for file in files:
     schema = json.loads((root / f"{file}.schema.json").read_text())

@@ -131,7 +131,9 @@ fn accepts(takes: &Value) -> String {
     match (takes.get("minimum"), takes.get("exclusiveMinimum"), most) {
         (_, Some(limit), _) => match takes.get("exclusiveMaximum") {
             Some(most) => format!("{what} between {limit} and {most}"),
-            None => format!("{what} above {limit}"),
+            None => {
+                format!("{what} above {limit}") + &most.map_or_else(String::new, |most| format!(", at most {most}"))
+            }
         },
         (Some(least), _, Some(most)) => format!("{what} from {least} to {most}"),
         (Some(least), ..) => format!("{what}, {least} or more"),
