@@ -14,16 +14,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use drawing::ExecutionContext;
-use recording::Detail;
-use reports::Outputs;
-use runs::Run;
+use recording::{Detail, RunView};
+use reports::{Outputs, Presentation};
+use runs::{Run, conduct};
 use scenarios::Complaints;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, TreeForm, find};
 use serde::Serialize;
 
 use crate::Error;
-use crate::run_and_report;
 
 use experiments::{Claim, EXPERIMENTS, Experiment, ExperimentRun};
 use film::{Film, Still};
@@ -238,12 +237,13 @@ impl Job {
     fn carry_out(&self) -> Result<Done, Error> {
         match self {
             Self::ExperimentRun(scenario, seed) => {
-                let mut observed = Observed::default();
                 let run = Run::new(Arc::clone(scenario), *seed, true)?;
-                let report = run_and_report(run, Detail::Full, &Outputs::default(), None, |view| {
-                    observed.follow(view);
-                    ControlFlow::Continue(())
-                })?;
+                let begin = |view: &RunView| {
+                    Ok::<_, Error>((Presentation::begin(view, &Outputs::default())?, Observed::begin(view)))
+                };
+                let followed = conduct(run, Detail::Full, None, begin, |_| ControlFlow::Continue(()))?;
+                let ((presentation, observed), view) = followed;
+                let report = presentation.finish(&view)?;
                 Ok(Done::ExperimentRun(Box::new(ExperimentRun { report, observed })))
             }
             Self::Film(scenario) => film::film(scenario).map(Done::Film),

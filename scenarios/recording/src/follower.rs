@@ -28,6 +28,16 @@ impl Follower for () {
     }
 }
 
+/// Two follow; the second can always go on.
+impl<A: Follower, B: Follower<Error = Infallible>> Follower for (A, B) {
+    type Error = A::Error;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), A::Error> {
+        let Ok(()) = self.1.follow(view);
+        self.0.follow(view)
+    }
+}
+
 impl<F: Follower> Follower for Option<F> {
     type Error = F::Error;
 

@@ -1,13 +1,13 @@
 //! The moments of a run that the paper's figures show.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
 use drawing::{ExecutionContext, Frame, Level};
 use recording::{Detail, Follower, Header, RunView};
 use reports::pictures::Camera;
-use runs::FITS;
-use runs::Run;
+use runs::{Run, conduct};
 use scenarios::scenario::Scenario;
 
 use super::shots::{self, Shot, When};
@@ -32,33 +32,55 @@ pub(super) struct Film {
     pub(super) context: ExecutionContext,
 }
 
-/// Runs a scenario and keeps the parts that the page shows.
+/// Runs a scenario until all of its moments have occurred, and keeps the parts that the page shows.
 pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
-    let shots: Vec<&'static Shot> = shots::SHOTS.iter().filter(|shot| shot.scenario == scenario.name).collect();
-    let mut taken: Vec<Option<Frame>> = vec![None; shots.len()];
-    let mut run = Run::new(Arc::clone(scenario), SEED, true)?;
-    let start = run.record(Detail::Scenes);
-    let mut view = RunView::new(run.header(), start).expect(FITS);
-    let mut camera = Camera::new(&view);
-    let mut at_last_tick = camera.frame(&view, "");
-    while taken.iter().any(Option::is_none) && view.time() < scenario.file.execution.max_time {
-        let ticks = view.ticks();
-        run.step().map_err(scenarios::Error::from)?;
-        view.apply(run.record(Detail::Scenes)).expect(FITS);
-        let Ok(()) = camera.follow(&view);
-        for (shot, frame) in shots.iter().zip(&mut taken).filter(|(_, frame)| frame.is_none()) {
-            // The paper describes the state at the tick before a fault, and the fault is known only afterwards.
-            *frame = match shot.when {
-                When::BeforeFault(index) => (view.faults().len() > index).then(|| at_last_tick.clone()),
-                when => is_due(when, &view).then(|| camera.frame(&view, "")),
-            };
-        }
-        if view.ticks() != ticks {
-            at_last_tick = camera.frame(&view, "");
-        }
-    }
+    let shots = || shots::SHOTS.iter().filter(|shot| shot.scenario == scenario.name);
+    let run = Run::new(Arc::clone(scenario), SEED, true)?;
+    let goes_on = |view: &RunView| {
+        if shots().all(|shot| is_due(shot.when, view)) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let begin = |view: &RunView| Ok::<_, Error>(Filming::begin(view, shots().collect()));
+    let (Filming { shots, taken, .. }, view) = conduct(run, Detail::Scenes, None, begin, goes_on)?;
     let stills = shots.into_iter().zip(taken).filter_map(|(shot, frame)| Some(Still { shot, frame: frame? }));
     Ok(Film { stills: stills.collect(), context: context(&view) })
+}
+
+/// A film that is being made.
+struct Filming {
+    camera: Camera,
+    shots: Vec<&'static Shot>,
+    /// The moments that have occurred, in the order of `shots`.
+    taken: Vec<Option<Frame>>,
+    ticks: u64,
+    at_last_tick: Frame,
+}
+
+impl Filming {
+    fn begin(view: &RunView, shots: Vec<&'static Shot>) -> Self {
+        let camera = Camera::new(view);
+        let at_last_tick = camera.frame(view, "");
+        Self { camera, taken: vec![None; shots.len()], shots, ticks: view.ticks(), at_last_tick }
+    }
+}
+
+impl Follower for Filming {
+    type Error = Error;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Error> {
+        let Ok(()) = self.camera.follow(view);
+        for (shot, taken) in self.shots.iter().zip(&mut self.taken) {
+            if taken.is_none() && is_due(shot.when, view) {
+                // The paper describes the state at the tick before a fault, and the fault is known only afterwards.
+                let is_before = matches!(shot.when, When::BeforeFault(_));
+                *taken = Some(if is_before { self.at_last_tick.clone() } else { self.camera.frame(view, "") });
+            }
+        }
+        if view.ticks() != self.ticks {
+            self.ticks = view.ticks();
+            self.at_last_tick = self.camera.frame(view, "");
+        }
+        Ok(())
+    }
 }
 
 /// The processes of a run and their channels, without the nodes of the tree.
@@ -78,14 +100,14 @@ fn context(view: &RunView) -> ExecutionContext {
     ExecutionContext { processes, channels }
 }
 
-/// Whether a moment has been reached.
+/// Whether a moment has been reached, or is known to have passed.
 fn is_due(when: When, view: &RunView) -> bool {
     let after = |time: Option<Duration>, seconds: f64| {
         time.is_some_and(|time| view.time() >= time + Duration::from_secs_f64(seconds))
     };
     match when {
         When::Start => true,
-        When::BeforeFault(_) => false,
+        When::BeforeFault(index) => view.faults().len() > index,
         When::AfterFault(index, seconds) => after(view.faults().get(index).map(|fault| fault.time), seconds),
         When::AfterRelease(index, seconds) => after(view.faults().get(index).and_then(|fault| fault.until), seconds),
         When::AfterVerdict(name, seconds) => {

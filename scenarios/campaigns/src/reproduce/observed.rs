@@ -1,8 +1,10 @@
 //! Observations that the paper mentions but no report contains: what the robot knew when it set out, how it was
 //! charged, and which path the safety monitor took.
 
+use std::convert::Infallible;
+
 use channels::{Event, EventKind, Message, Symbol, Topology, Value};
-use recording::{Battery, RunView};
+use recording::{Battery, Follower, RunView};
 use scenarios::scenario::Figure;
 
 /// Observations of a run while it was in progress.
@@ -48,14 +50,25 @@ pub(super) struct SafetyPath {
     pub(super) failure: u64,
 }
 
-impl Observed {
-    /// Looks at a run after each step.
-    pub(super) fn follow(&mut self, view: &RunView) {
+impl Follower for Observed {
+    type Error = Infallible;
+
+    fn follow(&mut self, view: &RunView) -> Result<(), Infallible> {
         self.see_battery(view.robot().battery);
         view.events().iter().for_each(|event| self.see(event, view.topology()));
         if view.end().is_some() {
             self.ask_safety_monitor(view);
         }
+        Ok(())
+    }
+}
+
+impl Observed {
+    /// Begins with a run at its start.
+    pub(super) fn begin(view: &RunView) -> Self {
+        let mut observed = Self::default();
+        observed.see_battery(view.robot().battery);
+        observed
     }
 
     fn see_battery(&mut self, battery: Option<Battery>) {
