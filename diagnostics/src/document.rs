@@ -40,11 +40,9 @@ pub use item::{FromItem, Item};
 pub use key::{Key, Written};
 pub use table::Table;
 
-use std::cell::RefCell;
-
 use crate::{FileProblems, Source, Spanned};
 use log::Log;
-use node::{Entries, Kind, Node};
+use node::{Kind, Node};
 
 /// A parsed file, ready to be read.
 #[derive(Debug)]
@@ -127,7 +125,7 @@ impl Document {
     /// # Errors
     /// Every problem reported by `read` or by the types it asked for, and every key that it did not ask for. If `read`
     /// returns `None` without a problem, that is reported as an error.
-    pub fn read<T>(self, read: impl for<'d> FnOnce(Table<'d>) -> Option<T>) -> Result<T, FileProblems> {
+    pub fn read<T>(&self, read: impl for<'d> FnOnce(Table<'d>) -> Option<T>) -> Result<T, FileProblems> {
         let log = Log::default();
         let root = Item::new(&self.root, "this file".into(), &log);
         let value = root.as_table().and_then(read);
@@ -137,6 +135,19 @@ impl Document {
         problems.sort_by_key(|problem| !problem.is_of(self.root.span.source()));
         FileProblems::none_of(problems)?;
         value.ok_or_else(|| self.root.span.problem("the file was refused, but its reader gave no reason").into())
+    }
+
+    /// The keys that `read` asks for and that have a value, in the order of [`Key::all`]: the document's, or a default.
+    /// Tables that the document does not have exist as well, but nothing is added to its arrays, whose items have
+    /// numbers: `lasers.0.beams`. What `read` returns and reports has no meaning; [`read`](Self::read) the document
+    /// first.
+    pub fn in_effect<T>(&self, read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Key> {
+        let log = Log::of_declarations(true);
+        Item::new(&self.root, String::new(), &log).as_table().map(read);
+        let mut keys = log.keys();
+        keys.iter_mut().for_each(|key| key.value = key.value.take().or(key.default()));
+        keys.retain(|key| key.value.is_some());
+        keys
     }
 }
 
@@ -155,11 +166,9 @@ impl Key {
     /// assert_eq!(keys[1].accepts(), "a number from 0 to 100"); assert_eq!(keys[1].default().as_deref(), Some("80"));
     /// ```
     pub fn all<T>(read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Self> {
-        let (entries, span) = (Entries::default(), Source::new("", "").span(0..0));
-        let log = Log { declared: Some(RefCell::default()), ..Log::default() };
-        read(Table::open(&entries, &span, &log));
-        let declared = log.declared.map(RefCell::into_inner).unwrap_or_default();
-        Self::in_order(&declared, "")
+        let (log, span) = (Log::of_declarations(false), Source::new("", "").span(0..0));
+        read(Table::open(&log.nothing, &span, &log, None));
+        log.keys()
     }
 }
 

@@ -22,7 +22,7 @@ mod prove;
 mod ready_made;
 mod robot;
 pub mod schedule;
-pub mod settings;
+mod settings;
 mod skill;
 mod snapshots;
 mod stop;

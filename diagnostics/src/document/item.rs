@@ -16,11 +16,17 @@ pub struct Item<'d> {
     /// The name of the value in problems: "`origin`", "item 2 of `origin`".
     name: String,
     log: &'d Log,
+    /// Its number among the declared keys.
+    declared: Option<usize>,
 }
 
 impl<'d> Item<'d> {
     pub(super) fn new(node: &'d Node, name: String, log: &'d Log) -> Self {
-        Self { node, name, log }
+        Self { node, name, log, declared: None }
+    }
+
+    pub(super) fn of(self, declared: Option<usize>) -> Self {
+        Self { declared, ..self }
     }
 
     /// The location of the value; the header for a table that has one.
@@ -61,15 +67,18 @@ impl<'d> Item<'d> {
     #[must_use]
     pub fn as_array(&self) -> Option<Vec<Self>> {
         let Kind::Array(nodes) = &self.node.kind else { return None };
-        let name = |place: usize| format!("item {} of {}", place + 1, self.name);
-        Some(nodes.iter().enumerate().map(|(place, node)| Self::new(node, name(place), self.log)).collect())
+        let item = |(place, node)| {
+            let item = Self::new(node, format!("item {} of {}", place + 1, self.name), self.log);
+            item.of(self.log.declare_item(self.declared, place))
+        };
+        Some(nodes.iter().enumerate().map(item).collect())
     }
 
     /// The table, if the value is one. Once one of its keys has been asked for, all others must be asked for too.
     #[must_use]
     pub fn as_table(&self) -> Option<Table<'d>> {
         let Kind::Table(entries) = &self.node.kind else { return None };
-        Some(Table::open(entries, self.span(), self.log))
+        Some(Table::open(entries, self.span(), self.log, self.declared))
     }
 
     /// A problem that says what the value must be (such as "a number") and what it is instead.
@@ -191,7 +200,7 @@ impl<'d, T: FromItem<'d>> FromItem<'d> for Vec<T> {
     }
 
     fn declaring(table: Table<'d>) -> Option<Self> {
-        Some(vec![T::declaring(table)?])
+        if table.log.is_without_file() { Some(vec![T::declaring(table)?]) } else { None }
     }
 
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {

@@ -20,11 +20,13 @@ pub struct Key {
     pub required: bool,
     /// The key of the top level without which it has no meaning.
     pub needs: Option<String>,
+    /// Its value in TOML, if it is declared as [a file](super::Document::in_effect) has it.
+    pub value: Option<String>,
 }
 
 impl Key {
     pub(super) fn new(path: String, takes: Value) -> Self {
-        Self { path, about: String::new(), takes, required: false, needs: None }
+        Self { path, about: String::new(), takes, required: false, needs: None, value: None }
     }
 
     /// Adds keywords of JSON Schema.

@@ -15,36 +15,39 @@ pub struct Table<'d> {
     entries: &'d Entries,
     span: &'d Span,
     pub(super) log: &'d Log,
-    /// Its number among the declared keys. The top level and the tables of a file have none.
+    /// Its number among the declared keys. The top level has none.
     declared: Option<usize>,
     /// Whether its keys are those of one of its forms.
     pub(super) is_form: bool,
 }
 
 impl<'d> Table<'d> {
-    pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d Log) -> Self {
-        Self { entries, span, log, declared: None, is_form: false }
+    pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d Log, declared: Option<usize>) -> Self {
+        Self { entries, span, log, declared, is_form: false }
     }
 
     /// The value of `key` as a `T`.
     pub fn get<T: FromItem<'d>>(&self, key: &str) -> Field<'d, T> {
         self.know(key);
-        let Some(entry) = self.entries.by_key.get(key) else {
-            let declared = self.log.declare(self.declared, key, T::takes);
-            let field = match declared.and_then(|_| T::declaring(Self { declared, is_form: false, ..*self })) {
+        let entry = self.entries.by_key.get(key);
+        let declared = self.log.declare(self.declared, key, T::takes, entry.map(|entry| &entry.value));
+        let Some(entry) = entry else {
+            let table = Self::open(&self.log.nothing, self.span, self.log, declared);
+            let field = match declared.and_then(|_| T::declaring(table)) {
                 Some(value) => Field::given(*self, key, value, self.span.clone()),
                 None => Field::missing(*self, key, T::wanted()),
             };
             return field.of(declared);
         };
-        let item = Item::new(&entry.value, format!("`{key}`"), self.log);
-        match item.get() {
+        let item = Item::new(&entry.value, format!("`{key}`"), self.log).of(declared);
+        let field = match item.get() {
             Ok(value) => Field::given(*self, key, value, item.span().clone()),
             Err(problems) => {
                 problems.into_iter().for_each(|problem| self.report(problem));
                 Field::refused(*self, key)
             }
-        }
+        };
+        field.of(declared)
     }
 
     /// The value of `key` as a finite number; integers are accepted, too.
@@ -106,10 +109,10 @@ impl<'d> Table<'d> {
     }
 
     /// The keys that the file chooses: all that nobody has asked for yet, in alphabetical order, each with its
-    /// location. This does not make them known: ask for each. While keys are declared, `placeholder`, in capitals,
-    /// stands for all of them.
+    /// location. This does not make them known: ask for each. While keys are declared without a file, `placeholder`, in
+    /// capitals, stands for all of them.
     pub fn names(&self, placeholder: &'static str) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
-        let placeholder = self.log.declared.as_ref().map(|_| (placeholder, self.span));
+        let placeholder = self.log.is_without_file().then_some((placeholder, self.span));
         let asked = self.entries.asked.borrow().clone();
         self.keys().filter(move |(key, _)| !asked.contains(*key)).chain(placeholder)
     }
@@ -122,11 +125,11 @@ impl<'d> Table<'d> {
         names
     }
 
-    /// The table, to ask for the keys of one of its forms, if it has this form. While keys are declared, it has all its
-    /// forms, and does not require the keys that only one of them requires.
+    /// The table, to ask for the keys of one of its forms, if it has this form. While keys are declared without a file, it
+    /// has all its forms, and does not require the keys that only one of them requires.
     #[must_use]
     pub fn form(&self, has_it: bool) -> Option<Self> {
-        (has_it || self.log.declared.is_some()).then_some(Self { is_form: true, ..*self })
+        (has_it || self.log.is_without_file()).then_some(Self { is_form: true, ..*self })
     }
 
     /// The location of the key at a path such as `stop.at`, if the file has it. This does not make it known.

@@ -312,6 +312,41 @@ fn a_reader_declares_its_keys_without_a_file() {
 }
 
 #[test]
+fn keys_with_their_values_in_effect_are_those_of_the_file_and_the_defaults_that_its_reader_takes() {
+    let text = "seed = 7\n[[lasers]]\nbeams = 9\n[[lasers]]\nmount = { x_m = 1.5 }\n[motor]\nmax_mps = 2\n";
+    let document = Document::parse_toml("a.toml", text).unwrap();
+    let lasers = |laser: Table<'_>| {
+        let mount = laser.table("mount").map(|mount| mount.number("x_m").default(0.0)).optional();
+        Some((laser.get::<u64>("beams").about("Beams.").default(360), mount))
+    };
+    let read = |root: Table<'_>| {
+        let motor = root.table("motor").optional()?;
+        let limit = motor.number("max_mps").default(1.0);
+        // A default may depend on another value.
+        let battery = root.table("battery").optional().map(|battery| battery.number("full_pct").default(50.0 * limit));
+        let doors = root.tables("doors").each(|door| Some(door.number("width_m").default(1.0))).optional();
+        let lasers = root.tables("lasers").each(lasers).optional();
+        Some((battery, doors, lasers, root.get::<u64>("seed").required(), root.text("name").optional()))
+    };
+    document.read(read).unwrap();
+    let keys = document.in_effect(read);
+    let shown: Vec<String> = keys.iter().map(|key| format!("{} = {}", key.path, key.value.as_ref().unwrap())).collect();
+    assert_eq!(
+        shown,
+        [
+            "seed = 7",
+            "motor.max_mps = 2",
+            "battery.full_pct = 100",
+            "lasers.0.beams = 9",
+            "lasers.0.mount.x_m = 0",
+            "lasers.1.beams = 360",
+            "lasers.1.mount.x_m = 1.5"
+        ]
+    );
+    assert_eq!(keys[3].about, "Beams.");
+}
+
+#[test]
 fn forms_and_names_in_a_file_are_those_that_it_has() {
     let document = Document::parse_toml("a.toml", "zebra = 1\nknown = 2\napple = 3\n").unwrap();
     let problems = document.read(|root| {

@@ -116,12 +116,12 @@ pub struct Origin {
     pub recorded: Option<String>,
 }
 
-/// Parameters of one subject, with their values in words.
+/// The settings in one table of a scenario's file, given or not.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SettingGroup {
-    /// The subject.
+    /// The table.
     pub title: String,
-    /// Names and values.
+    /// The meaning of each, and key and value as the file has them or could have them.
     pub rows: Vec<(String, String)>,
 }
 

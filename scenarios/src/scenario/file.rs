@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use diagnostics::document::{Document, Key, Table};
 use diagnostics::{FileProblems, Source, Span, Spanned};
-use recording::Snapshots;
+use recording::{SettingGroup, Snapshots};
 
 use super::base::Base;
 use super::component_entry::{ComponentEntry, read_components};
@@ -18,6 +18,7 @@ use super::premises::{PremisesEntry, Sites, report_missing_map};
 use super::prove::ProveEntry;
 use super::ready_made::ReadyMade;
 use super::robot::read_sim;
+use super::settings;
 use super::snapshots::read_snapshots;
 use super::stop::Stop;
 use super::world::{MAP, read_world};
@@ -47,6 +48,8 @@ pub struct ScenarioFile {
     properties_said: Option<Span>,
     /// The scenario's own file, its base, the base of that, and so on.
     sources: Vec<String>,
+    /// The settings of robot, world and execution, given or not.
+    pub settings: Vec<SettingGroup>,
     /// The folders to which the paths of its bases are relative.
     pub(super) base_folders: Vec<PathBuf>,
     /// The ready-made monitors.
@@ -134,6 +137,7 @@ impl ScenarioFile {
     ) -> Result<Self, FileProblems> {
         let (document, bases) = document(name, text, files, overrides)?;
         let mut file = document.read(read_file)?;
+        file.settings = settings::in_effect(&document);
         let of_bases = bases.iter().map(|base| base.name().to_owned());
         file.sources = std::iter::once(name.to_owned()).chain(of_bases).collect();
         file.base_folders = bases.iter().map(|base| base.folder().to_owned()).collect();
@@ -262,6 +266,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         properties: properties.collect(),
         properties_said: said,
         sources: Vec::new(),
+        settings: Vec::new(),
         base_folders: Vec::new(),
         monitors,
         execution,

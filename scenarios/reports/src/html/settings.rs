@@ -35,9 +35,9 @@ fn settings_in_effect(view: &RunView) -> Markup {
             div.groups {
                 @for group in &view.header().settings {
                     div {
-                        h4 { (group.title) }
+                        h4 { code { (group.title) } }
                         table.parameters {
-                            tbody { @for (name, value) in &group.rows { (row(name, [value])) } }
+                            tbody { @for (about, value) in &group.rows { (row(about, [html! { code { (value) } }])) } }
                         }
                     }
                 }

@@ -9,7 +9,7 @@ use programs::ProgramProcess;
 use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::{Behavior, MachineMonitor, Premises, STEP, Scenario, settings};
+use scenarios::scenario::{Behavior, MachineMonitor, Premises, STEP, Scenario};
 
 use super::Run;
 use crate::machines;
@@ -28,7 +28,7 @@ impl Run {
             scenario: name.clone(),
             about: file.about.clone(),
             origin: origin.clone(),
-            settings: settings::in_effect(file.premises.as_ref().map(|entry| &entry.sim), is_model, &file.execution),
+            settings: file.settings.clone(),
             seed: self.seed,
             tick: file.execution.tick,
             dt: if is_model { Duration::ZERO } else { STEP },
