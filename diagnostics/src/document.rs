@@ -137,16 +137,19 @@ impl Document {
         value.ok_or_else(|| self.root.span.problem("the file was refused, but its reader gave no reason").into())
     }
 
-    /// The keys that `read` asks for and that have a value, in the order of [`Key::all`]: the document's, or a default.
+    /// The keys that `read` asks for and that have a value, the document's or a default, in the order of [`Key::all`].
     /// Tables that the document does not have exist as well, but nothing is added to its arrays, whose items have
-    /// numbers: `lasers.0.beams`. What `read` returns and reports has no meaning; [`read`](Self::read) the document
-    /// first.
+    /// numbers: `lasers.0.beams`. Keys that need one that it does not have are left out. What `read` returns and
+    /// reports has no meaning; [`read`](Self::read) the document first.
     pub fn in_effect<T>(&self, read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Key> {
         let log = Log::of_declarations(true);
-        Item::new(&self.root, String::new(), &log).as_table().map(read);
+        let Kind::Table(present) = &self.root.kind else { return Vec::new() };
+        read(Table::open(present, &self.root.span, &log, None));
         let mut keys = log.keys();
         keys.iter_mut().for_each(|key| key.value = key.value.take().or(key.default()));
-        keys.retain(|key| key.value.is_some());
+        keys.retain(|key| {
+            key.value.is_some() && key.needs.as_deref().is_none_or(|needed| present.by_key.contains_key(needed))
+        });
         keys
     }
 }

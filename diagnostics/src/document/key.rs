@@ -58,16 +58,6 @@ impl Key {
         self.takes.get("default").map(Value::to_string)
     }
 
-    /// The keys of a table in the order of a reference: names that the file chooses, other keys, and then the tables in
-    /// it, each followed by its own keys.
-    pub(super) fn in_order(keys: &[Self], table: &str) -> Vec<Self> {
-        let inside = || keys.iter().filter(|key| key.split().0 == table);
-        let plain = |chosen: bool| inside().filter(move |key| !key.is_table() && is_chosen(key.split().1) == chosen);
-        let tables = inside().filter(|key| key.is_table());
-        let tables = tables.flat_map(|key| [vec![key.clone()], Self::in_order(keys, &key.path)].concat());
-        plain(true).chain(plain(false)).cloned().chain(tables).collect()
-    }
-
     /// The JSON schema, draft 2020-12, of a file with these keys; `rules` relate several keys of its top level.
     #[must_use]
     pub fn json_schema(title: &str, rules: Value, keys: &[Self]) -> Value {
@@ -97,7 +87,7 @@ impl Key {
 }
 
 /// Whether this stands for names that the file chooses.
-fn is_chosen(name: &str) -> bool {
+pub(super) fn is_chosen(name: &str) -> bool {
     name.chars().all(char::is_uppercase)
 }
 

@@ -125,8 +125,8 @@ impl<'d> Table<'d> {
         names
     }
 
-    /// The table, to ask for the keys of one of its forms, if it has this form. While keys are declared without a file, it
-    /// has all its forms, and does not require the keys that only one of them requires.
+    /// The table, to ask for the keys of one of its forms, if it has this form. While keys are declared without a file,
+    /// it has all its forms, and does not require the keys that only one of them requires.
     #[must_use]
     pub fn form(&self, has_it: bool) -> Option<Self> {
         (has_it || self.log.is_without_file()).then_some(Self { is_form: true, ..*self })

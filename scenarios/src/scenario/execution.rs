@@ -8,6 +8,7 @@ use diagnostics::Spanned;
 use diagnostics::document::Table;
 
 use super::robot::STEP;
+use super::world::MAP;
 use crate::files::path;
 
 /// The form of the tree's process.
@@ -107,7 +108,7 @@ impl Execution {
              (`round-robin`).",
         );
         let rules = [("own-trip", StopRule::OwnTrip), ("any-trip", StopRule::AnyTrip)];
-        let stops = table.one_of("stops", &rules).about(
+        let stops = table.one_of("stops", &rules).needs(MAP).about(
             "What a stop request to the built-in Navigation ends: the trip to its own place (`own-trip`), or any trip, \
              as in the paper's published system (`any-trip`).",
         );
