@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use scenarios::files::{Kind, scenario_names};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::tempdir;
 
 use crate::faults::check_each;
@@ -67,4 +67,16 @@ fn the_guide_has_skills_components_and_properties_of_its_own() {
     let scenario = include_str!("../scenarios/guide.toml");
     assert!(scenario.matches("[components.").count() >= 5);
     assert!(faulty().len() >= 12);
+}
+
+#[test]
+fn programs_and_devices_keep_up_with_100_ticks_per_second() {
+    if !has_python() {
+        return;
+    }
+    let out = tempdir().unwrap();
+    let set =
+        ["--no-snapshots", "--set", "execution.tick_s=0.01", "--set", "execution.max_time_s=3", "--set", "expect={}"];
+    let report = report("guide", out.path(), &set);
+    assert_eq!((&report["ticks"], &report["overruns"]), (&json!(300), &json!(0)), "{report}");
 }

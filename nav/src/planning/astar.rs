@@ -7,8 +7,8 @@
 //! heap. They account for most of the 5 ms that a path across 1984 × 1984 cells takes, although an array over the cells
 //! filters useless steps before the hash map is accessed. Arrays for costs and parents, and a bucket queue, since costs
 //! are small integers, would reduce this to 1.2 ms (measured for the same path). That would justify a search of our own
-//! only if planning were frequent; but the path is replanned only when it is blocked. A search that visits very many cells
-//! gives up, and [`blocks`](super::blocks) narrow it down.
+//! only if planning were frequent; but the path is replanned only when it is blocked. A search that visits very many
+//! cells gives up, and [`blocks`](super::blocks) narrow it down.
 
 use std::cell::Cell;
 

@@ -46,8 +46,8 @@ struct Blocks<'a> {
 /// can be, and a campus of 4 million would take 1.4 s.
 const MOST_CELLS: usize = 200_000;
 
-/// The cells of a path from one cell to another, inclusive, or `None` if there is none: the cheapest one or, if it would
-/// take long to find, a cheap one.
+/// The cells of a path from one cell to another, inclusive, or `None` if there is none: the cheapest one or, if it
+/// would take long to find, a cheap one.
 pub(super) fn path(ground: &Ground<'_>, from: usize, to: usize) -> Option<Vec<usize>> {
     shortest_path(ground, from, to, |_| true, MOST_CELLS).unwrap_or_else(|GaveUp| cheap_path(ground, from, to))
 }
@@ -146,7 +146,8 @@ impl<'a> Blocks<'a> {
         sides.into_iter().flatten().flat_map(touched).collect()
     }
 
-    /// The parts to which a step leads, with its estimated cost: those beside a part and, diagonally, those beside them.
+    /// The parts to which a step leads, with its estimated cost: those beside a part and, diagonally, those beside
+    /// them.
     fn steps(&self, part: usize, expensive: &[bool]) -> Vec<(usize, u32)> {
         let mut next = self.beside(part);
         for between in 0..next.len() {

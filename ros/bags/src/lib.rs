@@ -14,8 +14,8 @@
 //!
 //! # Inside
 //! `storage` reads the files, one module per format; `definitions` finds the definitions of types, by which
-//! `ros_messages` decodes the wanted parts of a message; `mapping` is the user's file, and `mapping/compile` what it means
-//! for a bag; `events` puts messages in order and makes the ticks. `contents` lists a bag and proposes a mapping.
+//! `ros_messages` decodes the wanted parts of a message; `mapping` is the user's file, and `mapping/compile` what it
+//! means for a bag; `events` puts messages in order and makes the ticks. `contents` lists a bag and proposes a mapping.
 
 mod contents;
 mod definitions;

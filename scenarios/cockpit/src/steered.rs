@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use recording::Detail;
 use runs::Session;
-use scenarios::scenario::STEP;
 use serde_json::{Map, Value, json};
 
 use crate::clock::{Clock, FRAME, now};
@@ -45,7 +44,7 @@ impl Steered {
     }
 
     fn next(&self) -> Duration {
-        self.session.view().time() + STEP
+        self.session.view().time() + self.session.step_length()
     }
 
     /// Performs the steps that are due, until the deadline. Returns the reason if the run cannot go on.

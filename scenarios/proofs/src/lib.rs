@@ -39,7 +39,7 @@ use robot::Streams;
 use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
 use scenarios::scenario::schedule::process_of;
-use scenarios::scenario::{BatteryAssumption, Drained, Monitoring, Passes, ProofOutcome, STEP, Scenario};
+use scenarios::scenario::{BatteryAssumption, Drained, Monitoring, Passes, ProofOutcome, Scenario};
 use scenarios::{Complaints, Error};
 
 use self::battery::{BatteryModel, Bounds};
@@ -242,8 +242,8 @@ impl Proof {
         let ticks = self.ids.tree.map(|ids| Ticks {
             generator: ids.tick_generator,
             period: execution.tick,
-            first: STEP,
-            step: STEP,
+            first: execution.step(),
+            step: execution.step(),
         });
         // Faults act on drivers as well, so the environment with faults is around the one without.
         let mut system = self.system.fork();

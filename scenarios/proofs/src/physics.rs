@@ -13,7 +13,7 @@ use monitors::Outcome;
 use runs::{Run, Switched};
 use scenarios::Error;
 use scenarios::scenario::schedule::{DriverData, quoted};
-use scenarios::scenario::{AllowedFault, Found, STEP, Scenario};
+use scenarios::scenario::{AllowedFault, Found, Scenario};
 
 use super::faults::{self, Switching};
 use super::{Answer, Proof, Question, subject};
@@ -110,7 +110,7 @@ impl Proof {
                         self.switch(change, now + wait, &mut realized);
                     }
                     let level = data.as_ref().and_then(|data| data.battery);
-                    level.into_iter().for_each(|(level_pct, _)| realized.set_level(level_pct, now + wait));
+                    level.into_iter().for_each(|(level_pct, _)| realized.set_level(level_pct, self.before(now + wait)));
                 }
                 PathStep::Take { enabled, damage } => {
                     let channels::EnabledKind::Send(channel) = enabled.kind else { continue };
@@ -152,8 +152,8 @@ impl Proof {
                 ("message_delayed", format!(", delay_s = {hold_s}"))
             }
         };
-        let ((from, to), at) = (self.system.topology().ends(channel), before(now));
-        let when = format!("at_s = {at}, lasts_s = {}, times = 1", STEP.as_secs_f64());
+        let ((from, to), at) = (self.system.topology().ends(channel), self.before(now));
+        let when = format!("at_s = {at}, lasts_s = {}, times = 1", self.step().as_secs_f64());
         Some(format!("{{ kind = '{kind}', from = '{from}', to = '{to}', {when}{more} }}"))
     }
 
@@ -161,9 +161,19 @@ impl Proof {
     fn as_fault(&self, index: usize, began: Duration, ended: Option<Duration>) -> String {
         let Switched { kind, name, .. } = &self.faults[index];
         let key = if *kind == AllowedFault::Mutant { "mutant" } else { "component" };
-        let lasts = ended.map(|ended| format!(", lasts_s = {}", ended.saturating_sub(began).max(STEP).as_secs_f64()));
-        let (name, at, lasts) = (quoted(name), before(began), lasts.unwrap_or_default());
+        let lasts =
+            ended.map(|ended| format!(", lasts_s = {}", ended.saturating_sub(began).max(self.step()).as_secs_f64()));
+        let (name, at, lasts) = (quoted(name), self.before(began), lasts.unwrap_or_default());
         format!("{{ kind = '{}', at_s = {at}, {key} = {name}{lasts} }}", kind.name())
+    }
+
+    /// The time, in seconds, at which a fault must begin to take effect at this time.
+    fn before(&self, time: Duration) -> f64 {
+        time.saturating_sub(self.step()).as_secs_f64()
+    }
+
+    fn step(&self) -> Duration {
+        self.scenario.file.execution.step()
     }
 }
 
@@ -178,9 +188,9 @@ struct Realized {
 }
 
 impl Realized {
-    fn set_level(&mut self, level_pct: f64, at: Duration) {
+    /// The level from a time on, in seconds.
+    fn set_level(&mut self, level_pct: f64, at: f64) {
         if self.levels.is_some_and(|(_, last)| last.total_cmp(&level_pct).is_ne()) {
-            let at = before(at);
             self.faults.push(format!("{{ kind = 'battery_level', at_s = {at}, level_pct = {level_pct} }}"));
         }
         self.levels = Some((self.levels.map_or(level_pct, |(first, _)| first), level_pct));
@@ -190,11 +200,6 @@ impl Realized {
 fn outcomes(run: &Run) -> Vec<(String, Outcome)> {
     let outcomes = run.system().monitors().iter().map(|attached| Outcome::of(attached.monitor.as_ref()));
     run.properties().map(str::to_owned).zip(outcomes).collect()
-}
-
-/// The time, in seconds, at which a fault must begin to take effect at this time.
-fn before(time: Duration) -> f64 {
-    time.saturating_sub(STEP).as_secs_f64()
 }
 
 /// How long a run takes.

@@ -65,7 +65,7 @@ pub struct Run {
 /// What makes a run go on.
 #[derive(Debug)]
 enum RunKind {
-    /// Physics, sensors and drivers, every [`STEP`].
+    /// Physics, sensors and drivers, every [`Execution::step`](scenarios::scenario::Execution::step).
     Application,
     /// The timers and ticks of a RoAML model: each step happens at the time of one.
     Model {
@@ -227,7 +227,7 @@ impl Run {
     fn next_time(&self) -> Duration {
         let now = self.world.time();
         let is_fine = match self.kind {
-            RunKind::Application | RunKind::Schedule(_) => return now + STEP,
+            RunKind::Application | RunKind::Schedule(_) => return now + self.scenario.file.execution.step(),
             RunKind::Model { begun: false, .. } => return now,
             RunKind::Model { is_fine, .. } => is_fine,
         };
@@ -346,7 +346,7 @@ impl Run {
     }
 
     fn note_arrivals(&mut self) {
-        let is_start = self.time() <= STEP;
+        let is_start = self.time() <= self.scenario.file.execution.step();
         let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
         let arrivals = robot.note_arrivals(premises, is_start);
         self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));

@@ -8,7 +8,7 @@ use diagnostics::FileProblems;
 use recording::{Detail, Ended, Record, RunView};
 use scenarios::Error;
 use scenarios::faults::Fault;
-use scenarios::scenario::{Found, FoundKind, STEP, Scenario, ScenarioFile};
+use scenarios::scenario::{Found, FoundKind, Scenario, ScenarioFile};
 use toml::{Table, Value};
 
 use crate::conduct::Conducted;
@@ -56,6 +56,12 @@ impl Session {
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
         self.conducted.run.scenario()
+    }
+
+    /// The time between steps.
+    #[must_use]
+    pub fn step_length(&self) -> Duration {
+        self.scenario().file.execution.step()
     }
 
     /// The run so far.
@@ -149,7 +155,10 @@ impl Session {
             return Err(Error::refused(format!("fault {act} cannot be ended"), help));
         };
         let begun = fault.get("at_s").and_then(Value::as_float).map_or(Duration::ZERO, Duration::from_secs_f64);
-        fault.insert("lasts_s".to_owned(), seconds(self.conducted.run.time().saturating_sub(begun).max(STEP)));
+        fault.insert(
+            "lasts_s".to_owned(),
+            seconds(self.conducted.run.time().saturating_sub(begun).max(self.step_length())),
+        );
         Ok(faults)
     }
 
@@ -176,7 +185,7 @@ impl Session {
             table.as_table_mut().map(|table| table.insert(key.to_owned(), value));
         };
         if view.end().is_none_or(|end| end.ended == Ended::Interrupted) {
-            set("execution", "max_time_s", seconds(view.time().max(STEP)));
+            set("execution", "max_time_s", seconds(view.time().max(self.step_length())));
         }
         for monitor in view.monitors() {
             set("expect", monitor.name(), monitor.outcome().name().into());

@@ -40,7 +40,11 @@ impl TickClock {
 
 #[cfg(test)]
 mod tests {
+    use channels::EventKind;
+    use scenarios::scenario::{Scenario, find};
+
     use super::*;
+    use crate::run::Run;
 
     /// The first 200 steps of 20 ms at which ticks are generated, with the given delay of the n-th tick.
     fn ticks(delay: impl Fn(usize) -> Option<Duration>) -> Vec<u64> {
@@ -69,5 +73,22 @@ mod tests {
     #[test]
     fn no_step_has_two_ticks() {
         assert_eq!(ticks(|n| Some(Duration::from_secs(if n == 0 { 1 } else { 0 }))), [51, 52, 101, 151]);
+    }
+
+    #[test]
+    fn up_to_100_ticks_come_per_second_with_a_robot_and_without() {
+        for scenario in ["nominal", "takes_turns"] {
+            for (tick_s, ticks) in [(0.01, 200), (0.015, 134), (0.02, 100), (0.05, 40), (0.1, 20)] {
+                let set = [format!("execution.tick_s={tick_s}"), "execution.tree='nodes'".to_owned()];
+                let loaded = Scenario::load(&find::find(scenario).expect("it is shipped"), &set).expect("it is right");
+                let mut run = Run::new(loaded.into(), 1, false).expect("it can be set up");
+                let mut count = 0;
+                while run.time() < Duration::from_secs(2) {
+                    run.step().expect("it goes on");
+                    count += run.events().iter().filter(|event| event.kind == EventKind::Tick).count();
+                }
+                assert_eq!(count, ticks, "{scenario}, every {tick_s} s");
+            }
+        }
     }
 }

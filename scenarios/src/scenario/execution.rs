@@ -84,14 +84,23 @@ impl Default for Execution {
     }
 }
 
+/// The least time between ticks: 100 per second.
+const SHORTEST_TICK: Duration = Duration::from_millis(10);
+
 impl Execution {
+    /// Time between the steps of a run, each of which may have a tick.
+    #[must_use]
+    pub fn step(&self) -> Duration {
+        STEP.min(self.tick)
+    }
+
     pub(super) fn read(root: Table<'_>) -> Self {
         let defaults = Self::default();
         let table = root.table("execution").about("How tree, skills and components run.").optional();
         let Some(table) = table else { return defaults };
         let seconds = |key, about| table.seconds(key).about(about);
         let budget = |key, about, default| table.get::<u64>(key).about(about).at_least(1).default(default);
-        let tick = seconds("tick_s", "Time between ticks of the tree, in seconds.").at_least(STEP);
+        let tick = seconds("tick_s", "Time between ticks of the tree, in seconds.").at_least(SHORTEST_TICK);
         let trees = [("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)];
         let tree = table.one_of("tree", &trees).about(
             "The tree as one process (`whole`), or one process per node with handshakes (`nodes`), as in the paper.",

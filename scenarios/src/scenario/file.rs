@@ -237,6 +237,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let mut sim = read_sim(root);
     let components = read_components(root);
     let execution = Execution::read(root);
+    sim.dt = execution.step();
     let world = read_world(root);
     sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
     let premises = map.zip(sites).map(|(map, sites)| PremisesEntry { map, places, sites, sim, world });

@@ -15,7 +15,7 @@ use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
 
-/// Time between the steps of a run.
+/// Time between the steps of a run whose ticks are not more frequent.
 pub const STEP: Duration = Duration::from_millis(20);
 
 /// Reads the settings of the simulated robot.

@@ -9,7 +9,7 @@ use programs::ProgramProcess;
 use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
-use scenarios::scenario::{Behavior, MachineMonitor, Premises, STEP, Scenario};
+use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario};
 
 use super::Run;
 use crate::machines;
@@ -31,7 +31,7 @@ impl Run {
             settings: file.settings.clone(),
             seed: self.seed,
             tick: file.execution.tick,
-            dt: if is_model { Duration::ZERO } else { STEP },
+            dt: if is_model { Duration::ZERO } else { file.execution.step() },
             unwatched: self.recorded.monitors.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
             tree: self.scenario.tree().into_iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
