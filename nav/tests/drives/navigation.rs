@@ -238,7 +238,7 @@ fn unreachable_goals_are_refused_at_once_with_a_reason() {
     assert_eq!(reason(4.5, 2.5), "there is no path to the goal");
     assert_eq!(reason(1.5, 4.5), "the goal is in unknown space of the map");
     assert_eq!(reason(9.0, 2.5), "the goal is outside the map");
-    assert_eq!(reason(2.875, 2.5), "the goal is 0.12 m from an obstacle, but the robot needs 0.30 m");
+    assert_eq!(reason(2.875, 2.5), "the goal is 0.125 m from an obstacle, but the robot needs 0.325 m");
 }
 
 #[test]
