@@ -37,7 +37,7 @@ fn settings_in_effect(view: &RunView) -> Markup {
                     div {
                         h4 { code { (group.title) } }
                         table.parameters {
-                            tbody { @for (about, value) in &group.rows { (row(about, [html! { code { (value) } }])) } }
+                            tbody { @for (about, value) in &group.rows { (row(markup::prose(about), [html! { code { (value) } }])) } }
                         }
                     }
                 }
