@@ -1,5 +1,7 @@
 //! The cells where the robot can be.
 
+use std::ops::Range;
+
 use maps::Point;
 
 use crate::Costmap;
@@ -43,6 +45,11 @@ impl<'a> Ground<'a> {
     /// The cost of a cell, [`OPEN_COST`] or more; zero where the robot cannot be.
     pub(crate) fn cost(&self, cell: usize) -> u32 {
         self.costs[usize::from(self.clearances[cell])]
+    }
+
+    /// The costs of adjacent cells.
+    pub(crate) fn costs(&self, cells: Range<usize>) -> impl Iterator<Item = u32> {
+        self.clearances[cells].iter().map(|clearance| self.costs[usize::from(*clearance)])
     }
 
     /// The least cost of a cell in which the robot can be.
