@@ -6,7 +6,7 @@ use diagnostics::document::Document;
 use diagnostics::{FileProblems, Source, Spanned};
 
 use super::find;
-use crate::files::{Files, named};
+use crate::files::{Files, named, scenario_names};
 
 /// A file from which a scenario inherits.
 pub(super) struct Base {
@@ -39,7 +39,8 @@ impl Base {
         let text = files.read_text(&path).map_err(|error| {
             let problem = span.problem(format!("cannot read the base {value}: {error}"));
             let help = "a base is a scenario: a file beside this one, or the name of a shipped scenario";
-            problem.with_label("this base").with_help(help)
+            let meant = diagnostics::did_you_mean(value, scenario_names());
+            problem.with_label("this base").with_help(meant.unwrap_or_else(|| help.to_owned()))
         })?;
         let beside = if shipped.is_some() { beside } else { path.parent().unwrap_or(Path::new("")) }.to_owned();
         let source = Source::new(&path.display().to_string(), text);
@@ -80,7 +81,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::scenario::{Runs, Scenario, find::find};
+    use crate::scenario::{Runs, Scenario, ScenarioFile, find::find};
 
     const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
       <BehaviorTree ID="Tour"><SequenceWithMemory><GoToDestination/><AnnounceArrival/></SequenceWithMemory></BehaviorTree>
@@ -203,5 +204,14 @@ at_s = 0
         fs::write(folder.path().join("building/floor.toml"), "base = \"../wards/north/ward.toml\"\n").unwrap();
         let error = load(&folder, &[]).unwrap_err().to_string();
         assert!(error.contains("1 problem"), "{error}");
+    }
+
+    #[test]
+    fn a_misspelt_base_is_told_what_may_be_meant() {
+        for (base, help) in [("erand", "did you mean `errand`?"), ("nowhere/at/all.toml", "a base is a scenario: ")] {
+            let parsed = ScenarioFile::parse("a.toml", &format!("base = \"{base}\"\n"), &Files::shipped(), []);
+            let said = miette::Diagnostic::help(&parsed.unwrap_err().problems()[0]).map(|help| help.to_string());
+            assert!(said.as_ref().is_some_and(|said| said.starts_with(help)), "{said:?}");
+        }
     }
 }
