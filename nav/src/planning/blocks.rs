@@ -14,13 +14,15 @@ const SIDE: usize = 8;
 const COLUMN: u64 = 0x0101_0101_0101_0101;
 const ROW: u64 = 0xff;
 
-/// How many blocks beside the way are searched, too.
+/// How many blocks beside the way are searched, too. With one block, 1 of 1,000 random trips in a warehouse of 50 m ×
+/// 84 m was 2.2 % longer than A*'s; with two, in three such sets, at most 1.5 %.
 const BESIDE: usize = 2;
 
-/// How much more expensive the first way becomes, in parts of 32.
+/// How much more expensive the first way becomes, in parts of 32. Chosen: the estimates of ways err by less.
 const SURCHARGE: u32 = 2;
 
-/// The cost of a cell on the line between two parts where the robot cannot be: the way leads around it.
+/// The cost of a cell on the line between two parts where the robot cannot be: a little more than that of any other,
+/// since the way leads around it.
 const DETOUR_COST: u32 = 60;
 
 /// A connected part of the cells of a block where the robot can be.
@@ -57,13 +59,18 @@ fn cheap_path(ground: &Ground<'_>, from: usize, to: usize) -> Option<Vec<usize>>
     let blocks = Blocks::of(ground);
     let [first, last] = [blocks.part_of(from)?, blocks.part_of(to)?];
     let mut near = vec![false; blocks.columns * blocks.rows];
+    let mut steps: Vec<Option<Vec<(usize, u32)>>> = vec![None; blocks.parts.len()];
     // The estimates of two ways may err by some percent, so the cells of a second way are searched, too, which is found
-    // by making the first one more expensive.
+    // by making the first one more expensive. With one way only, a trip in the warehouse was 2.5 % longer.
     for _ in 0..2 {
         let center = |part: usize| blocks.parts[part].center as u32;
         let left = |part: &usize| remaining(ground, center(*part), center(last));
-        let (way, _) =
-            pathfinding::prelude::astar(&first, |part| blocks.steps(*part, &near), left, |part| *part == last)?;
+        let factor = |part: usize| if near[blocks.parts[part].block] { 32 + SURCHARGE } else { 32 };
+        let steps = |part: &usize| {
+            let steps = steps[*part].get_or_insert_with(|| blocks.steps(*part));
+            steps.iter().map(|(next, cost)| (*next, cost * factor(*next) / 32)).collect::<Vec<_>>()
+        };
+        let (way, _) = pathfinding::prelude::astar(&first, steps, left, |part| *part == last)?;
         blocks.mark_near(&way, &mut near);
     }
     shortest_path(ground, from, to, |cell| near[blocks.block(cell)], usize::MAX).unwrap_or(None)
@@ -154,7 +161,7 @@ impl<'a> Blocks<'a> {
 
     /// The parts to which a step leads, with its estimated cost: those beside a part and, diagonally, those beside
     /// them.
-    fn steps(&self, part: usize, expensive: &[bool]) -> Vec<(usize, u32)> {
+    fn steps(&self, part: usize) -> Vec<(usize, u32)> {
         let mut next = self.beside(part);
         for between in 0..next.len() {
             for diagonal in self.beside(next[between]) {
@@ -166,8 +173,7 @@ impl<'a> Blocks<'a> {
                 }
             }
         }
-        let factor = |part: usize| if expensive[self.parts[part].block] { 32 + SURCHARGE } else { 32 };
-        next.into_iter().map(|next| (next, self.cost(part, next) * factor(next) / 32)).collect()
+        next.into_iter().map(|next| (next, self.cost(part, next))).collect()
     }
 
     /// The cost of the straight line between the centers of two parts.
