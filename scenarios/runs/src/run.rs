@@ -138,7 +138,10 @@ impl Run {
         let tick = scenario.file.execution.tick;
         let first_tick = if kind.is_model() { tick } else { AFTER_THE_START };
         Ok(Self {
-            recorded: Recorded::of(wired.system.monitors().len()),
+            recorded: Recorded::of(
+                wired.system.monitors().len(),
+                scenario.skills.len() + scenario.component_names().count(),
+            ),
             skill_errors: SkillErrors::of(&wired.system),
             tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
             scene_clock: SceneClock::new(&scenario.file.snapshots),

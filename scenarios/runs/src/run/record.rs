@@ -129,11 +129,9 @@ impl Run {
     /// The locations that have changed, among those of the skills and components that may have moved.
     fn new_locations(&mut self, may_have_moved: impl Fn(&str) -> bool) -> Vec<(usize, String)> {
         let Self { scenario, system, recorded, .. } = self;
-        let names: Vec<&str> = scenario.skills.keys().map(String::as_str).chain(scenario.component_names()).collect();
-        recorded.locations.resize(names.len(), None);
+        let names = scenario.skills.keys().map(String::as_str).chain(scenario.component_names());
         let mut new = Vec::new();
-        for (name, recorded) in names.into_iter().zip(&mut recorded.locations).filter(|(name, _)| may_have_moved(name))
-        {
+        for (name, recorded) in names.zip(&mut recorded.locations).filter(|(name, _)| may_have_moved(name)) {
             let Some(process) = system.topology().find_process(name) else { continue };
             let Some(location) = system.location(process) else { continue };
             if recorded.as_ref() != Some(&location) {

@@ -16,8 +16,8 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
-    /// Nothing has been recorded of a run with this many monitors.
-    pub(super) fn of(monitors: usize) -> Self {
-        Self { monitors: MonitorLog::new(monitors), ..Self::default() }
+    /// Nothing has been recorded of a run with this many monitors and this many skills and components.
+    pub(super) fn of(monitors: usize, processes: usize) -> Self {
+        Self { monitors: MonitorLog::new(monitors), locations: vec![None; processes], ..Self::default() }
     }
 }
