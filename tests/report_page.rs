@@ -1,7 +1,7 @@
 //! The report as a page: in a browser, at the widths of a phone, a tablet and a desk.
 //!
-//! The tests use Chromium to check pages; without it, the tests say so and pass (CI installs it). Screenshots of every
-//! page stay in `target/tmp/report_page/`.
+//! The tests use Chromium to check pages; without it, the tests say so and pass (CI installs it). With
+//! `STEWARD_SCREENSHOTS` set, screenshots of every page stay in `target/tmp/report_page/`; each takes seconds to draw.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ fn probe(browser: &Path, frames: &Path) -> BTreeMap<u64, Value> {
     found.map(|found| (found["width"].as_u64().unwrap(), found)).collect()
 }
 
-/// Checks the page of a run, and keeps screenshots of it at every width, light and dark.
+/// Checks the page of a run, at every width.
 pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     let Some(browser) = browser() else { return };
     let folder = page.parent().unwrap();
@@ -129,15 +129,21 @@ pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
         assert_eq!(found["loaded"], Value::Array(Vec::new()), "{name} at {width} px loads something");
         assert_eq!(found["charts"], charts, "{name} at {width} px");
     }
-    let height = found.values().filter_map(|found| found["height"].as_u64()).max().unwrap();
-    let size = (2700, u32::try_from(height).unwrap() + 20);
+    if std::env::var_os("STEWARD_SCREENSHOTS").is_some() {
+        let height = found.values().filter_map(|found| found["height"].as_u64()).max().unwrap();
+        keep_screenshots(name, &browser, &page, (2700, u32::try_from(height).unwrap() + 20));
+    }
+}
+
+/// Keeps pictures of a page, light and dark.
+fn keep_screenshots(name: &str, browser: &Path, page: &Path, size: (u32, u32)) {
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
     std::fs::create_dir_all(&kept).unwrap();
     for (surroundings, scheme) in [("light", 1), ("dark", 0)] {
         let picture = kept.join(format!("{name}-{surroundings}.png"));
         let screenshot = format!("--screenshot={}", picture.display());
         let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
-        open(&browser, &page, size, &[&screenshot, &scheme]);
+        open(browser, page, size, &[&screenshot, &scheme]);
         assert_eq!(picture_size(&picture), size);
     }
 }
