@@ -40,18 +40,23 @@ pub(super) fn shortest_path(
     only: Option<&dyn Fn(usize) -> bool>,
     most: usize,
 ) -> Result<Option<Vec<usize>>, GaveUp> {
-    let visits = Cell::new(0);
     let remaining = |cell: &u32| remaining(ground, *cell, to as u32);
-    // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet.
-    let mut reached = vec![0_u32; ground.costmap.clearances().len()];
+    // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet. No path is cheaper than one
+    // to a cell that does not belong to the search.
+    let cells = 0..ground.costmap.clearances().len();
+    let mut reached: Vec<u32> = match only {
+        None => vec![0; cells.len()],
+        Some(is_one) => cells.map(|cell| u32::from(!is_one(cell))).collect(),
+    };
     reached[from] = 1;
+    let visits = Cell::new(0);
     let ways = |cell: &u32| {
         visits.set(visits.get() + 1);
         let here = reached[*cell as usize];
         let (mut cheaper, mut count) = ([(0, 0); 8], 0);
         for (next, cost) in successors(ground, *cell) {
             let known = &mut reached[next as usize];
-            if (*known == 0 || here + cost < *known) && only.is_none_or(|is_one| is_one(next as usize)) {
+            if *known == 0 || here + cost < *known {
                 *known = here + cost;
                 cheaper[count] = (next, cost);
                 count += 1;
