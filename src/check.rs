@@ -220,7 +220,8 @@ pub(crate) fn machine(file: &Path, scenario: Option<&str>) -> Result<(Arc<Chart>
                 summary = format!("{summary}; {name} does not use it, so it was checked alone");
             }
             topology.and_then(|topology| {
-                let hearers: Vec<&str> = topology.processes().map(|process| topology.name(process)).collect();
+                let hearers = topology.processes().filter(|process| !topology.is_outside(*process));
+                let hearers: Vec<&str> = hearers.map(|process| topology.name(process)).collect();
                 chart.sends_elsewhere(&hearers, &format!("{name} has {}", hearers.join(", ")))
             })
         }

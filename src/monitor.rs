@@ -10,7 +10,7 @@ use channels::{Monitor as _, Topology};
 use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
 use reports::file_name;
-use runs::topology;
+use runs::{topology, topology_for_properties};
 use scenarios::Complaints;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
@@ -124,8 +124,17 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// The system of the scenario with this name or path.
+    /// The system of the scenario with this name or path, for properties that it does not have yet.
     pub(crate) fn of(scenario: &str) -> Result<Self, Error> {
+        Self::with(scenario, topology_for_properties)
+    }
+
+    /// The system of the scenario's runs.
+    pub(crate) fn of_runs(scenario: &str) -> Result<Self, Error> {
+        Self::with(scenario, topology)
+    }
+
+    fn with(scenario: &str, topology: fn(&Scenario) -> Result<Arc<Topology>, scenarios::Error>) -> Result<Self, Error> {
         let scenario = Scenario::load(&find::find(scenario)?, &[])?;
         Ok(Self { topology: topology(&scenario)?, tick: scenario.file.execution.tick })
     }

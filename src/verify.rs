@@ -183,7 +183,7 @@ impl Subject {
         let header = header.filter(|_| args.scenario.is_none());
         let mut system = match header {
             Some(header) => System { topology: Arc::clone(&header.topology), tick: header.tick },
-            None => System::of(described.scenario(args.scenario.as_deref())?)?,
+            None => System::of_runs(described.scenario(args.scenario.as_deref())?)?,
         };
         system.tick = described.tick.unwrap_or(system.tick);
         let (properties, unjudged) = match header {

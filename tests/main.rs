@@ -47,3 +47,4 @@ mod tree_command;
 mod tree_errors;
 mod without_a_map;
 mod workspace;
+mod world;

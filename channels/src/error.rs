@@ -26,6 +26,14 @@ pub enum WiringError {
         /// The process.
         process: String,
     },
+    /// A channel leads into the system, or out of it.
+    #[error("no channel can lead from {source_process} to {target_process}: only one of them is part of the system")]
+    Outside {
+        /// The sender.
+        source_process: String,
+        /// The receiver.
+        target_process: String,
+    },
     /// A required channel does not exist.
     #[error("{process} needs the channel {channel}, which does not exist")]
     MissingChannel {

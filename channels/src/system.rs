@@ -14,7 +14,7 @@ pub use self::enabled::{Enabled, EnabledKind};
 use crate::process::{Action, Offer, Pattern, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
-    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, NoNormalForm, NormalForm, Process, ProcessId,
+    Capacity, ChannelId, Envelope, Event, EventKind, Message, Monitor, NoNormalForm, NormalForm, Process, ProcessId,
     RequestNumber, RunError, Topology, TransitionId, Verdict, WiringError,
 };
 
@@ -89,9 +89,10 @@ impl ChannelSystem {
                 return Err(WiringError::DuplicateProcess { name: topology.name(id).to_owned() });
             }
         }
-        // A process that is composed of others needs no behavior of its own.
+        // A process that is composed of others needs no behavior of its own, and one outside the system has none.
         let is_composed = |id| topology.processes().any(|other| other != id && topology.whole(other) == id);
-        if let Some(id) = topology.processes().find(|&id| by_id[id.0].is_none() && !is_composed(id)) {
+        let has_none = |&id: &ProcessId| by_id[id.0].is_none() && !is_composed(id) && !topology.is_outside(id);
+        if let Some(id) = topology.processes().find(has_none) {
             return Err(WiringError::MissingProcess { process: topology.name(id).to_owned() });
         }
         Ok(Self {
@@ -130,6 +131,19 @@ impl ChannelSystem {
             inform(attached.monitor.as_mut());
             attached.note(last);
         }
+    }
+
+    /// Shows the monitors a message between two processes [outside](Topology::outside) the system. It is an event
+    /// between two communications; no process receives it.
+    ///
+    /// # Panics
+    /// If the channel is one of the system's, or cannot carry the message.
+    pub fn show(&mut self, channel: ChannelId, message: Message) -> Event {
+        assert!(self.topology.is_outside(self.topology.get(channel).source), "a channel outside the system");
+        assert!(self.topology.carries(channel, &message), "{message} is in the channel's domain");
+        let event = self.event(EventKind::Received { channel, message });
+        self.show_monitors(&event);
+        event
     }
 
     /// What a channel holds.

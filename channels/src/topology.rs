@@ -56,6 +56,7 @@ struct Declaration {
     name: String,
     /// The process that this one is part of; itself if it is not part of another.
     whole: ProcessId,
+    is_outside: bool,
 }
 
 /// The processes and channels of a system, by name: the static structure.
@@ -94,6 +95,18 @@ impl Topology {
         self.declare(name, id)
     }
 
+    /// Declares a process outside the system: it has no behavior and never moves. Between two such processes, monitors
+    /// alone [are shown](crate::ChannelSystem::show) messages, such as what is true in the world; there are no channels
+    /// to others.
+    ///
+    /// # Errors
+    /// [`WiringError::DuplicateProcess`] if the name is taken.
+    pub fn outside(&mut self, name: &str) -> Result<ProcessId, WiringError> {
+        let id = self.process(name)?;
+        self.processes[id.0].is_outside = true;
+        Ok(id)
+    }
+
     /// Declares a process that is part of `whole`.
     ///
     /// # Errors
@@ -106,7 +119,7 @@ impl Topology {
         if self.find_process(name).is_some() {
             return Err(WiringError::DuplicateProcess { name: name.to_owned() });
         }
-        self.processes.push(Declaration { name: name.to_owned(), whole });
+        self.processes.push(Declaration { name: name.to_owned(), whole, is_outside: false });
         Ok(ProcessId(self.processes.len() - 1))
     }
 
@@ -114,7 +127,7 @@ impl Topology {
     ///
     /// # Errors
     /// [`WiringError::SelfChannel`] if both ends are the same process, [`WiringError::DuplicateChannel`] if the channel
-    /// already exists.
+    /// already exists, [`WiringError::Outside`] if only one end is [outside](Self::outside) the system.
     pub fn channel(
         &mut self,
         source: ProcessId,
@@ -128,6 +141,10 @@ impl Topology {
         if self.channels.iter().any(|channel| (channel.source, channel.target) == (source, target)) {
             let [source, target] = [source, target].map(|end| self.name(end).to_owned());
             return Err(WiringError::DuplicateChannel { source_process: source, target_process: target });
+        }
+        if self.is_outside(source) != self.is_outside(target) {
+            let [source, target] = [source, target].map(|end| self.name(end).to_owned());
+            return Err(WiringError::Outside { source_process: source, target_process: target });
         }
         self.channels.push(Channel { source, target, capacity, domain });
         Ok(ChannelId(self.channels.len() - 1))
@@ -178,6 +195,12 @@ impl Topology {
     #[must_use]
     pub fn name(&self, process: ProcessId) -> &str {
         &self.processes[process.0].name
+    }
+
+    /// Whether the process is [outside](Self::outside) the system.
+    #[must_use]
+    pub fn is_outside(&self, process: ProcessId) -> bool {
+        self.processes[process.0].is_outside
     }
 
     /// The process that `process` is part of; itself if it is not part of another.

@@ -42,16 +42,26 @@ impl Place {
         }
     }
 
+    /// Whether a robot at this position (`map` frame), with any heading, is there.
+    #[must_use]
+    pub fn covers(&self, at: &Point) -> bool {
+        match self {
+            Self::Point { pose, position_tolerance_m, .. } => {
+                (at.coords - pose.translation.vector).norm() <= *position_tolerance_m
+            }
+            Self::Area { corners } => is_inside(corners, at),
+        }
+    }
+
     /// Whether a robot at `pose` (`map` frame) is there.
     #[must_use]
     pub fn contains(&self, at: &Pose) -> bool {
         match self {
-            Self::Point { pose, position_tolerance_m, heading_tolerance_rad } => {
-                let distance = (at.translation.vector - pose.translation.vector).norm();
+            Self::Point { pose, heading_tolerance_rad, .. } => {
                 let turn = wrap_angle(heading(at) - heading(pose)).abs();
-                distance <= *position_tolerance_m && turn <= *heading_tolerance_rad
+                self.covers(&at.translation.vector.into()) && turn <= *heading_tolerance_rad
             }
-            Self::Area { corners } => is_inside(corners, &at.translation.vector.into()),
+            Self::Area { .. } => self.covers(&at.translation.vector.into()),
         }
     }
 }

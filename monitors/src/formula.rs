@@ -317,6 +317,15 @@ impl MessageCondition {
         self.operands().into_iter().for_each(|operand| operand.comparisons(visit));
     }
 
+    /// Calls `visit` with each field that it mentions.
+    pub fn fields(&self, visit: &mut impl FnMut(&MessageField)) {
+        match self {
+            Self::Compare { field, .. } | Self::Remember { field, .. } => visit(field),
+            Self::Relate { left, right, .. } => [left, right].into_iter().for_each(|term| term.fields(visit)),
+            _ => self.operands().into_iter().for_each(|operand| operand.fields(visit)),
+        }
+    }
+
     /// Whether it is one comparison (or remembers one value), and calls a field by its name.
     pub(crate) fn calls_by_name(&self) -> bool {
         let mut is_named = false;

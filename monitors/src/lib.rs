@@ -248,3 +248,10 @@ pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
 pub use syntax::{OPERATORS, Operator};
 pub use synthesis::{Choice, Method};
+
+/// The process that shows monitors what is true, by convention: `(World, Monitors, level_pct < 20)` speaks of what was,
+/// and every other event of what a process was told.
+pub const WORLD: &str = "World";
+
+/// The process that [`WORLD`] shows it to.
+pub const MONITORS: &str = "Monitors";

@@ -1,6 +1,7 @@
 //! The names of the processes that every scenario has, besides the leaves of its tree.
 
 use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
+use monitors::{MONITORS, WORLD};
 use recording::TREE;
 
 /// The name of the process that generates ticks.
@@ -10,7 +11,8 @@ pub const TICK_GENERATOR: &str = "TickGenerator";
 pub const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 /// The names of the processes other than leaves.
-pub const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+pub const RESERVED: [&str; 8] =
+    [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD, WORLD, MONITORS];
 
 /// The processes to which a skill may send.
 pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];

@@ -26,6 +26,7 @@ mod settings;
 mod skill;
 mod snapshots;
 mod stop;
+mod truth;
 mod world;
 
 use std::collections::BTreeMap;
@@ -60,6 +61,7 @@ pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, Watch
 pub use robot::STEP;
 pub use skill::Skill;
 pub use stop::{Stop, StopOnViolation};
+pub use truth::{Fact, Truths};
 pub use world::WorldBody;
 
 use self::monitoring::Described;

@@ -61,6 +61,21 @@ pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Opt
     Some((walls.to_map(&Point::new(cell.column as f64 + 0.5, cell.row as f64 + 0.5)), distance_m))
 }
 
+/// The distance of a point from the nearest wall, in meters, if it is below `within_m`, and infinite otherwise.
+pub(crate) fn wall_distance_m(walls: &RayGrid, point: &Point, within_m: f64) -> f64 {
+    let (width, height) = walls.extent();
+    let farthest_m = ((width + height) as f64 * walls.resolution_m()).min(within_m);
+    // The cells to be searched grow with the square of the distance, and a wall is mostly near.
+    let mut reach_m = farthest_m.min(0.5);
+    loop {
+        match nearest_wall(walls, point, reach_m) {
+            Some((_, distance_m)) => return distance_m,
+            None if reach_m >= farthest_m => return f64::INFINITY,
+            None => reach_m = (2.0 * reach_m).min(farthest_m),
+        }
+    }
+}
+
 /// Distance from a shape at a pose to a point; 0 inside.
 pub(crate) fn distance_to(shape: &Shape, pose: &Pose, point: &Point) -> f64 {
     let point = pose.inverse_transform_point(point);
@@ -77,4 +92,39 @@ pub(crate) fn distance_to(shape: &Shape, pose: &Pose, point: &Point) -> f64 {
 /// The distance of a value from an interval.
 fn outside(value: f64, low: f64, high: f64) -> f64 {
     (low - value).max(value - high).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{Cell, OccupancyGrid, pose};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_nearest_wall_is_found_however_far_it_is(
+            walls in prop::collection::vec((0..60_usize, 0..40_usize), 0..5),
+            (x, y) in (-1.0..31.0, -1.0..21.0),
+            within_m in 0.0..50.0,
+        ) {
+            let mut grid = OccupancyGrid::new(60, 40, 0.5, pose(0.0, 0.0, 0.0));
+            for row in 0..40 {
+                for column in 0..60 {
+                    grid.set(CellIndex { column, row }, Cell::Free);
+                }
+            }
+            for (column, row) in &walls {
+                grid.set(CellIndex { column: *column, row: *row }, Cell::Occupied);
+            }
+            let to_cell = |(column, row): &(usize, usize)| {
+                let near = |value: f64, first: usize| value.clamp(first as f64 * 0.5, (first + 1) as f64 * 0.5);
+                (x - near(x, *column)).hypot(y - near(y, *row))
+            };
+            let nearest_m = walls.iter().map(to_cell).fold(f64::INFINITY, f64::min);
+            let expected = if nearest_m < within_m { nearest_m } else { f64::INFINITY };
+            let found = wall_distance_m(&RayGrid::new(&grid), &Point::new(x, y), within_m);
+            prop_assert!(found == expected || (found - expected).abs() < 1e-9, "{found} m, not {expected} m");
+        }
+    }
 }

@@ -19,7 +19,7 @@ use crate::lasers::Laser;
 use crate::motion::{Motion, RobotPose};
 use crate::obstacles::{Obstacle, ObstaclePose, Obstacles, named};
 use crate::odometer::Odometer;
-use crate::room::distance_to;
+use crate::room::{distance_to, wall_distance_m};
 
 /// The true state of the simulated world.
 ///
@@ -100,6 +100,17 @@ impl<'a> Truth<'a> {
     #[must_use]
     pub fn is_touching(&self) -> bool {
         self.of::<Contacts>(self.robot).is_touching()
+    }
+
+    /// Distance between the edge of a robot of this radius and the nearest wall or obstacle, in meters: 0 where they
+    /// touch or overlap, infinite where there is neither.
+    #[must_use]
+    pub fn clearance_m(&self, radius_m: f64) -> f64 {
+        let center = self.pose().translation.vector.into();
+        let obstacles = self.obstacles().map(|obstacle| obstacle.distance_m(&center));
+        let nearest_m = obstacles.fold(f64::INFINITY, f64::min);
+        let wall_m = wall_distance_m(self.world.resource::<Building>().walls().rays(), &center, nearest_m);
+        (nearest_m.min(wall_m) - radius_m).max(0.0)
     }
 
     /// Wheel odometry as measured in the last step, with its faults, whether or not it was read.

@@ -9,9 +9,9 @@ mod suspension;
 use std::sync::Arc;
 
 use channels::{
-    Capacity, ChannelId, ChannelSystem, Condition, Content, Domain, Enabled, EnabledKind, Event, EventKind,
-    GraphMonitor, GraphProcess, Process, ProcessId, ProgramGraph, Random, Relation, RoundRobin, RunError, Scheduler,
-    Starving, Term, TickGenerator, Topology, Verdict, WiringError,
+    Capacity, ChannelId, ChannelSystem, Condition, Content, Domain, Enabled, EnabledKind, Event, EventKind, FieldKind,
+    GraphMonitor, GraphProcess, Message, Process, ProcessId, ProgramGraph, Random, Relation, RoundRobin, RunError,
+    Scheduler, Shape, Starving, Term, TickGenerator, Topology, Value, Verdict, WiringError,
 };
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -189,6 +189,27 @@ fn a_process_without_behavior_is_refused_at_wiring() {
     let (topology, [p, _], channel) = pair(Capacity::One);
     let wrong = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 1))]);
     assert!(matches!(wrong, Err(WiringError::MissingProcess { process }) if process == "Q"));
+}
+
+#[test]
+fn monitors_alone_see_what_is_shown_from_outside_the_system() {
+    let (mut topology, [p, q], channel) = pair(Capacity::One);
+    let [world, monitors] = ["World", "Monitors"].map(|name| topology.outside(name).unwrap());
+    let level = Domain::new([Shape::new([("level", FieldKind::Int)])]);
+    for (from, to) in [(world, p), (q, world)] {
+        let refused = topology.channel(from, to, Capacity::One, level.clone());
+        assert!(matches!(refused, Err(WiringError::Outside { .. })), "no process of the system hears or tells of it");
+    }
+    let shown = topology.channel(world, monitors, Capacity::Zero, level).unwrap();
+    let processes = [(p, sender(channel, 7)), (q, receiver_of(channel, 7))];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    let event = system.show(shown, Message::new([Value::Int(3)]));
+    assert_eq!((event.step, system.steps()), (0, 0), "it is no communication");
+    let mut alone = system.fork();
+    assert!(alone.same_state(&system));
+    let events = system.run(&mut RoundRobin::default(), 100).map(Result::unwrap).count();
+    assert_eq!(events, alone.run(&mut RoundRobin::default(), 100).count());
+    assert_eq!(events, 1);
 }
 
 #[test]

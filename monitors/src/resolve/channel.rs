@@ -4,6 +4,7 @@ use channels::ChannelId;
 use diagnostics::{Problem, nearest_or_all};
 
 use super::Resolver;
+use crate::WORLD;
 use crate::formula::EventAtom;
 use crate::syntax::{self, Name};
 
@@ -16,6 +17,13 @@ impl Resolver<'_> {
     }
 
     fn channel(&mut self, event: &syntax::Event) -> Option<ChannelId> {
+        if event.source.text == WORLD && self.topology.find_process(WORLD).is_none() {
+            let problem = Problem::new("nothing shows here what is true in the world");
+            let help = "only simulated runs on a map do, and recordings of runs whose own properties ask for it; for a bag, \
+                        a mapping can name a topic that measures it";
+            self.problems.push(problem.at(event.source.span, "no such process").with_help(help));
+            return None;
+        }
         let known = [self.process_is_known(&event.source), self.process_is_known(&event.target)];
         if known != [true, true] {
             return None;

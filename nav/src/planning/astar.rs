@@ -41,8 +41,8 @@ pub(super) fn shortest_path(
     most: usize,
 ) -> Result<Option<Vec<usize>>, GaveUp> {
     let remaining = |cell: &u32| remaining(ground, *cell, to as u32);
-    // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet. No path is cheaper than one
-    // to a cell that does not belong to the search.
+    // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet. No path is cheaper than
+    // one to a cell that does not belong to the search.
     let cells = 0..ground.costmap.clearances().len();
     let mut reached: Vec<u32> = match only {
         None => vec![0; cells.len()],

@@ -35,11 +35,14 @@ use explorer::{
     Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
     Ticks,
 };
+use monitors::scope_monitor;
 use robot::Streams;
 use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
 use scenarios::scenario::schedule::process_of;
-use scenarios::scenario::{BatteryAssumption, Drained, Monitoring, Passes, ProofOutcome, Scenario};
+use scenarios::scenario::{
+    BatteryAssumption, Drained, MachineMonitor, Monitoring, Passes, ProofOutcome, Scenario, Truths,
+};
 use scenarios::{Complaints, Error};
 
 use self::battery::{BatteryModel, Bounds};
@@ -123,6 +126,23 @@ impl Answer {
     }
 }
 
+/// An ordinary monitor of a property, at its start; `None` for those that have none.
+fn monitor_of<'m>(question: &Question, monitoring: &'m Monitoring) -> Option<&'m dyn Monitor> {
+    match question.subject {
+        Subject::Monitor(monitor) => Some(monitoring.monitors()[monitor].1.as_ref()),
+        Subject::Progress | Subject::AllReached => None,
+    }
+}
+
+/// Whether messages on the channel can change a verdict.
+fn watches(monitor: &dyn Monitor, channel: ChannelId) -> bool {
+    let mut is_watched = MachineMonitor::of(monitor).is_some_and(|machine| machine.watches(channel));
+    if let Some(scope) = scope_monitor(monitor) {
+        scope.formula().events(&mut |event| is_watched |= event.channel == channel);
+    }
+    is_watched
+}
+
 impl Proof {
     /// Prepares a scenario that was loaded by [`Scenario::load_for_proof`]. `only` names the properties to prove; if it
     /// is empty, they are those that the scenario names.
@@ -141,6 +161,16 @@ impl Proof {
         let damaged = damaged(&scenario, &system, &mut complaints);
         let faults = faults::of(&scenario, &system, &mut complaints);
         let questions = questions::of(&scenario, &monitoring, only, &mut complaints);
+        if let Some(Truths { channel, .. }) = &wired.truths {
+            let asked = questions.iter().filter_map(|question| monitor_of(question, &monitoring));
+            asked.filter(|monitor| watches(*monitor, *channel)).for_each(|monitor| {
+                let problem = diagnostics::Problem::new(format!("the property {} speaks of the world", monitor.name()));
+                complaints.push(problem.with_help(
+                    "a proof does not know what is true, only what the components tell: prove that, or judge runs with \
+                     `steward run` and `steward campaign`",
+                ));
+            });
+        }
         complaints.check()?;
         let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
         // A search can take long: no property may be refused after that of another one.
@@ -179,10 +209,7 @@ impl Proof {
     /// An ordinary monitor of a property, at its start; `None` for those that have none.
     #[must_use]
     pub fn monitor(&self, question: &Question) -> Option<&dyn Monitor> {
-        match question.subject {
-            Subject::Monitor(monitor) => Some(self.monitoring.monitors()[monitor].1.as_ref()),
-            Subject::Progress | Subject::AllReached => None,
-        }
+        monitor_of(question, &self.monitoring)
     }
 
     /// Explores everything until the property is decided. The limits hold for each search, but the limit of visits for

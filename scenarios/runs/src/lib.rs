@@ -25,6 +25,7 @@ mod switched;
 mod tick_clock;
 mod timetable;
 mod tree_errors;
+mod truth;
 mod wiring;
 mod world;
 
@@ -35,4 +36,4 @@ pub use machines::record as machine_record;
 pub use run::Run;
 pub use session::Session;
 pub use switched::{Switched, SwitchedEffect, restart};
-pub use wiring::{Ids, Wired, topology, wire};
+pub use wiring::{Ids, Wired, topology, topology_for_properties, wire};

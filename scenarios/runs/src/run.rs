@@ -24,6 +24,7 @@ use crate::schedule_replay::{ReplayedSteps, ScheduleReplay};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::{AFTER_THE_START, TickClock};
 use crate::tree_errors::TreeErrors;
+use crate::truth::TruthShow;
 use crate::wiring::{Ids, Wired, start_programs, wire};
 use crate::world::{SimulatedRobot, World};
 
@@ -37,6 +38,8 @@ pub struct Run {
     scenario: Arc<Scenario>,
     seed: u64,
     world: World,
+    /// What monitors are shown of the world, if anybody asks for it.
+    truths: Option<TruthShow>,
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
@@ -148,6 +151,7 @@ impl Run {
             scenario,
             seed,
             world,
+            truths: wired.truths.map(TruthShow::new),
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
@@ -216,12 +220,22 @@ impl Run {
             robot.enter_into_trace(&mut self.hash);
         }
         self.events.clear();
+        self.show_truths();
         self.happen(now)?;
         // In a model, everything that is due at the same time happens one by one, and the tick comes last.
         while self.kind.is_model() && self.next_event().is_some_and(|next| next <= now) {
             self.happen(now)?;
         }
         Ok(())
+    }
+
+    /// Shows the monitors what is true. It is no communication, and does not enter the trace hash: properties that
+    /// speak of the world change no run.
+    fn show_truths(&mut self) {
+        let Self { truths: Some(truths), world, scenario, system, events, .. } = self else { return };
+        if let Some((robot, premises)) = world.robot().zip(scenario.premises.as_ref()) {
+            events.extend(truths.show(robot, premises, system));
+        }
     }
 
     /// The time of the next step. The first step of a model is at the start, and each later one at the time of the next

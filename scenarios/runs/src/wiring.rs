@@ -22,7 +22,7 @@ use scenarios::names::unknown;
 use scenarios::occurrences::occurrences;
 use scenarios::processes::TICK_GENERATOR;
 use scenarios::scenario::{
-    Behavior, ComponentEntry, Order, Policy, Runs, RunsEntry, Scenario, TreeForm, TreeIds, misfit,
+    Behavior, ComponentEntry, Order, Policy, Runs, RunsEntry, Scenario, TreeForm, TreeIds, Truths, misfit,
 };
 use scenarios::{Complaints, Error};
 use skills::SkillProcess;
@@ -39,6 +39,8 @@ pub struct Wired {
     pub scheduler: Box<dyn Scheduler>,
     /// The processes that the run must know.
     pub ids: Ids,
+    /// What monitors are shown of the world, if anybody asks for it.
+    pub truths: Option<Truths>,
 }
 
 /// The processes that the run must know.
@@ -55,6 +57,15 @@ pub struct Ids {
 /// # Errors
 /// [`Error::BadInput`] with everything that does not fit together.
 pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
+    wire_with(scenario, streams, Scenario::declare_truths)
+}
+
+/// Wires a scenario whose world shows this to monitors.
+fn wire_with(
+    scenario: &Scenario,
+    streams: &Streams,
+    truths: fn(&Scenario, &mut Topology) -> Result<Option<Truths>, WiringError>,
+) -> Result<Wired, Error> {
     let tree = match &scenario.behavior {
         Behavior::Tree(tree) => tree,
         Behavior::Model(model) => return wire_model(scenario, model, streams),
@@ -63,6 +74,7 @@ pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     let mut topology = Topology::default();
     let (ids, robot) = scenario.declare(tree, &mut topology).map_err(refused)?;
     let mut processes = tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?;
+    let truths = truths(scenario, &mut topology).map_err(refused)?;
     // All processes and channels are declared before the first process is made: it looks up those that it uses.
     let topology = Arc::new(topology);
 
@@ -89,7 +101,7 @@ pub fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
     let scheduler = scheduler.expect("an unknown process was reported");
-    Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot } })
+    Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot }, truths })
 }
 
 /// Wires a model.
@@ -109,7 +121,7 @@ fn wire_model(scenario: &Scenario, model: &Model, streams: &Streams) -> Result<W
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
     let scheduler = scheduler.expect("an unknown process was reported");
-    Ok(Wired { system, scheduler, ids: Ids { tree, robot: None } })
+    Ok(Wired { system, scheduler, ids: Ids { tree, robot: None }, truths: None })
 }
 
 /// Starts the programs among the components.
@@ -136,6 +148,15 @@ pub(crate) fn start_programs(scenario: &Scenario, system: &mut ChannelSystem) ->
 /// [`Error::BadInput`] with everything that does not fit together.
 pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
     let wired = wire(scenario, &Streams::new(scenario.file.seed))?;
+    Ok(Arc::clone(wired.system.topology()))
+}
+
+/// The same with everything that the scenario's world can show to monitors, for properties that it does not have yet.
+///
+/// # Errors
+/// [`Error::BadInput`] with everything that does not fit together.
+pub fn topology_for_properties(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
+    let wired = wire_with(scenario, &Streams::new(scenario.file.seed), Scenario::declare_all_truths)?;
     Ok(Arc::clone(wired.system.topology()))
 }
 
@@ -228,9 +249,10 @@ fn policy(
         Policy::RoundRobin => Box::new(RoundRobin::default()),
     };
     let Some(victim) = &execution.starved else { return Some(others) };
-    let id = topology.find_process(&victim.value);
+    let moving = || topology.processes().filter(|id| !topology.is_outside(*id));
+    let id = moving().find(|id| topology.name(*id) == victim.value);
     if id.is_none() {
-        let names: Vec<&str> = topology.processes().map(|id| topology.name(id)).collect();
+        let names: Vec<&str> = moving().map(|id| topology.name(id)).collect();
         complaints.push(unknown("process", victim, names));
     }
     Some(Box::new(Starving::new(id?, others)))

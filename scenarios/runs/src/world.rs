@@ -223,6 +223,30 @@ impl SimulatedRobot {
         })
     }
 
+    /// The radius of the robot, in meters.
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.sim.model().radius_m
+    }
+
+    /// The position of a person or box; `None` for a box that the robot carries.
+    pub(crate) fn body(&self, name: &str) -> Option<Point> {
+        let mut bodies = self.sim.truth().obstacles();
+        bodies.find(|body| body.name == name).map(|body| body.pose.translation.vector.into())
+    }
+
+    /// The distance between the robot's edge and the nearest person, in meters; infinite if there is nobody.
+    pub(crate) fn person_m(&self) -> f64 {
+        let (truth, described) = (self.sim.truth(), self.described());
+        let center = truth.pose().translation.vector.into();
+        let people = truth.obstacles().filter(|body| described.is_person(body.name));
+        let nearest_m = people.map(|body| body.distance_m(&center)).fold(f64::INFINITY, f64::min);
+        (nearest_m - self.radius_m()).max(0.0)
+    }
+
+    fn described(&self) -> Described<'_> {
+        Described { sim: &self.sim, bodies: &self.bodies }
+    }
+
     fn around(&mut self) -> Around<'_> {
         Around { sim: &mut self.sim, bodies: &self.bodies }
     }
@@ -250,19 +274,20 @@ impl SimulatedRobot {
     }
 }
 
-/// The robot and its surroundings, for devices.
-struct Around<'a> {
-    sim: &'a mut Simulation,
+/// The bodies of the world, as they were described.
+#[derive(Clone, Copy)]
+struct Described<'a> {
+    sim: &'a Simulation,
     bodies: &'a [ObstacleConfig],
 }
 
-impl Around<'_> {
+impl<'a> Described<'a> {
     /// The description of a body; `None` for an unknown one.
-    fn config(&self, name: &str) -> Option<&ObstacleConfig> {
+    fn config(self, name: &str) -> Option<&'a ObstacleConfig> {
         self.bodies.iter().chain(&self.sim.faults().bodies).find(|body| body.name == name)
     }
 
-    fn is_person(&self, name: &str) -> bool {
+    fn is_person(self, name: &str) -> bool {
         self.config(name).is_some_and(|body| match body.motion {
             ObstacleMotion::Person(_) | ObstacleMotion::Follower(_) => true,
             // The people of the fault `people`, unless they give way.
@@ -271,8 +296,20 @@ impl Around<'_> {
         })
     }
 
-    fn is_movable(&self, name: &str) -> bool {
+    fn is_movable(self, name: &str) -> bool {
         self.config(name).is_some_and(|body| matches!(body.motion, ObstacleMotion::Movable { .. }))
+    }
+}
+
+/// The robot and its surroundings, for devices.
+struct Around<'a> {
+    sim: &'a mut Simulation,
+    bodies: &'a [ObstacleConfig],
+}
+
+impl Around<'_> {
+    fn described(&self) -> Described<'_> {
+        Described { sim: self.sim, bodies: self.bodies }
     }
 
     fn position(&self) -> Point {
@@ -283,7 +320,7 @@ impl Around<'_> {
     /// in degrees.
     fn put_down_towards(&mut self, name: &str, direction_deg: f64) -> bool {
         let robot = self.sim.truth().pose();
-        let half_m = self.config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
+        let half_m = self.described().config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
         let reach_m = self.sim.model().radius_m + half_m + BESIDE_M;
         [0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0].into_iter().any(|turn_deg: f64| {
             let there = robot * pose(0.0, 0.0, (direction_deg + turn_deg).to_radians()) * pose(reach_m, 0.0, 0.0);
@@ -303,7 +340,7 @@ impl Surroundings for Around<'_> {
 
     fn people_in_view(&self, names: &[String]) -> Vec<f64> {
         let (truth, robot) = (self.sim.truth(), self.position());
-        let people = truth.obstacles().filter(|body| self.is_person(body.name));
+        let people = truth.obstacles().filter(|body| self.described().is_person(body.name));
         let wanted = people.filter(|body| names.is_empty() || names.iter().any(|name| name == body.name));
         let at = wanted.map(|body| Point::from(body.pose.translation.vector));
         at.filter(|at| truth.sees(at)).map(|at| (at - robot).norm()).collect()
@@ -312,7 +349,7 @@ impl Surroundings for Around<'_> {
     fn take_box(&mut self, reach_m: f64) -> Option<String> {
         let (truth, robot) = (self.sim.truth(), self.position());
         let within_m = self.sim.model().radius_m + reach_m;
-        let boxes = truth.obstacles().filter(|body| self.is_movable(body.name));
+        let boxes = truth.obstacles().filter(|body| self.described().is_movable(body.name));
         let boxes = boxes.filter(|body| truth.sees(&body.pose.translation.vector.into()));
         let boxes = boxes.map(|body| (body.distance_m(&robot), body.name));
         let nearest = boxes.filter(|(distance_m, _)| *distance_m <= within_m).min_by(|a, b| a.0.total_cmp(&b.0));

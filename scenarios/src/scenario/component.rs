@@ -9,6 +9,7 @@ use devices::{DeviceKind, DeviceSettings};
 use diagnostics::Spanned;
 use interfaces::Interface;
 use maps::Places;
+use monitors::{MONITORS, WORLD};
 use programs::{Limits, Program, Word};
 use recording::TREE;
 use skills::{Chart, Datum};
@@ -76,7 +77,7 @@ impl FileReader<'_> {
         for entry in &file.components {
             let name = &entry.name;
             // Unlike these, the built-in components can be replaced: their names are free.
-            if [TICK_GENERATOR, TREE].contains(&name.value.as_str()) {
+            if [TICK_GENERATOR, TREE, WORLD, MONITORS].contains(&name.value.as_str()) {
                 let problem = name.span.problem(format!("a component cannot be named `{}`", name.value));
                 let help = "that is the name of another process";
                 self.complaints.push(problem.with_label("this component").with_help(help));

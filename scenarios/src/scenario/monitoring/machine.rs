@@ -112,6 +112,11 @@ impl MachineMonitor {
         (numbers, members)
     }
 
+    /// Whether a message on this channel may be one of its events.
+    pub fn watches(&self, channel: ChannelId) -> bool {
+        self.rules.iter().any(|rule| rule.channel == channel)
+    }
+
     /// The errors of the machine's scripts, each once.
     pub fn errors(&self) -> &[String] {
         &self.errors

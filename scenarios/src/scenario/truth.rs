@@ -1,0 +1,212 @@
+//! What is true in the simulated world, as properties speak of it: the fields of the message that the world shows to
+//! monitors, `(World, Monitors, level_pct < 20)`. No process of the system receives it, so it changes no run.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use channels::{Capacity, ChannelId, Domain, FieldKind, Shape, Topology, WiringError};
+use diagnostics::Spanned;
+use monitors::{EventAtom, MONITORS, MessageField, WORLD};
+use sim::ObstacleMotion;
+
+use super::ready_made::ReadyMadeKind;
+use super::{Premises, Scenario};
+use crate::faults::Trigger;
+
+/// A field of the world's message.
+#[derive(Clone, Debug, PartialEq)]
+struct TruthField {
+    /// Its name in properties.
+    name: String,
+    /// What it says.
+    fact: Fact,
+}
+
+/// Something that is true of the world, at the end of a step of its physics.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fact {
+    /// The charge of the battery, in percent.
+    Level,
+    /// Whether the battery is being charged.
+    Charging,
+    /// The robot's x in the `map` frame, in meters.
+    X,
+    /// The robot's y in the `map` frame, in meters.
+    Y,
+    /// The robot's heading in the `map` frame, in radians, from −π to π.
+    Heading,
+    /// The robot's forward speed, in m/s; negative backwards.
+    Speed,
+    /// The robot's turning rate, in rad/s; positive counter-clockwise.
+    Turning,
+    /// Whether the robot touches anything.
+    Touching,
+    /// The distance from the robot's edge to the nearest wall or body, in meters; 0 where they touch.
+    Clearance,
+    /// The distance from the robot's edge to the nearest person, in meters; infinite if there is nobody.
+    Person,
+    /// Whether the robot's center is at this place, with any heading.
+    At(String),
+    /// How far this door is open, from 0 to 1.
+    Open(String),
+    /// The x of the center of this person or box in the `map` frame, in meters; the robot's while it carries the box.
+    BodyX(String),
+    /// The y of the center of this person or box in the `map` frame, in meters; the robot's while it carries the box.
+    BodyY(String),
+    /// Whether the robot carries this box.
+    Carried(String),
+}
+
+impl Fact {
+    /// The facts of every scenario with a map, with their names in properties.
+    pub const OF_ROBOT: [(&str, Self); 10] = [
+        ("level_pct", Self::Level),
+        ("charging", Self::Charging),
+        ("x_m", Self::X),
+        ("y_m", Self::Y),
+        ("yaw_rad", Self::Heading),
+        ("speed_mps", Self::Speed),
+        ("turn_radps", Self::Turning),
+        ("touching", Self::Touching),
+        ("clearance_m", Self::Clearance),
+        ("person_m", Self::Person),
+    ];
+
+    fn kind(&self) -> FieldKind {
+        match self {
+            Self::Charging | Self::Touching | Self::At(_) | Self::Carried(_) => FieldKind::Bool,
+            _ => FieldKind::Real,
+        }
+    }
+}
+
+/// The message with which the world shows monitors what is true.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truths {
+    /// Its channel.
+    pub channel: ChannelId,
+    /// What its fields say, in order.
+    pub facts: Arc<[Fact]>,
+}
+
+impl Premises {
+    /// All fields that the world's message can have. Places, doors, people and boxes whose names differ only in signs
+    /// that a field's name cannot have are numbered from the second one.
+    fn truths(&self) -> Vec<TruthField> {
+        let mut fields: Vec<TruthField> = Vec::new();
+        let mut add = |name: String, fact: Fact| {
+            let is_new = |name: &String| fields.iter().all(|field| field.name != *name);
+            let numbered = (2..).map(|number| format!("{name}_{number}"));
+            let name = std::iter::once(name.clone()).chain(numbered).find(is_new).expect("numbers do not end");
+            fields.push(TruthField { name, fact });
+        };
+        for (name, fact) in Fact::OF_ROBOT {
+            add(name.to_owned(), fact);
+        }
+        for (place, _) in self.places.iter() {
+            add(format!("at_{}", as_word(place)), Fact::At(place.to_owned()));
+        }
+        for body in self.entry.world.iter().map(|body| &body.value) {
+            let (word, name) = (as_word(&body.name), || body.name.clone());
+            if let ObstacleMotion::Door(_) = body.motion {
+                add(format!("{word}_open"), Fact::Open(name()));
+                continue;
+            }
+            add(format!("{word}_x_m"), Fact::BodyX(name()));
+            add(format!("{word}_y_m"), Fact::BodyY(name()));
+            if let ObstacleMotion::Movable { .. } = body.motion {
+                add(format!("{word}_carried"), Fact::Carried(name()));
+            }
+        }
+        fields
+    }
+}
+
+/// A name with which a field's name can begin or end.
+fn as_word(name: &str) -> String {
+    let word: String = name.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
+    if word.starts_with(|first: char| first.is_alphabetic() || first == '_') { word } else { format!("_{word}") }
+}
+
+impl Scenario {
+    /// Declares what the world shows to monitors, if anybody asks for it: a message of the fields that properties,
+    /// monitors and faults mention. After all processes and channels of the system.
+    ///
+    /// # Errors
+    /// [`WiringError`] if a process has one of the two names.
+    pub fn declare_truths(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
+        if !self.texts().any(|text| text.contains(WORLD)) {
+            return Ok(None);
+        }
+        let mut all = topology.clone();
+        let Some(Truths { channel, .. }) = self.declare_all_truths(&mut all)? else { return Ok(None) };
+        let used = self.mentioned(channel, &all);
+        self.declare_fields(topology, |number| used.as_ref().is_none_or(|used| used.contains(&number)))
+    }
+
+    /// Declares everything that the world can show to monitors, whether or not anybody asks for it.
+    ///
+    /// # Errors
+    /// [`WiringError`] if a process has one of the two names.
+    pub fn declare_all_truths(&self, topology: &mut Topology) -> Result<Option<Truths>, WiringError> {
+        self.declare_fields(topology, |_| true)
+    }
+
+    /// Declares the world's message, with the fields that have these numbers.
+    fn declare_fields(
+        &self,
+        topology: &mut Topology,
+        is_used: impl Fn(usize) -> bool,
+    ) -> Result<Option<Truths>, WiringError> {
+        // A schedule takes the place of the world.
+        let Some(premises) = self.premises.as_ref().filter(|_| self.schedule.is_none()) else { return Ok(None) };
+        let fields = (1..).zip(premises.truths()).filter(|(number, _)| is_used(*number)).map(|(_, field)| field);
+        let fields: Vec<TruthField> = fields.collect();
+        let (world, monitors) = (topology.outside(WORLD)?, topology.outside(MONITORS)?);
+        let shape = Shape::new(fields.iter().map(|field| (field.name.as_str(), field.fact.kind())));
+        let channel = topology.channel(world, monitors, Capacity::Zero, Domain::new([shape]))?;
+        Ok(Some(Truths { channel, facts: fields.into_iter().map(|field| field.fact).collect() }))
+    }
+
+    /// The texts in the SCOPE language.
+    fn texts(&self) -> impl Iterator<Item = &str> {
+        let properties = self.properties.iter().map(|(_, text)| text.as_str());
+        properties.chain(self.events().map(|text| text.value.as_str()))
+    }
+
+    /// The events for which faults and monitors wait.
+    fn events(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let faults = self.file.faults.iter().filter_map(|fault| match &fault.timing.trigger {
+            Trigger::Message(when) => Some(when),
+            _ => None,
+        });
+        let rules = self.file.monitors.iter().flat_map(|monitor| match &monitor.kind {
+            ReadyMadeKind::Machine(machine) => machine.events.as_slice(),
+            ReadyMadeKind::Figure(_) => &[],
+        });
+        faults.chain(rules.map(|rule| &rule.when))
+    }
+
+    /// The numbers of the fields that are mentioned on a channel; `None` if all are needed: because a text is wrong,
+    /// and its problems name them, or because a field is called by its number.
+    fn mentioned(&self, channel: ChannelId, topology: &Topology) -> Option<BTreeSet<usize>> {
+        let mut used = BTreeSet::new();
+        let mut by_number = false;
+        let mut look = |event: &EventAtom| {
+            if event.channel == channel {
+                event.condition.fields(&mut |MessageField { number, name }: &MessageField| {
+                    used.insert(*number);
+                    by_number |= name.is_none();
+                });
+            }
+        };
+        for (name, text) in &self.properties {
+            let formulas = monitors::formulas(name, text, topology, self.file.execution.tick).ok()?;
+            formulas.iter().for_each(|(_, formula)| formula.events(&mut look));
+        }
+        for text in self.events() {
+            monitors::occurrences("event", &text.value, topology).ok()?.iter().for_each(&mut look);
+        }
+        (!used.is_empty() && !by_number).then_some(used)
+    }
+}

@@ -1,0 +1,191 @@
+//! The world in properties: what was true, not what a process was told.
+
+use std::path::Path;
+
+use robot::Streams;
+use scenarios::scenario::{Scenario, find};
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+/// A folder with a scenario and its properties.
+fn folder(scenario: &str, properties: &str) -> TempDir {
+    let folder = tempdir().unwrap();
+    std::fs::write(folder.path().join("world.scope"), properties).unwrap();
+    let scenario = format!("properties = [\"world.scope\"]\n{scenario}");
+    std::fs::write(folder.path().join("own.toml"), scenario).unwrap();
+    folder
+}
+
+/// The report of a run of the folder's scenario.
+fn run(folder: &TempDir, arguments: &[&str]) -> Value {
+    let (file, out) = (folder.path().join("own.toml"), folder.path().join("out"));
+    let common = ["run", file.to_str().unwrap(), "--no-snapshots", "--quiet", "--out", out.to_str().unwrap()];
+    let said = steward(&[&common, arguments].concat());
+    assert!(matches!(said.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&said.stderr));
+    serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap()
+}
+
+fn verdicts(report: &Value) -> Vec<(&str, &str)> {
+    let monitors = report["monitors"].as_array().unwrap();
+    monitors.iter().map(|it| (it["name"].as_str().unwrap(), it["verdict"].as_str().unwrap())).collect()
+}
+
+/// Everything that each scenario knows, with people, doors and a box.
+const EVERYTHING: &str = "
+property robot := always (World, Monitors,
+    level_pct <= 100 and (charging = true or charging = false) and x_m > -100 and y_m > -100 and yaw_rad <= 3.15
+    and speed_mps < 0.46 and turn_radps < 1.01 and touching = false and clearance_m > 0 and person_m > 0)
+property places := eventually (World, Monitors, at_Desk = true)
+property bodies := always (World, Monitors, Vera_x_m > 0 and Vera_y_m > 0
+    and treasury_door_open >= 0 and treasury_door_open <= 1 and box_1_carried = false and box_1_x_m > 2.99 and box_1_x_m < 3.01)
+";
+
+#[test]
+fn properties_of_the_world_change_no_run_and_no_process_hears_of_it() {
+    let text = "base = \"parcel\"\n[expect]\n[execution]\nmax_time_s = 20\n";
+    let own = folder(text, "property level := always (World, Monitors, level_pct > 0 and clearance_m >= 0)");
+    let without = run(&own, &["--set", "properties=[]"]);
+    let with = run(&own, &[]);
+    assert_eq!(verdicts(&with), [("level", "satisfied")]);
+    for same in ["trace_hash", "messages", "robot", "places"] {
+        assert_eq!(with[same], without[same], "{same}");
+    }
+    let found = find::find(own.path().join("own.toml").to_str().unwrap()).unwrap();
+    let scenario = Scenario::load(&found, &[]).unwrap();
+    let wired = runs::wire(&scenario, &Streams::new(1)).unwrap();
+    let topology = wired.system.topology();
+    let ends = topology.channels().map(|channel| topology.ends(channel));
+    let of_world: Vec<_> = ends.filter(|(from, to)| [*from, *to].contains(&"World")).collect();
+    assert_eq!(of_world, [("World", "Monitors")]);
+    // Only the fields that are asked for, in the order of the documentation.
+    let channel = topology.find_channel("World", "Monitors").unwrap();
+    let [shape] = topology.get(channel).domain.shapes() else { panic!("one message") };
+    assert_eq!(shape.fields().iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["level_pct", "clearance_m"]);
+}
+
+#[test]
+fn nothing_may_send_to_the_world_or_have_its_name() {
+    let send = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"A\">\
+                <state id=\"a\"><transition event=\"BT.tick\"><send type=\"channel\" target=\"World\" event=\"x\"/>\
+                </transition></state></scxml>";
+    let own = folder("base = \"pick\"\n[expect]", "property p := true");
+    let machine = own.path().join("A.scxml");
+    std::fs::write(&machine, send).unwrap();
+    let machine = format!("leaves.PickUp.machine='{}'", machine.display());
+    let said = refusal(&["run", own.path().join("own.toml").to_str().unwrap(), "--set", &machine]);
+    assert!(said.contains("World"), "{said}");
+    let component = "base = \"nominal\"\n[components.World]\nbuiltin = \"speaker\"\n[expect]";
+    let own = folder(component, "property p := true");
+    let said = refusal(&["run", own.path().join("own.toml").to_str().unwrap()]);
+    assert!(said.contains("a component cannot be named `World`"), "{said}");
+}
+
+#[test]
+fn every_fact_is_true() {
+    let text = "base = \"guide\"\n[expect]\n[[boxes]]\nat = [3, 0.4, 0]\nlength_m = 0.2\nwidth_m = 0.2\n";
+    let report = run(&folder(text, EVERYTHING), &[]);
+    let expected = ["robot", "places", "bodies"].map(|name| (name, "satisfied"));
+    assert_eq!(verdicts(&report), expected, "{report}");
+}
+
+#[test]
+fn the_true_level_violates_where_nobody_reads_it() {
+    // The reader reports 90 % whatever is true.
+    let text = "base = \"nominal\"\n[expect]\n[execution]\nmax_time_s = 300\n[stop]\nat = []\n
+                [[faults]]\nkind = \"battery_sensor_stuck\"\nat_s = 0\n[battery]\ndrain_pct_per_s = 0.2\n";
+    let own = folder(
+        text,
+        "property told := always (BatteryReader, BatteryLevel, m[1] = <ok> implies level >= 20)
+         property was := always (World, Monitors, level_pct >= 20)",
+    );
+    let report = run(&own, &[]);
+    let lowest = report["battery"]["minimum"].as_f64().unwrap();
+    assert!(lowest < 20.0, "{report}");
+    assert_eq!(verdicts(&report), [("told", "satisfied"), ("was", "violated")]);
+}
+
+#[test]
+fn a_place_that_the_robot_crosses_is_caught_without_a_leaf_that_asks() {
+    let text = "base = \"nominal\"\n[expect]\n";
+    let crossed = "property away := always (World, Monitors, at_RechargingStation = false)";
+    assert_eq!(verdicts(&run(&folder(text, crossed), &[])), [("away", "violated")]);
+    // The same place by the same robot with a full battery: it passes elsewhere.
+    let full = ["--set", "battery.initial_pct=100"];
+    assert_eq!(verdicts(&run(&folder(text, crossed), &full)), [("away", "satisfied")]);
+}
+
+#[test]
+fn a_fault_can_wait_for_what_is_true() {
+    let text = "base = \"nominal\"\n[expect]\n[execution]\nmax_time_s = 60\n
+                [[faults]]\nkind = \"component_crash\"\ncomponent = \"Localization\"\n
+                when = \"(World, Monitors, level_pct < 30.5)\"\n";
+    let own = folder(text, "property p := always (World, Monitors, level_pct >= 30.5)");
+    let report = run(&own, &[]);
+    let (began, violated) = (&report["faults"][0]["time_s"], &report["monitors"][0]["time_s"]);
+    let [began, violated] = [began, violated].map(|time| time.as_f64().unwrap_or_else(|| panic!("{report}")));
+    assert!((began - violated).abs() <= 0.021, "{began} s and {violated} s");
+}
+
+#[test]
+fn a_recording_gives_the_same_verdicts_of_the_world() {
+    let own = folder(
+        "base = \"nominal\"\n[expect]\n[execution]\nmax_time_s = 40\n",
+        "property level := always (World, Monitors, level_pct >= 31)\nproperty alone := always (World, Monitors, person_m > 1)",
+    );
+    for name in ["run.rec", "run.mcap", "run.jsonl"] {
+        let file = own.path().join(name);
+        let report = run(&own, &["--record", file.to_str().unwrap()]);
+        assert_eq!(verdicts(&report), [("level", "violated"), ("alone", "satisfied")]);
+        let property = own.path().join("world.scope");
+        let scenario = own.path().join("own.toml");
+        let mut arguments = vec!["verify", file.to_str().unwrap(), "--property", property.to_str().unwrap()];
+        if name.ends_with("jsonl") {
+            arguments.extend(["--scenario", scenario.to_str().unwrap()]);
+        }
+        let said = steward(&arguments);
+        let text = String::from_utf8_lossy(&said.stdout);
+        assert!(text.contains("level        violated") && text.contains("alone        satisfied"), "{name}: {text}");
+    }
+}
+
+#[test]
+fn where_nothing_shows_what_is_true_the_property_is_refused() {
+    let property = "property level := always (World, Monitors, level_pct >= 31)";
+    let why = "nothing shows here what is true in the world";
+    let own = folder("base = \"pick\"\n[expect]", property);
+    let at = |path: &Path| path.to_str().unwrap().to_owned();
+    assert!(refusal(&["run", &at(&own.path().join("own.toml"))]).contains(why), "without a map");
+    // A run whose own properties do not ask.
+    let record = at(&own.path().join("run.rec"));
+    assert!(
+        steward(&[
+            "run",
+            "nominal",
+            "--set",
+            "execution.max_time_s=5",
+            "--quiet",
+            "--no-snapshots",
+            "--record",
+            &record,
+            "--out",
+            &at(own.path())
+        ])
+        .status
+        .code()
+            < Some(2)
+    );
+    assert!(
+        refusal(&["verify", &record, "--property", &at(&own.path().join("world.scope"))]).contains(why),
+        "a recording"
+    );
+    // A proof knows only what is told.
+    let own = folder("base = \"nominal\"\n[expect]", property);
+    let said = refusal(&["prove", &at(&own.path().join("own.toml"))]);
+    assert!(said.contains("the property level speaks of the world"), "{said}");
+    // Names are suggested, of all fields.
+    let own = folder("base = \"nominal\"\n[expect]", "property p := always (World, Monitors, levle_pct >= 31)");
+    let said = refusal(&["run", &at(&own.path().join("own.toml"))]);
+    assert!(said.contains("did you mean `level_pct`?"), "{said}");
+}
