@@ -287,14 +287,16 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
 }
 
 /// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
-fn rate(Estimate { count, rate, interval, .. }: &Estimate, of_roaml: bool) -> String {
+fn rate(estimate: &Estimate, of_roaml: bool) -> String {
+    let Estimate { count, rate, interval, .. } = estimate;
     let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
     if of_roaml {
         let (held, interval) = (runs - happened, interval.complement());
         let rate = held as f64 / runs.max(1) as f64;
         return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
     }
-    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})")
+    let repeated = estimate.repeated().map_or_else(String::new, |all| format!("; {all}"));
+    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}")
 }
 
 /// The answer to the campaign's question.

@@ -58,7 +58,14 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
         let name = monitor.verdict.name();
         text.paint(style(monitor.verdict), name, if evidence.is_empty() { 0 } else { 14 });
         writeln!(text, "{evidence}")?;
-        for note in monitor.open.iter().chain(&monitor.vacuous).chain(&monitor.unheard).chain(&monitor.errors) {
+        let violations = monitor.violations.as_ref().and_then(|violations| violations.words.as_ref());
+        for note in violations
+            .into_iter()
+            .chain(&monitor.open)
+            .chain(&monitor.vacuous)
+            .chain(&monitor.unheard)
+            .chain(&monitor.errors)
+        {
             writeln!(text, "  {:<widest$}  {note}", "")?;
         }
     }

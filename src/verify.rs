@@ -20,6 +20,7 @@ use bags::{Contents, Found, Gap};
 use campaigns::Error;
 use monitors::{Channels, EventLog, LogError, Property};
 use recording::{Doubts, Header, LoggedRecording, Recording, RecordingError};
+use reports::report::ViolationsReport;
 use scenarios::scenario::find;
 use serde_json::json;
 
@@ -286,6 +287,11 @@ fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
+/// When the log ends.
+fn end_of(verified: &Verified) -> Duration {
+    verified.end.last.map_or(Duration::ZERO, |last| last.time)
+}
+
 fn in_words(verified: &Verified) -> String {
     let Verified { properties, end, start_ns, .. } = verified;
     let mut text = String::new();
@@ -309,6 +315,9 @@ fn in_words(verified: &Verified) -> String {
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
         }
+        if let Some(words) = monitor.violations().and_then(|violations| violations.in_words(end_of(verified))) {
+            let _ = writeln!(text, "  {words}");
+        }
         for open in monitor.open_obligations() {
             let _ = writeln!(text, "  {open}");
         }
@@ -325,6 +334,7 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
         let monitor = property.scope_monitor();
         let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
         let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
+        let violations = monitor.and_then(|monitor| monitor.violations());
         json!({
             "name": property.name,
             "property": property.formula,
@@ -332,6 +342,7 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
             "unsure": unsure[index],
             "state": property.monitor.location(),
             "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
+            "violations": violations.map(|violations| ViolationsReport::of(violations, end_of(verified))),
             "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "unheard": unheard[index],

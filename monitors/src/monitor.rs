@@ -2,6 +2,7 @@
 
 mod record;
 mod vacuity;
+mod violations;
 mod witness;
 
 use std::any::Any;
@@ -19,8 +20,10 @@ use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use record::{Observation, Record};
 use vacuity::Watch;
+use violations::Recurrence;
 
 pub use vacuity::Vacuity;
+pub use violations::{Violation, Violations};
 pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 
 /// The monitor of a SCOPE property.
@@ -64,6 +67,8 @@ pub struct ScopeMonitor {
     verdict: Verdict,
     record: Record,
     watches: Vec<Watch>,
+    /// Once it has been violated.
+    recurrence: Option<Box<Recurrence>>,
 }
 
 /// An endless continuation of a run.
@@ -120,6 +125,7 @@ impl ScopeMonitor {
             verdict: run.verdict(),
             record: Record::new(&synthesis),
             watches: Watch::of(&synthesis, topology),
+            recurrence: None,
             run,
             synthesis: Arc::new(synthesis),
         })
@@ -167,6 +173,12 @@ impl ScopeMonitor {
     #[must_use]
     pub fn witness(&self) -> Option<&Witness> {
         self.record.witness()
+    }
+
+    /// Every violation so far; `None` if there was none, or only one that was found in [advance](Self::run_symbols).
+    #[must_use]
+    pub fn violations(&self) -> Option<&Violations> {
+        self.recurrence.as_ref().map(|recurrence| recurrence.violations())
     }
 
     /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is
@@ -386,6 +398,22 @@ impl ScopeMonitor {
         }
         let observation = Observation { event, synthesis: &self.synthesis, topology: &self.topology, start };
         self.record.follow(&observation, &self.run, self.rules.as_ref(), self.verdict);
+        if self.verdict == Verdict::False {
+            self.recurrence =
+                Some(Box::new(Recurrence::new(&self.synthesis, self.record.memory(), event, letter, now)));
+        }
+    }
+
+    /// Processes a state after a violation.
+    fn read_again(&mut self, event: &Event, letter: Letter) {
+        let Some(recurrence) = &mut self.recurrence else { return };
+        let now = self.synthesis.vocabulary.tau(event).saturating_sub(self.start.unwrap_or(0));
+        self.now = self.now.max(now);
+        let message = match &event.kind {
+            EventKind::Received { channel, message } => Some((*channel, message)),
+            EventKind::Tick => None,
+        };
+        recurrence.read(event, letter, message, self.now);
     }
 }
 
@@ -405,17 +433,18 @@ impl Monitor for ScopeMonitor {
                     Observation { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
                 return self.record.doom(&observation);
             }
-            Verdict::False => return,
+            Verdict::False if !self.violations().is_some_and(|violations| violations.goes_on) => return,
             Verdict::True if self.watches.iter().all(Watch::has_held) => return,
-            Verdict::True | Verdict::Inconclusive => {}
+            _ => {}
         }
-        match &event.kind {
-            EventKind::Tick => self.read(event, Letter::TICK),
-            EventKind::Received { channel, message } => {
-                if let Some(letter) = self.synthesis.alphabet.read(*channel, message) {
-                    self.read(event, letter);
-                }
-            }
+        let letter = match &event.kind {
+            EventKind::Tick => Some(Letter::TICK),
+            EventKind::Received { channel, message } => self.synthesis.alphabet.read(*channel, message),
+        };
+        match letter {
+            Some(letter) if self.verdict == Verdict::False => self.read_again(event, letter),
+            Some(letter) => self.read(event, letter),
+            None => {}
         }
     }
 
@@ -465,7 +494,7 @@ impl Monitor for ScopeMonitor {
         self.start = self.start.map(|_| 0);
         self.now = 0;
         self.record = Record::new(&self.synthesis);
-        self.rules = None;
+        (self.rules, self.recurrence) = (None, None);
         self.watches.clear();
         Ok(())
     }

@@ -8,6 +8,7 @@ use monitors::{Bound, Choice, Formula, Limits, MessageCondition, Method, Outcome
 use crate::cases::{cases, demanded};
 use crate::support::check::{check, check_letters};
 use crate::support::classes::{CLASSES, Class, Pair, Topologies, stretched};
+use crate::support::definition::Definition;
 use crate::support::tally::Tally;
 use crate::support::{
     self, Choose, Dice, formula_over, formula_with, numbers, random_event, random_formula, random_sequence, topology,
@@ -35,7 +36,7 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally}");
     let late: u64 = tally.late.values().flatten().sum();
-    assert!(late * 1_000 < pairs, "{tally}");
+    assert!(late * 1_000 < pairs && tally.again > 0, "{tally}");
 }
 
 /// Many fields, extreme constants, integers beyond 2⁵³, missing items and parts that are trivially true.
@@ -89,7 +90,7 @@ fn no_limit_decides_a_verdict() {
 fn monitors_that_look_back_agree_with_the_oracle() {
     let pairs = cases(3_000);
     let tally = agree(Class::Back, 0, pairs, 14, 30);
-    assert!(tally.automata * 2 > pairs && tally.settled * 10 > pairs, "{tally}");
+    assert!(tally.automata * 2 > pairs && tally.settled * 10 > pairs && tally.again > 0, "{tally}");
 }
 
 /// Formulas that would have to keep messages forever are refused, as are those in which a name stands for two values.
@@ -419,4 +420,21 @@ fn a_distant_deadline_is_exact_to_the_tick() {
         monitor.observe(&support::event(last_chance + 1, last_chance + 1, EventKind::Tick));
         assert_eq!(monitor.verdict(), Verdict::False);
     }
+}
+
+/// Random formulas about the present and the past that always hold, on long sequences.
+#[test]
+fn every_violation_is_found_and_lasts_until_the_property_holds_again() {
+    let topologies = Topologies::new();
+    let mut tally = Tally::default();
+    for class in [Class::Small, Class::Back, Class::Values] {
+        for seed in 0..cases(1_500) {
+            let mut pair = topologies.pair(class, seed, 25);
+            pair.formula = pair.formula.always();
+            if Definition::new(&pair.formula).violations(&pair.sequence).is_some() {
+                check(&pair, 1, &mut tally).unwrap_or_else(|what| panic!("{class}: {what}\n{pair}"));
+            }
+        }
+    }
+    assert!(tally.again * 10 > cases(1_500), "{tally}");
 }

@@ -550,3 +550,69 @@ fn each_location_of_an_exported_graph_has_a_unique_name() {
         assert!(targets.all(|target| names.contains(target)), "{document}");
     }
 }
+
+/// When a property was violated, by tick, and until which tick.
+fn stretches(watch: &Watch) -> Vec<(u64, Option<u64>)> {
+    let violations = watch.monitor().violations().expect("it was violated");
+    assert_eq!(violations.count as usize, violations.first.len());
+    violations.first.iter().map(|one| (one.from.tick, one.until.map(|until| until.tick))).collect()
+}
+
+#[test]
+fn a_missed_deadline_is_missed_again() {
+    let mut watch = Watch::new(
+        "always ((BatteryReader, BatteryLevel, level < 20) implies time_until (BatteryLevel, BatteryReader, true) <= 2)",
+    );
+    for tick in 0..20 {
+        watch.tick();
+        // Twice, nobody asks in time; in between, and at last, somebody does.
+        if [1, 6, 11].contains(&tick) {
+            watch.level(10.0);
+        }
+        if [7, 15].contains(&tick) {
+            watch.see("BatteryLevel", "BatteryReader", Message::new([Value::symbol("get_level")]));
+            watch.level(50.0);
+        }
+    }
+    // `tick` counts from 1. The obligation of tick 7 is met at tick 8.
+    assert_eq!(stretches(&watch), [(5, Some(7)), (15, Some(16))]);
+    assert!(watch.monitor().violations().is_some_and(|all| all.goes_on && all.since.is_none()));
+}
+
+#[test]
+fn what_was_seen_before_a_violation_still_counts_after_it() {
+    let mut watch = Watch::new(
+        "always ((BatteryReader, BatteryLevel, level >= 20) and once (BatteryReader, BatteryLevel, level > 90))",
+    );
+    for level in [95.0, 50.0, 10.0, 15.0, 60.0, 5.0] {
+        watch.tick();
+        watch.level(level);
+    }
+    // At the first tick, nothing has been seen yet.
+    assert_eq!(stretches(&watch), [(1, Some(1)), (3, Some(5)), (6, None)]);
+    let all = watch.monitor().violations().expect("it was violated");
+    let [within_a_tick_ms, two_ticks_ms, to_the_end_ms] = [1, 2_002, 2_994];
+    let lasted = Duration::from_millis(within_a_tick_ms + two_ticks_ms + to_the_end_ms);
+    assert_eq!(all.lasting(Duration::from_secs(9)), lasted);
+    let words = all.in_words(Duration::from_secs(9)).expect("more than one");
+    assert_eq!(words, "violated 3 times, for 5.00 s in all, the last time from 6.01 s to the end");
+}
+
+#[test]
+fn what_cannot_be_violated_again_is_violated_once() {
+    let mut watch =
+        Watch::new("(BatteryReader, BatteryLevel, level > 20) until (BatteryReader, BatteryLevel, level > 90)");
+    for level in [95.0, 10.0, 10.0] {
+        watch.tick();
+        watch.level(level);
+    }
+    let all = watch.monitor().violations();
+    assert!(all.is_none_or(|all| all.count == 1 && !all.goes_on), "{all:?}");
+    let mut watch = Watch::new("next (BatteryReader, BatteryLevel, level > 20)");
+    for level in [10.0, 95.0, 10.0] {
+        watch.tick();
+        watch.level(level);
+    }
+    let all = watch.monitor().violations().expect("it was violated");
+    assert_eq!((all.count, all.goes_on, all.in_words(Duration::MAX)), (1, false, None));
+}

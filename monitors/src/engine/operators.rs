@@ -26,6 +26,13 @@ pub(crate) struct State<'m> {
     data: Option<&'m Data>,
 }
 
+impl<'m> State<'m> {
+    /// The state to which the memory belongs.
+    pub(crate) fn present(letter: Letter, memory: &'m Memory, now: u64) -> Self {
+        Self { letter, last: memory.last, now, data: memory.data() }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Asked {
     trigger: LetterTrigger,
@@ -114,7 +121,7 @@ impl Operators {
         now: u64,
     ) -> State<'m> {
         self.past.read(memory, letter, message);
-        State { letter, last: memory.last, now, data: memory.data() }
+        State::present(letter, memory, now)
     }
 
     /// Updates the memory when τ grows.

@@ -6,7 +6,7 @@ use channels::{ChannelId, Message, Verdict};
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
-use crate::engine::operators::Operators;
+use crate::engine::operators::{Operators, State};
 use crate::engine::past::Memory;
 use crate::engine::situation::Situation;
 
@@ -53,6 +53,16 @@ impl Progression {
             None => self.operators.begin(state),
             Some(owed) => self.operators.step(owed, state),
         });
+    }
+
+    /// Begins with the present state, which has this letter and is in the memory already.
+    pub(crate) fn begin_with(&mut self, letter: Letter) {
+        self.owed = Some(self.operators.begin(State::present(letter, &self.memory, self.now)));
+    }
+
+    /// Begins anew with the next state, with the same memory.
+    pub(crate) fn begin_anew(&mut self) {
+        (self.owed, self.missed) = (None, None);
     }
 
     /// Processes symbols; ticks are [`Symbol::NEXT_TICK`].

@@ -78,6 +78,11 @@ impl Record {
         self.memory.last
     }
 
+    /// Everything that matters for what comes.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
     pub(crate) fn witness(&self) -> Option<&Witness> {
         self.witness.as_deref()
     }

@@ -1,7 +1,9 @@
 //! The checks of one pair of a formula and a sequence.
 
 use channels::{Event, EventKind, Monitor, Verdict};
-use monitors::{Choice, Continuation, Limits, Method, ScopeMonitor, Symbol, holds, holds_endlessly};
+use monitors::{
+    Choice, Continuation, EventTime, Limits, Method, ScopeMonitor, Symbol, Violation, holds, holds_endlessly,
+};
 
 use super::classes::Pair;
 use super::definition::Definition;
@@ -101,10 +103,34 @@ pub(crate) fn check(pair: &Pair, words: u64, tally: &mut Tally) -> Result<(), St
         before = now;
     }
     tally.end(late);
+    for monitor in [&best, &automaton, &progression] {
+        checked.all_violations(monitor, tally)?;
+    }
     Ok(())
 }
 
 impl Checked<'_> {
+    /// Every violation of what always holds is found, the later ones, too.
+    fn all_violations(&self, monitor: &ScopeMonitor, tally: &mut Tally) -> Result<(), String> {
+        let sequence = &self.pair.sequence;
+        let Some(expected) = self.definition.violations(sequence) else { return Ok(()) };
+        // A violation is sometimes certain before it happens, or never noticed until more is known.
+        let first = monitor.violations().and_then(|found| found.first.first()).map(|first| first.from);
+        if first != expected.first().map(|(from, _)| EventTime::of(&sequence[*from])) {
+            return Ok(());
+        }
+        let expected: Vec<Violation> = expected
+            .iter()
+            .map(|(from, until)| Violation {
+                from: EventTime::of(&sequence[*from]),
+                until: until.map(|until| EventTime::of(&sequence[until])),
+            })
+            .collect();
+        let found = monitor.violations().map(|found| found.first.clone()).unwrap_or_default();
+        tally.again += expected.len().saturating_sub(1) as u64;
+        if found == expected { Ok(()) } else { Err(format!("violations {found:?}, not {expected:?}")) }
+    }
+
     fn holds(&self, prefix: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
         self.definition.holds_endlessly(&continued(prefix, stem), cycle)
     }

@@ -55,6 +55,50 @@ impl Definition {
         self.holds_endlessly(sequence, &[])
     }
 
+    /// Every violation of a formula that demands that something about the present and the past always holds: the indices
+    /// of the states at which it began and had ended. `None` for any other formula.
+    pub(crate) fn violations(&self, sequence: &[Event]) -> Option<Vec<(usize, Option<usize>)>> {
+        let mut products = Parts::new();
+        for clause in &self.clauses {
+            match clause.iter().collect::<Vec<_>>()[..] {
+                [(Atom::Until(hold, goal), false)] if hold.is_empty() => products.extend(goal.iter().cloned()),
+                _ => return None,
+            }
+        }
+        let looks_ahead = |(atom, _): &Literal| matches!(atom, Atom::Passes(..) | Atom::Next(..) | Atom::Until(..));
+        if products.iter().flatten().any(looks_ahead) {
+            return None;
+        }
+        let (mut stretches, mut indices, mut states) = (Vec::new(), Vec::new(), Vec::new());
+        let mut seen = BTreeSet::new();
+        visible(&self.clauses, &self.words, &mut seen);
+        for (index, event) in sequence.iter().enumerate() {
+            if matches!(&event.kind, EventKind::Received { channel, .. } if !seen.contains(channel)) {
+                continue;
+            }
+            let time = if self.words.is_timed { event.time.as_nanos() as u64 } else { event.tick };
+            states.push((time, &event.kind));
+            indices.push(index);
+        }
+        let run = Run { words: &self.words, back: states.len(), states, lap: 0 };
+        // The negations of the clauses that were violated when they were checked last.
+        let mut violated: BTreeSet<&Part> = BTreeSet::new();
+        for (i, index) in indices.into_iter().enumerate() {
+            let asked: Vec<&Part> = products.iter().filter(|product| run.is_asked(product, i)).collect();
+            let (broken, kept): (Vec<&Part>, Vec<&Part>) =
+                asked.iter().partition(|product| run.every(product, i, &Names::new()));
+            kept.iter().for_each(|product| _ = violated.remove(product));
+            violated.extend(broken.iter().copied());
+            let open = stretches.last().is_some_and(|(_, end): &(usize, Option<usize>)| end.is_none());
+            if !broken.is_empty() {
+                stretches.extend((!open).then_some((index, None)));
+            } else if open && !asked.is_empty() && violated.is_empty() {
+                stretches.last_mut().expect("one is open").1 = Some(index);
+            }
+        }
+        Some(stretches)
+    }
+
     /// Whether it holds on the sequence that repeats `cycle` forever; each tick takes one tick, or one second.
     pub(crate) fn holds_endlessly(&self, stem: &[Event], cycle: &[EventKind]) -> bool {
         let mut seen = BTreeSet::new();

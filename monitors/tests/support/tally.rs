@@ -98,6 +98,8 @@ pub(crate) struct Tally {
     pub(crate) progressions: u64,
     /// Outcomes that were still open because of an endless word, but of no finite one.
     pub(crate) endless: u64,
+    /// Violations after the first one that were found.
+    pub(crate) again: u64,
     /// Verdicts that come late, or not at all: those that are violated, and those that are satisfied.
     pub(crate) late: BTreeMap<Why, [u64; 2]>,
 }
@@ -122,11 +124,11 @@ impl Tally {
 
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { pairs, refused, prefixes, settled, graphs, automata, progressions, endless, late } = self;
+        let Self { pairs, refused, prefixes, settled, graphs, automata, progressions, endless, again, late } = self;
         write!(f, "{pairs} pairs ({graphs} by rules, {automata} by automata, {progressions} by progression")?;
         write!(f, "; {refused} refused), {prefixes} prefixes, {endless} open because of endless words alone; ")?;
         let all: u64 = late.values().flatten().sum();
-        write!(f, "{settled} verdicts, {all} of them late")?;
+        write!(f, "{settled} verdicts, {all} of them late; {again} further violations")?;
         for (why, [violated, satisfied]) in late {
             let share = |count: &u64| 100.0 * *count as f64 / *settled as f64;
             write!(f, ", because {why}: {:.2} % violated, {:.2} % satisfied", share(violated), share(satisfied))?;

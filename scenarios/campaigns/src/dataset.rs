@@ -20,6 +20,8 @@
 //! | `PROPERTY.verdict` | text | `satisfied`, `violated` or `inconclusive` |
 //! | `PROPERTY.tick`, `PROPERTY.time_s` | integer, real | when it was violated |
 //! | `PROPERTY.latency_s` | real | time from the first fault's onset to the violation |
+//! | `PROPERTY.violations` | integer | how often it was violated; for good counts once |
+//! | `PROPERTY.violated_s` | real | how long in all, if it can be violated again |
 //!
 //! Missing values are null. A dataset depends only on the records of its runs: the same campaign gives the same bytes
 //! on any number of cores, resumed or not, sharded or not.
@@ -140,6 +142,8 @@ fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
         columns.integer(&format!("{name}.tick"), |row| Some(monitor(row)?.tick? as i64));
         columns.number(&format!("{name}.time_s"), |row| monitor(row)?.time_s);
         columns.number(&format!("{name}.latency_s"), |row| monitor(row)?.latency_s);
+        columns.integer(&format!("{name}.violations"), |row| Some(monitor(row)?.violations as i64));
+        columns.number(&format!("{name}.violated_s"), |row| monitor(row)?.violated_s);
     }
     columns.all
 }
@@ -262,8 +266,14 @@ mod tests {
     use super::*;
 
     fn record(k: u64) -> RunRecord {
-        let monitor =
-            MonitorFacts { verdict: monitors::Outcome::Violated, tick: Some(k), time_s: Some(0.1), latency_s: None };
+        let monitor = MonitorFacts {
+            verdict: monitors::Outcome::Violated,
+            tick: Some(k),
+            time_s: Some(0.1),
+            latency_s: None,
+            violations: 3,
+            violated_s: Some(1.5),
+        };
         let facts = RunFacts {
             ended: "time_limit".into(),
             sim_time_s: 1.0 / 3.0,
@@ -360,6 +370,8 @@ mod tests {
             ("phi1.verdict", Field::Str("violated".into())),
             ("phi1.tick", Field::Long(last as i64)),
             ("phi1.latency_s", Field::Null),
+            ("phi1.violations", Field::Long(3)),
+            ("phi1.violated_s", Field::Double(1.5)),
         ] {
             assert_eq!(cell(last, name), wanted, "{name}");
         }

@@ -56,4 +56,4 @@ pub use results::{merge, start_over};
 pub use run_and_report::{refuse_campaign, report_of, run_and_report};
 pub use runner::{Progress, Ran, run};
 pub use shard::Shard;
-pub use summary::{Estimate, GoalReport, Named, Outcomes, Summary, Unmet};
+pub use summary::{Estimate, Frequency, GoalReport, Named, Outcomes, Summary, Unmet};

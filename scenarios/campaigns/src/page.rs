@@ -141,7 +141,10 @@ impl Page<'_> {
             html! {
                 tr {
                     th scope="row" { strong { (estimate.of) } span.note { (what) } }
-                    td { (count.happened()) " of " (count.runs()) }
+                    td {
+                        (count.happened()) " of " (count.runs())
+                        @if let Some(all) = estimate.repeated() { span.note { (all.to_string()) } }
+                    }
                     td { (estimate.rate.map_or("–".to_owned(), percent)) }
                     td { (interval(estimate.interval)) }
                     td.bar { span.rate { i style=(range) {} b style=(rate) {} } }

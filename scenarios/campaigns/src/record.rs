@@ -110,6 +110,10 @@ pub struct MonitorFacts {
     pub time_s: Option<f64>,
     /// Time from the first fault's onset to the violation, in seconds; none if there was no violation after the onset.
     pub latency_s: Option<f64>,
+    /// The number of violations. A property that is violated for good, or whose monitor does not go on, has one.
+    pub violations: u64,
+    /// How long they lasted together, in seconds; none if there were none, or if the monitor does not go on.
+    pub violated_s: Option<f64>,
 }
 
 impl RunRecord {
@@ -170,6 +174,15 @@ impl RunRecord {
 impl MonitorFacts {
     fn of(monitor: &MonitorReport, onset: Option<f64>) -> Self {
         let latency = monitor.time_s.zip(onset).map(|(time, onset)| time - onset).filter(|latency| *latency >= 0.0);
-        Self { verdict: monitor.verdict, tick: monitor.tick, time_s: monitor.time_s, latency_s: latency }
+        let all = monitor.violations.as_ref();
+        let once = u64::from(monitor.verdict == Outcome::Violated);
+        Self {
+            verdict: monitor.verdict,
+            tick: monitor.tick,
+            time_s: monitor.time_s,
+            latency_s: latency,
+            violations: all.map_or(once, |all| all.count),
+            violated_s: all.filter(|all| all.goes_on).map(|all| all.total_s),
+        }
     }
 }

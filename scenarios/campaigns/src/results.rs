@@ -10,7 +10,7 @@ use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Lay
 use super::page::Survey;
 use super::shard::Shard;
 use super::statistics::{Confidence, Count};
-use super::summary::{Estimate, GoalReport, Named, Outcomes, Summary, Unmet, command};
+use super::summary::{Estimate, Frequency, GoalReport, Named, Outcomes, Summary, Unmet, command};
 use super::{Plan, RunOutcome, RunRecord, page};
 use crate::Error;
 
@@ -164,6 +164,10 @@ fn in_turn(
 struct Tally {
     outcomes: Outcomes,
     properties: Vec<Count>,
+    /// All violations of each property.
+    violations: Vec<u64>,
+    /// The simulated time of the runs that did not fail, in seconds.
+    simulated_s: f64,
     expectation: Count,
     /// In how many runs an expectation of the scenario was not met.
     unmet: BTreeMap<String, u64>,
@@ -175,7 +179,16 @@ impl Tally {
     fn new(layout: &Layout) -> Self {
         let properties = vec![Count::default(); layout.properties.len()];
         let (failures, unexpected, unmet) = (Vec::new(), Vec::new(), BTreeMap::new());
-        Self { outcomes: Outcomes::default(), properties, expectation: Count::default(), unmet, failures, unexpected }
+        Self {
+            outcomes: Outcomes::default(),
+            violations: vec![0; properties.len()],
+            properties,
+            simulated_s: 0.0,
+            expectation: Count::default(),
+            unmet,
+            failures,
+            unexpected,
+        }
     }
 
     fn add(&mut self, record: &RunRecord) {
@@ -184,6 +197,10 @@ impl Tally {
             if let Some(violated) = record.violated(property) {
                 count.push(violated);
             }
+        }
+        if let Some(facts) = &record.facts {
+            self.simulated_s += facts.sim_time_s;
+            self.violations.iter_mut().zip(&facts.monitors).for_each(|(sum, monitor)| *sum += monitor.violations);
         }
         for expected in &record.unmet {
             *self.unmet.entry(expected.clone()).or_default() += 1;
@@ -217,6 +234,12 @@ impl Tally {
             count,
             rate: count.rate(),
             interval: count.interval(confidence),
+            violations: None,
+        };
+        let hours = self.simulated_s / 3600.0;
+        let of_property = |(name, (count, violations)): (&String, (&Count, &u64))| Estimate {
+            violations: Some(Frequency::of(*violations, count.runs(), hours)),
+            ..estimate(name, *count)
         };
         let again = layout.again();
         let named = |runs: Vec<(u64, Option<String>)>| {
@@ -224,7 +247,7 @@ impl Tally {
         };
         let mut unmet: Vec<Unmet> = self.unmet.into_iter().map(|(expected, runs)| Unmet { expected, runs }).collect();
         unmet.sort_by_key(|unmet| std::cmp::Reverse(unmet.runs));
-        let counted = layout.properties.iter().zip(&self.properties);
+        let counted = layout.properties.iter().zip(self.properties.iter().zip(&self.violations));
         Ok(Summary {
             campaign: layout.campaign.clone(),
             again: layout.again(),
@@ -234,7 +257,7 @@ impl Tally {
             outcomes: self.outcomes,
             expects: layout.expects,
             unmet,
-            properties: counted.map(|(name, count)| estimate(name, *count)).collect(),
+            properties: counted.map(of_property).collect(),
             of_roaml: layout.of_roaml,
             expectation: estimate("expectation", self.expectation),
             goal,

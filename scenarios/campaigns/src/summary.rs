@@ -1,5 +1,7 @@
 //! The summary of a campaign's results.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use super::statistics::{Count, Interval, SprtDecision};
@@ -85,6 +87,44 @@ pub struct Estimate {
     pub rate: Option<f64>,
     /// The exact 95 % confidence interval, for a number of runs fixed in advance.
     pub interval: Interval,
+    /// How often a property was violated in all runs together; null for `expectation`.
+    pub violations: Option<Frequency>,
+}
+
+/// How often a property was violated, counting every violation of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Frequency {
+    /// The number of violations in all runs.
+    pub count: u64,
+    /// The simulated time of all runs, in hours.
+    pub hours: f64,
+    /// Violations per run; null if there are no runs.
+    pub per_run: Option<f64>,
+    /// Violations per hour of simulated time; null if there is none.
+    pub per_hour: Option<f64>,
+}
+
+impl Frequency {
+    /// So many violations in so many runs, which lasted together this many hours.
+    pub(super) fn of(count: u64, runs: u64, hours: f64) -> Self {
+        let per = |of: f64| (of > 0.0).then(|| count as f64 / of);
+        Self { count, hours, per_run: per(runs as f64), per_hour: per(hours) }
+    }
+}
+
+impl fmt::Display for Frequency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (per_run, per_hour) = (self.per_run.unwrap_or(0.0), self.per_hour.unwrap_or(0.0));
+        write!(f, "{} violations, {per_run:.2} per run, {per_hour:.2} per hour", self.count)
+    }
+}
+
+impl Estimate {
+    /// How often the property was violated, if it was violated more than once in some run.
+    #[must_use]
+    pub fn repeated(&self) -> Option<&Frequency> {
+        self.violations.as_ref().filter(|violations| violations.count > self.count.happened())
+    }
 }
 
 /// A run worth looking at.

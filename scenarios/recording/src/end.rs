@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{GraphMonitor, Monitor};
-use monitors::{OpenObligation, ScopeMonitor, Vacuity, scope_monitor};
+use monitors::{OpenObligation, ScopeMonitor, Vacuity, Violations, scope_monitor};
 use serde::{Deserialize, Serialize};
 
 use crate::{MonitorState, Scene};
@@ -84,6 +84,8 @@ pub struct MonitorEnd {
     pub state: MonitorState,
     /// Why the verdict is unsure, in words: what is missing from the log. The state is then inconclusive.
     pub unsure: Option<String>,
+    /// Every violation, if the monitor can tell them apart.
+    pub violations: Option<Violations>,
     /// The obligations that are still pending.
     pub open: Vec<OpenObligation>,
     /// The clauses whose antecedent never held.
@@ -107,6 +109,7 @@ impl MonitorEnd {
         Self {
             state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
             unsure: None,
+            violations: scope.and_then(ScopeMonitor::violations).cloned(),
             open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
             vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
             errors: Vec::new(),

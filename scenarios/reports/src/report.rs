@@ -1,6 +1,8 @@
 //! The report of a run: `report.json`.
 
-use monitors::Outcome;
+use std::time::Duration;
+
+use monitors::{Outcome, Violation, Violations};
 use serde::Serialize;
 
 use crate::WitnessReport;
@@ -98,6 +100,8 @@ pub struct MonitorReport {
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
+    /// Every violation; null if there was none, or if the monitor knows only the first one.
+    pub violations: Option<ViolationsReport>,
     /// Why the property was violated: the communication that violated it, and the messages that led to it.
     pub witness: Option<WitnessReport>,
     /// Why the verdict is unsure, in words; null if nothing is missing that could change it.
@@ -111,6 +115,50 @@ pub struct MonitorReport {
     pub unheard: Option<String>,
     /// Errors in the scripts, if the monitor is a machine; each once.
     pub errors: Vec<String>,
+}
+
+/// How often, when and how long a property was violated.
+#[derive(Clone, Debug, Serialize)]
+pub struct ViolationsReport {
+    /// How many violations there were.
+    pub count: u64,
+    /// How long they lasted together, in seconds.
+    pub total_s: f64,
+    /// Whether the property was judged anew after each violation; otherwise, it was violated once and for good.
+    pub goes_on: bool,
+    /// The first of them, at most 1000: when each was noticed, and when the property was checked next and held, in
+    /// seconds; null if it never was.
+    pub first: Vec<ViolationReport>,
+    /// How often and how long, in words, if that is more than the first violation.
+    #[serde(skip)]
+    pub words: Option<String>,
+}
+
+/// A violation.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ViolationReport {
+    /// When it was noticed, in seconds.
+    pub from_s: f64,
+    /// When the property was checked next and held, in seconds; null if it never was.
+    pub until_s: Option<f64>,
+}
+
+impl ViolationsReport {
+    /// The violations of a run that has ended at this time.
+    #[must_use]
+    pub fn of(violations: &Violations, end: Duration) -> Self {
+        let violation = |Violation { from, until }: &Violation| ViolationReport {
+            from_s: from.time.as_secs_f64(),
+            until_s: until.map(|until| until.time.as_secs_f64()),
+        };
+        Self {
+            count: violations.count,
+            total_s: violations.lasting(end).as_secs_f64(),
+            goes_on: violations.goes_on,
+            first: violations.first.iter().map(violation).collect(),
+            words: violations.in_words(end),
+        }
+    }
 }
 
 /// What a speaker said.

@@ -10,7 +10,7 @@ use recording::{
 use crate::report::{
     AbsentFaultReport, BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport,
     OutcomeReport, PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport,
-    TreeErrorReport, UndoneFaultReport,
+    TreeErrorReport, UndoneFaultReport, ViolationsReport,
 };
 use crate::unheard::unheard_level;
 use crate::witness::WitnessReport;
@@ -163,6 +163,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             state: monitor.state.location.clone(),
             tick: decision.map(|decision| decision.event.tick),
             time_s: decision.map(|decision| decision.event.time.as_secs_f64()),
+            violations: ending.violations.as_ref().map(|all| ViolationsReport::of(all, view.time())),
             witness: decision.map(|decision| WitnessReport::of(decision, view.topology())),
             unsure: ending.unsure,
             open: words(&ending.open),

@@ -8,8 +8,11 @@ use recording::{MonitorEnd, RunView};
 use super::evidence::Evidence;
 use super::markup::{self, pill, text, verdict_sign};
 use super::words;
-use crate::report::{ExpectationReport, OutcomeReport, Report};
+use crate::report::{ExpectationReport, OutcomeReport, Report, ViolationReport, ViolationsReport};
 use crate::timeline::Timeline;
+
+/// So many violations of a property are listed: more than a reader compares.
+const SHOWN: usize = 20;
 
 /// The section with the verdicts: outcome, properties, expectations.
 pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
@@ -87,7 +90,10 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 dt { "What happened" }
                 dd {
                     @match evidence {
-                        Some(evidence) => (super::violations::in_short(evidence, view)),
+                        Some(evidence) => {
+                            (super::violations::in_short(evidence, view))
+                            @if let Some(all) = &result.violations { (every_violation(all)) }
+                        }
                         // What messages never reported cannot violate a property, however bad the truth was.
                         None => {
                             (not_violated(&monitor.ending(), view, result.verdict))
@@ -99,6 +105,25 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
             details {
                 summary { "The property as written" }
                 pre { code { (monitor.about.property) } }
+            }
+        }
+    }
+}
+
+/// How often and how long a property was violated, if that is more than the first violation.
+fn every_violation(all: &ViolationsReport) -> Markup {
+    let Some(words) = &all.words else { return html! {} };
+    let span = |violation: &ViolationReport| match violation.until_s {
+        Some(until_s) => format!("{:.2} s to {until_s:.2} s", violation.from_s),
+        None => format!("{:.2} s to the end", violation.from_s),
+    };
+    html! {
+        " It was " (words) "."
+        @if all.count > 1 {
+            details {
+                summary { "When" }
+                ol { @for violation in all.first.iter().take(SHOWN) { li { (span(violation)) } } }
+                @if all.count > SHOWN as u64 { "The others are in " code { "report.json" } "." }
             }
         }
     }
