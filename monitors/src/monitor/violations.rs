@@ -54,15 +54,22 @@ impl Violations {
     /// first: for good.
     #[must_use]
     pub fn in_words(&self, end: Duration) -> Option<String> {
+        // A missed deadline is noticed, and over: it has no length.
         let lasted_s = self.lasting(end).as_secs_f64();
+        let has_lasted = lasted_s >= 0.005;
         match (self.count, self.since) {
             (0, _) | (1, Some(_)) => None,
-            (1, None) => Some(format!("violated for {lasted_s:.2} s")),
-            (count, None) => Some(format!("violated {count} times, for {lasted_s:.2} s in all")),
-            (count, Some(since)) => Some(format!(
-                "violated {count} times, for {lasted_s:.2} s in all, the last time from {:.2} s to the end",
-                since.time.as_secs_f64()
-            )),
+            (1, None) => has_lasted.then(|| format!("violated for {lasted_s:.2} s")),
+            (count, since) => {
+                let mut words = format!("violated {count} times");
+                if has_lasted {
+                    words += &format!(", for {lasted_s:.2} s in all");
+                }
+                if let Some(since) = since {
+                    words += &format!(", the last time from {:.2} s to the end", since.time.as_secs_f64());
+                }
+                Some(words)
+            }
         }
     }
 }
