@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use campaigns::Error;
@@ -9,7 +10,8 @@ use clap::{Subcommand, ValueEnum};
 use reports::pictures;
 use runs::machine_record;
 use scenarios::files::Kind;
-use skills::{Cues, SkillError, Status, Strictness, rehearse};
+use scenarios::scenario::{Scenario, find};
+use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
 
 use crate::output::print;
 use crate::{check, named_files};
@@ -29,9 +31,13 @@ pub(crate) enum SkillCommand {
     },
     /// Prints a machine's states and transitions
     Show {
-        /// The machine: an SCXML file, or the name of a shipped one
+        /// The machine: an SCXML file, or the name of a shipped one; with `--scenario`, the leaf or component that runs
+        /// it
         file: PathBuf,
-        /// An outline, a graph for Graphviz, or a drawing
+        /// The scenario whose machine it is, such as one that is written from what a leaf asks
+        #[arg(long, value_name = "NAME|FILE")]
+        scenario: Option<String>,
+        /// An outline, a graph for Graphviz, a drawing, or the machine as it is written
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
@@ -62,6 +68,7 @@ pub(crate) enum Format {
     Text,
     Dot,
     Svg,
+    Scxml,
 }
 
 /// Carries out a command on a machine.
@@ -70,20 +77,36 @@ pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
         SkillCommand::Check { files, scenario } => {
             check::each(files, false, |file| check::machine(file, scenario.as_deref()).map(|(_, checked)| checked))
         }
-        SkillCommand::Show { file, format } => show(file, *format),
+        SkillCommand::Show { file, scenario, format } => show(file, scenario.as_deref(), *format),
         SkillCommand::Mutants { files } => mutants(files),
         SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
     }
 }
 
-fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
-    let chart = named_files::machine(file, Strictness::Standard)?;
+fn show(file: &Path, scenario: Option<&str>, format: Format) -> Result<ExitCode, Error> {
+    let chart = match scenario {
+        Some(scenario) => machine_of(scenario, &file.to_string_lossy())?,
+        None => named_files::machine(file, Strictness::Standard)?,
+    };
     match format {
         Format::Text => print(&chart.outline())?,
         Format::Dot => print(&chart.to_dot())?,
+        Format::Scxml => print(chart.file().text())?,
         Format::Svg => print(&pictures::machine_svg(&machine_record(chart.name(), &chart)))?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The machine that a process of a scenario runs.
+fn machine_of(scenario: &str, process: &str) -> Result<Arc<Chart>, Error> {
+    let scenario = Scenario::load(&find::find(scenario)?, &[])?;
+    let found = scenario.machine_processes().find(|(name, _)| *name == process);
+    let found = found.map(|(_, skill)| Arc::clone(&skill.machine));
+    found.ok_or_else(|| {
+        let known: Vec<&str> = scenario.machine_processes().map(|(name, _)| name).collect();
+        let message = format!("no leaf or component called `{process}` runs a machine in this scenario");
+        Error::refused(message, diagnostics::nearest_or_all(process, "machines", &known))
+    })
 }
 
 fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {

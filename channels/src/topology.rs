@@ -83,6 +83,8 @@ pub struct Topology {
     topics: Vec<(ProcessId, Shape)>,
     /// The requests that processes understand, whether or not any process sends them.
     requests: Vec<(ProcessId, Shape)>,
+    /// The answers that processes give to these, whether or not any process asks.
+    answers: Vec<(ProcessId, Shape)>,
 }
 
 impl Topology {
@@ -168,6 +170,16 @@ impl Topology {
     /// The requests that a process understands, in the order they were declared.
     pub fn understood(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
         self.requests.iter().filter(move |(server, _)| *server == process).map(|(_, request)| request)
+    }
+
+    /// Declares an answer that the process gives to requests that it understands.
+    pub fn answer(&mut self, process: ProcessId, answer: Shape) {
+        self.answers.push((process, answer));
+    }
+
+    /// The answers that a process gives, in the order they were declared.
+    pub fn answers(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
+        self.answers.iter().filter(move |(server, _)| *server == process).map(|(_, answer)| answer)
     }
 
     /// The process with this name.

@@ -1,8 +1,10 @@
 //! Scenarios: one file per experiment, loaded with everything that it names.
 
+mod asking;
 mod base;
 mod component;
 mod component_entry;
+mod data;
 mod declaration;
 mod execution;
 mod expectations;
@@ -40,6 +42,7 @@ use recording::Origin;
 use roaml::Model;
 use skills::Chart;
 
+pub use asking::Asking;
 pub use component::{Component, Runs};
 pub use component_entry::{ComponentEntry, RunsEntry};
 pub use declaration::{TreeIds, misfit};

@@ -119,7 +119,7 @@ mod tests {
             }
             let to_cell = |(column, row): &(usize, usize)| {
                 let near = |value: f64, first: usize| value.clamp(first as f64 * 0.5, (first + 1) as f64 * 0.5);
-                (x - near(x, *column)).hypot(y - near(y, *row))
+                Point::new(x - near(x, *column), y - near(y, *row)).coords.norm()
             };
             let nearest_m = walls.iter().map(to_cell).fold(f64::INFINITY, f64::min);
             let expected = if nearest_m < within_m { nearest_m } else { f64::INFINITY };

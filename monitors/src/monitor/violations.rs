@@ -50,8 +50,8 @@ impl Violations {
         self.total + self.since.map_or(Duration::ZERO, |since| end.saturating_sub(since.time))
     }
 
-    /// How often and how long, in words, if the run ends at this time; `None` if that is no more than when it was violated
-    /// first: for good.
+    /// How often and how long, in words, if the run ends at this time; `None` if that is no more than when it was
+    /// violated first: for good.
     #[must_use]
     pub fn in_words(&self, end: Duration) -> Option<String> {
         // A missed deadline is noticed, and over: it has no length.

@@ -55,8 +55,8 @@ impl Definition {
         self.holds_endlessly(sequence, &[])
     }
 
-    /// Every violation of a formula that demands that something about the present and the past always holds: the indices
-    /// of the states at which it began and had ended. `None` for any other formula.
+    /// Every violation of a formula that demands that something about the present and the past always holds: the
+    /// indices of the states at which it began and had ended. `None` for any other formula.
     pub(crate) fn violations(&self, sequence: &[Event]) -> Option<Vec<(usize, Option<usize>)>> {
         let mut products = Parts::new();
         for clause in &self.clauses {

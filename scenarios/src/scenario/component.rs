@@ -15,8 +15,8 @@ use recording::TREE;
 use skills::{Chart, Datum};
 
 use super::component_entry::RunsEntry;
+use super::data::Data;
 use super::file_reader::FileReader;
-use super::leaves::Data;
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
 use crate::files::named;

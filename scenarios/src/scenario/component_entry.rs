@@ -8,7 +8,7 @@ use diagnostics::{Span, Spanned};
 use programs::Limits;
 use serde_json::{Value, json};
 
-use super::leaves::{Data, read_data};
+use super::data::{Data, read_data};
 use crate::files::{named, path};
 
 /// An array of texts, in words.

@@ -12,7 +12,7 @@ use maps::Places;
 use recording::TREE;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
-use super::{Component, Runs, Scenario, Skill};
+use super::{Component, LeafEntry, Runs, Scenario, Skill};
 use crate::error::Complaints;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
 
@@ -44,7 +44,7 @@ impl Scenario {
     pub fn declare(&self, tree: &Tree, topology: &mut Topology) -> Result<(TreeIds, Option<Processes>), WiringError> {
         let machines = self.machine_processes().map(|(name, skill)| Client::new(name, self.machines_of(name, skill)));
         let clients: Vec<Client<'_>> = machines.chain(self.components.iter().filter_map(Client::of_program)).collect();
-        let parts = Parts { tree, skills: &self.skills, components: &self.components };
+        let parts = Parts { tree, leaves: &self.file.leaves, skills: &self.skills, components: &self.components };
         declare(&parts, &clients, self.premises.as_ref().map(|premises| &premises.places), topology)
     }
 }
@@ -60,6 +60,7 @@ pub fn misfit(error: &WiringError) -> Problem {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts<'a> {
     pub(crate) tree: &'a Tree,
+    pub(crate) leaves: &'a [LeafEntry],
     pub(crate) skills: &'a BTreeMap<String, Skill>,
     pub(crate) components: &'a BTreeMap<String, Component>,
 }
@@ -124,6 +125,9 @@ pub(crate) fn check_machines(
         return BTreeMap::new();
     }
     check_replies(parts.components, &clients, complaints);
+    for LeafEntry { leaf, asking, .. } in parts.leaves {
+        asking.iter().for_each(|asking| asking.check_fields(&leaf.value, &topology, complaints));
+    }
     let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
     let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
     let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
@@ -233,6 +237,9 @@ impl Offer {
     fn declare(interface: &Interface, component: ProcessId, topology: &mut Topology) -> Vec<Self> {
         interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
         interface.requests().into_iter().for_each(|request| topology.understand(component, request));
+        let replies = interface.services.iter().flat_map(|service| service.replies().to_vec());
+        let replies = replies.chain(interface.actions.iter().flat_map(|action| action.answers().to_vec()));
+        replies.for_each(|answer| topology.answer(component, answer));
         let services = interface
             .services
             .iter()

@@ -215,9 +215,11 @@ impl<'a> Loader<'a> {
         let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
         let components = self.components_of(file, places);
         let driven_to = match (&tree, &skills, &components) {
-            (Some(tree), Some(skills), Some(components)) => {
-                self.check_machines(file, &declaration::Parts { tree, skills, components }, places)
-            }
+            (Some(tree), Some(skills), Some(components)) => self.check_machines(
+                file,
+                &declaration::Parts { tree, leaves: &file.leaves, skills, components },
+                places,
+            ),
             _ => BTreeMap::new(),
         };
         Parts { behavior: tree.map(Behavior::Tree), skills, components, driven_to }

@@ -10,7 +10,7 @@ use monitors::{PhiTwo, Property};
 use serde_json::{Value, json};
 use skills::Datum;
 
-use super::leaves::{datum, scalar};
+use super::data::{datum, scalar};
 use super::stop::Names;
 use crate::files::path;
 

@@ -9,8 +9,8 @@ use bt::{Direction, Node, Source, Tree, Type};
 use diagnostics::{Problem, nearest};
 use skills::{Chart, Datum};
 
+use super::data::Data;
 use super::file_reader::{FileReader, unreadable};
-use super::leaves::Data;
 use super::{LeafEntry, ScenarioFile};
 use crate::names::unknown;
 use crate::processes::RESERVED;
@@ -102,6 +102,12 @@ impl FileReader<'_> {
         machines: &mut BTreeMap<PathBuf, Option<Arc<Chart>>>,
         problems: &mut Vec<Problem>,
     ) -> Option<(PathBuf, Arc<Chart>)> {
+        if let Some(asking) = entry.and_then(|entry| entry.asking.as_ref()) {
+            asking.check_ports(tree, leaf, self.complaints);
+            let name = format!("leaves.{}", key(leaf.process()));
+            let chart = self.complaints.note(Chart::load(&name, &asking.scxml(leaf)))?;
+            return Some((PathBuf::from(name), chart));
+        }
         let paths = candidates(folder, leaf, entry);
         let named = entry.and_then(|entry| entry.machine.as_ref());
         for path in &paths {

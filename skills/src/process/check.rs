@@ -123,8 +123,9 @@ impl<'a> Check<'a> {
         let Some(event) = &send.event else { return };
         let Some(head) = event.literal() else { return };
         let outgoing = &self.wiring.outgoing;
-        // A component without clients answers nobody.
-        if !outgoing.is_empty() && !outgoing.iter().any(|out| shapes_of(&out.domain, head).next().is_some()) {
+        let carries = |domain: &Domain| shapes_of(domain, head).next().is_some();
+        // A component without clients answers nobody, and may know answers for which nobody asks.
+        if !outgoing.is_empty() && !outgoing.iter().any(|out| carries(&out.domain)) && !carries(&self.wiring.answers) {
             let known: Vec<&str> = outgoing.iter().flat_map(|out| heads(&out.domain)).collect();
             let problem = Problem::new(format!("no channel from {} carries <{head}>", self.wiring.name));
             let help = nearest_or_all(head, "messages", &known);

@@ -43,6 +43,8 @@ pub(super) struct Wiring {
     pub(super) outgoing: Vec<Outgoing>,
     pub(super) topics: Domain,
     pub(super) understood: Domain,
+    /// The answers that it may give to these.
+    pub(super) answers: Domain,
 }
 
 impl Hash for Wiring {
@@ -73,7 +75,8 @@ impl Wiring {
         }
         let topics = Domain::new(topology.topics(process).cloned());
         let understood = Domain::new(topology.understood(process).cloned());
-        Self { name: topology.name(process).into(), incoming, outgoing, topics, understood }
+        let answers = Domain::new(topology.answers(process).cloned());
+        Self { name: topology.name(process).into(), incoming, outgoing, topics, understood, answers }
     }
 
     /// The names of the fields of the client's requests: the values that the ports of a leaf read.

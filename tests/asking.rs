@@ -1,0 +1,290 @@
+//! Leaves whose machine is written from what they ask, begin or wait for.
+
+use std::path::PathBuf;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+const INTERFACE: &str = "
+[services.weigh]
+request = { what = \"text\" }
+reply = { grams = \"real\" }
+[services.rest]
+[topics.light]
+fields = { lux = \"real\" }
+[actions.pick]
+goal = { what = \"text\" }
+feedback = { share = \"real\" }
+result = { grams = \"real\" }
+";
+
+/// An arm that weighs in 1.5 s, picks in 4 s, refuses a stone and never has done with sand. It publishes how light it
+/// is.
+const ARM: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Arm">
+  <datamodel><data id="client"/><data id="what"/><data id="lux" expr="0"/></datamodel>
+  <parallel id="arm">
+    <state id="lamp">
+      <state id="on">
+        <onentry><send event="second" delay="1s"/></onentry>
+        <transition event="second" target="on">
+          <assign location="lux" expr="lux + 10"/>
+          <send type="channel" event="light"><param name="lux" expr="lux"/></send>
+        </transition>
+      </state>
+    </state>
+    <state id="hand" initial="idle">
+      <transition event="rest"><send type="channel" targetexpr="_event.origin" event="ok"/></transition>
+      <state id="idle">
+        <transition event="weigh" target="weighing">
+          <assign location="client" expr="_event.origin"/>
+          <assign location="what" expr="_event.data.what"/>
+        </transition>
+        <transition event="pick.goal" cond="_event.data.what == 'stone'">
+          <send type="channel" targetexpr="_event.origin" event="pick.rejected"><param name="reason" expr="'too heavy'"/></send>
+        </transition>
+        <transition event="pick.goal" target="picking">
+          <assign location="client" expr="_event.origin"/>
+          <assign location="what" expr="_event.data.what"/>
+          <send type="channel" targetexpr="client" event="pick.accepted"/>
+        </transition>
+      </state>
+      <state id="weighing">
+        <onentry><send event="weighed" id="weighed" delay="1500ms"/></onentry>
+        <transition event="weighed" cond="what == 'sand'" target="idle">
+          <send type="channel" targetexpr="client" event="error"><param name="reason" expr="'it trickles away'"/></send>
+        </transition>
+        <transition event="weighed" target="idle">
+          <send type="channel" targetexpr="client" event="ok"><param name="grams" expr="what.length"/></send>
+        </transition>
+      </state>
+      <state id="picking">
+        <onentry><send event="half" id="half" delay="2s"/><send event="done" id="done" delay="4s"/></onentry>
+        <onexit><cancel sendid="half"/><cancel sendid="done"/></onexit>
+        <transition event="half">
+          <send type="channel" targetexpr="client" event="pick.feedback"><param name="share" expr="0.5"/></send>
+        </transition>
+        <transition event="done" cond="what != 'sand'" target="idle">
+          <send type="channel" targetexpr="client" event="pick.succeeded"><param name="grams" expr="what.length"/></send>
+        </transition>
+        <transition event="pick.cancel" target="idle">
+          <send type="channel" targetexpr="client" event="pick.canceled"/>
+        </transition>
+      </state>
+    </state>
+  </parallel>
+</scxml>"#;
+
+/// A folder with a scenario: this tree around the leaf `Do`, and these lines.
+fn folder(tree: &str, lines: &str) -> (TempDir, PathBuf) {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let model = "<Action ID=\"Do\"><input_port name=\"what\"/><output_port name=\"grams\" type=\"double\"/>\
+                 <output_port name=\"share\" type=\"double\"/></Action><Condition ID=\"Is\"/>";
+    write(
+        "tree.xml",
+        &format!(
+            "<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{tree}</BehaviorTree><TreeNodesModel>{model}</TreeNodesModel></root>"
+        ),
+    );
+    write("arm.toml", INTERFACE);
+    write("Arm.scxml", ARM);
+    std::fs::create_dir(folder.path().join("skills")).unwrap();
+    let parts = "tree = \"tree.xml\"\nskills = \"skills\"\nexecution.max_time_s = 12\n\
+                 components.Arm = { machine = \"Arm.scxml\", interface = \"arm.toml\" }";
+    write("own.toml", &format!("{parts}\n{lines}\n"));
+    let path = folder.path().join("own.toml");
+    (folder, path)
+}
+
+/// A message on a channel: when, from, to, and its fields.
+struct Sent {
+    time_s: f64,
+    line: String,
+}
+
+/// The messages of a run that go to or come from the leaf.
+fn messages((folder, scenario): &(TempDir, PathBuf)) -> Vec<Sent> {
+    let log = folder.path().join("run.jsonl");
+    let said = steward(&[
+        "run",
+        scenario.to_str().unwrap(),
+        "--no-snapshots",
+        "--quiet",
+        "--record",
+        log.to_str().unwrap(),
+        "--out",
+        folder.path().join("out").to_str().unwrap(),
+    ]);
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let word = |field: &Value| field["sym"].as_str().map_or_else(|| field.to_string(), str::to_owned);
+    let log = std::fs::read_to_string(log).unwrap();
+    let events = log.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let messages = events.filter(|event| event["from"].is_string()).map(|event| {
+        let fields: Vec<String> = event["message"].as_array().unwrap().iter().map(word).collect();
+        let [from, to] = ["from", "to"].map(|end| event[end].as_str().unwrap().to_owned());
+        Sent { time_s: event["time_s"].as_f64().unwrap(), line: format!("{from} {to} {}", fields.join(" ")) }
+    });
+    messages.filter(|sent| !sent.line.starts_with("TickGenerator")).collect()
+}
+
+/// When a message that begins so was first sent.
+fn first(messages: &[Sent], begin: &str) -> f64 {
+    let found = messages.iter().find(|sent| sent.line.starts_with(begin));
+    found.unwrap_or_else(|| panic!("no {begin} in {:#?}", lines(messages))).time_s
+}
+
+fn lines(messages: &[Sent]) -> Vec<&str> {
+    messages.iter().map(|sent| sent.line.as_str()).collect()
+}
+
+#[test]
+fn a_request_succeeds_with_its_reply_and_writes_its_fields() {
+    let tree = "<Sequence><Do what=\"feather\" grams=\"{g}\"/><Do name=\"Again\" what=\"{g}\"/></Sequence>";
+    let leaves = "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"{what}\", outputs.grams = \"grams\" }\n\
+                  leaves.Again = { request = \"Arm.weigh\", arguments.what = \"sand\" }";
+    let sent = messages(&folder(tree, leaves));
+    // It is asked at once, answers `running` meanwhile, and succeeds with the tick after the reply.
+    assert_eq!(first(&sent, "Do Arm weigh \"feather\""), 0.02);
+    assert_eq!(first(&sent, "Do BT running"), 0.02);
+    assert!((first(&sent, "Do BT success 7.0") - 2.02).abs() < 1e-9, "{:#?}", lines(&sent));
+    // The error of the second one is a failure.
+    assert!((first(&sent, "Again BT failure") - 4.02).abs() < 1e-9, "{:#?}", lines(&sent));
+}
+
+#[test]
+fn a_condition_on_the_reply_and_the_time_decide() {
+    let leaf = |more: &str| {
+        let leaves = format!("leaves.Do = {{ request = \"Arm.weigh\", arguments.what = \"feather\", {more} }}");
+        messages(&folder("<Do/>", &leaves))
+    };
+    let light = leaf("success_when = \"reply.grams < 7 || 'reply.grams' == ''\"");
+    assert!((first(&light, "Do BT failure") - 2.02).abs() < 1e-9);
+    let late = leaf("timeout_s = 0.7");
+    assert!((first(&late, "Do BT failure") - 1.02).abs() < 1e-9);
+    // The late reply of the first request is not that of the second one.
+    assert!(!lines(&late).iter().any(|line| line.starts_with("Do BT success")), "{:#?}", lines(&late));
+}
+
+#[test]
+fn a_halted_request_asks_for_something_else_and_begins_anew() {
+    let tree = "<Timeout msec=\"500\"><Do/></Timeout>";
+    let leaves = "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"feather\", on_halt = \"Arm.rest\" }";
+    let sent = messages(&folder(tree, leaves));
+    let lines = lines(&sent);
+    let halted = lines.iter().position(|line| line.starts_with("Do BT halted")).expect("it is halted");
+    // A client asks one thing at a time: this waits for the first reply, which nobody needs any more.
+    let reply = lines.iter().position(|line| line.starts_with("Arm Do ok 7.0")).expect("it comes late");
+    let rest = lines.iter().position(|line| *line == "Do Arm rest").expect("it is asked");
+    assert!(reply < rest || halted < rest, "{lines:#?}");
+    assert!(!lines.iter().any(|line| line.starts_with("Do BT success")), "{lines:#?}");
+    assert!(lines[halted..].iter().any(|line| line.starts_with("Do Arm weigh")), "{lines:#?}");
+}
+
+#[test]
+fn an_action_reports_feedback_and_succeeds_with_its_result() {
+    let tree = "<Do what=\"feather\" grams=\"{g}\" share=\"{s}\"/>";
+    let leaves = "leaves.Do = { action = \"Arm.pick\", arguments.what = \"{what}\", outputs.grams = \"grams\", \
+                  feedback.share = \"share\", success_when = \"result.grams > 6\" }";
+    let sent = messages(&folder(tree, leaves));
+    assert!((first(&sent, "Do BT running none 0.5") - 2.02).abs() < 1e-9, "{:#?}", lines(&sent));
+    assert!((first(&sent, "Do BT success 7.0") - 5.02).abs() < 1e-9, "{:#?}", lines(&sent));
+    // The next trip begins without the feedback of the last one.
+    let lines = lines(&sent);
+    let again = lines.iter().rposition(|line| line.starts_with("Do Arm pick.goal")).unwrap();
+    let stale = lines[again..].iter().take_while(|line| !line.starts_with("Arm Do pick.feedback"));
+    assert!(stale.clone().all(|line| !line.contains("0.5")), "{lines:#?}");
+}
+
+#[test]
+fn an_action_that_is_rejected_or_late_fails_and_a_halt_cancels_it() {
+    let leaf = |tree: &str, what: &str, more: &str| {
+        let leaves = format!("leaves.Do = {{ action = \"Arm.pick\", arguments.what = \"{what}\"{more} }}");
+        messages(&folder(tree, &leaves))
+    };
+    let rejected = leaf("<Do/>", "stone", "");
+    assert!((first(&rejected, "Do BT failure") - 1.02).abs() < 1e-9, "{:#?}", lines(&rejected));
+    let late = leaf("<Do/>", "sand", ", timeout_s = 1.5");
+    assert!(first(&late, "Do Arm pick.cancel") < first(&late, "Do BT failure"), "{:#?}", lines(&late));
+    assert!((first(&late, "Do BT failure") - 2.02).abs() < 1e-9, "{:#?}", lines(&late));
+    let halted = leaf("<Timeout msec=\"900\"><Do/></Timeout>", "sand", "");
+    let [cancel, canceled, over] =
+        ["Do Arm pick.cancel", "Arm Do pick.canceled", "Do BT halted"].map(|begin| first(&halted, begin));
+    assert!(cancel <= canceled && canceled <= over, "{:#?}", lines(&halted));
+}
+
+#[test]
+fn a_leaf_waits_for_a_topic_and_a_condition_knows_its_last_message() {
+    let waits = "leaves.Do = { topic = \"Arm.light\", success_when = \"message.lux >= 30\" }";
+    let sent = messages(&folder("<Do/>", waits));
+    assert!((first(&sent, "Do BT success") - 3.02).abs() < 1e-9, "{:#?}", lines(&sent));
+    let never = "leaves.Do = { topic = \"Arm.light\", success_when = \"message.lux < 0\", timeout_s = 2.5 }";
+    assert!((first(&messages(&folder("<Do/>", never)), "Do BT failure") - 3.02).abs() < 1e-9);
+    let is = "leaves.Is = { topic = \"Arm.light\", success_when = \"message.lux >= 30\" }";
+    let sent = messages(&folder("<Is/>", is));
+    assert_eq!(first(&sent, "Is BT failure"), 0.02);
+    assert!((first(&sent, "Is BT success") - 3.02).abs() < 1e-9, "{:#?}", lines(&sent));
+}
+
+#[test]
+fn a_condition_that_asks_answers_the_same_tick() {
+    let is = "leaves.Is = { request = \"Arm.rest\" }";
+    assert_eq!(first(&messages(&folder("<Is/>", is)), "Is BT success"), 0.02);
+    // One that asks for what takes longer keeps the tree waiting, at most until its timeout.
+    let slow = "leaves.Is = { request = \"Arm.weigh\", arguments.what = \"a\", timeout_s = 0.5 }";
+    assert!((first(&messages(&folder("<Is/>", slow)), "Is BT failure") - 0.52).abs() < 0.021);
+}
+
+#[test]
+fn the_machine_is_a_machine_like_any_other() {
+    let files = folder("<Do/>", "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"a < 'b'\" }");
+    let scenario = files.1.to_str().unwrap();
+    let shown = steward(&["skill", "show", "Do", "--scenario", scenario, "--format", "scxml"]).stdout;
+    let machine = files.0.path().join("skills/Do.scxml");
+    std::fs::write(&machine, &shown).unwrap();
+    assert!(steward(&["skill", "check", machine.to_str().unwrap(), "--scenario", scenario]).status.success());
+    let written = messages(&files);
+    // The same machine as a file gives the same run.
+    std::fs::write(&files.1, std::fs::read_to_string(&files.1).unwrap().split("leaves.Do").next().unwrap()).unwrap();
+    let from_file = messages(&files);
+    assert_eq!(lines(&written), lines(&from_file));
+    assert!(written.len() > 20);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_its_place() {
+    for (lines, problem) in [
+        ("leaves.Do = { request = \"Arm\" }", "`Arm` names no component and what it offers"),
+        ("leaves.Do = { request = \"Arm.rest\", machine = \"Do.scxml\" }", "a leaf has either"),
+        ("leaves.Do = { request = \"Arm.rest\", topic = \"Arm.light\" }", "a leaf has either"),
+        ("leaves.Do = { request = \"Leg.rest\" }", "there is no process Leg"),
+        ("leaves.Do = { request = \"Arm.rset\" }", "did you mean `rest`?"),
+        ("leaves.Do = { request = \"Arm.weigh\" }", "what"),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.what = 5 }", "the field `what` of <weigh> cannot be 5"),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.waht = \"x\" }", "<weigh> has no field `waht`"),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.what = \"{waht}\" }", "did you mean `what`?"),
+        (
+            "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", outputs.grams = \"gram\" }",
+            "did you mean `grams`?",
+        ),
+        (
+            "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", outputs.what = \"grams\" }",
+            "unknown output port",
+        ),
+        (
+            "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", success_when = \"reply.gram > 1\" }",
+            "did you mean `grams`?",
+        ),
+        (
+            "leaves.Do = { action = \"Arm.pick\", arguments.what = \"x\", feedback.share = \"part\" }",
+            "unknown field of <pick.feedback>",
+        ),
+        ("leaves.Do = { request = \"Arm.rest\", timeout_s = 0 }", "`timeout_s` must be above 0"),
+        ("leaves.Do = { request = \"Arm.rest\", on_halt = \"Arm.stop\" }", "carries no <stop>"),
+    ] {
+        let files = folder("<Do/>", lines);
+        let said = refusal(&["run", files.1.to_str().unwrap(), "--no-snapshots"]);
+        assert!(said.contains(problem), "{lines}: {said}");
+    }
+}
