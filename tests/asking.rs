@@ -262,8 +262,8 @@ fn what_does_not_fit_is_refused_with_its_place() {
         ("leaves.Do = { request = \"Arm.rset\" }", "did you mean `rest`?"),
         ("leaves.Do = { request = \"Arm.weigh\" }", "what"),
         ("leaves.Do = { request = \"Arm.weigh\", arguments.what = 5 }", "the field `what` of <weigh> cannot be 5"),
-        ("leaves.Do = { request = \"Arm.weigh\", arguments.waht = \"x\" }", "<weigh> has no field `waht`"),
-        ("leaves.Do = { request = \"Arm.weigh\", arguments.what = \"{waht}\" }", "did you mean `what`?"),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.whats = \"x\" }", "<weigh> has no field `whats`"),
+        ("leaves.Do = { request = \"Arm.weigh\", arguments.what = \"{whats}\" }", "did you mean `what`?"),
         (
             "leaves.Do = { request = \"Arm.weigh\", arguments.what = \"x\", outputs.grams = \"gram\" }",
             "did you mean `grams`?",

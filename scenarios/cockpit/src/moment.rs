@@ -32,7 +32,9 @@ impl Moment {
             Record::End(end) => return self.view.finish(*end),
             Record::Step(step) => self.view.apply(step)?,
         }
-        let received = self.view.events().iter().filter(|event| matches!(event.kind, EventKind::Received { .. }));
+        let topology = self.view.topology();
+        let is_received = |event: &&Event| matches!(event.kind, EventKind::Received { .. }) && !topology.shows(event);
+        let received = self.view.events().iter().filter(is_received);
         self.messages.extend(received.cloned());
         self.messages.drain(..self.messages.len().saturating_sub(MESSAGES));
         Ok(())

@@ -174,12 +174,13 @@ pub(crate) mod topology {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Processes: a name, and the index of the parent process. Channels: the indices of sender and receiver, whether
+    /// Processes: a name, the index of the parent process, and whether it is outside the system. Channels: the indices of sender and receiver, whether
     /// they are synchronous, and the messages that may pass. Topics: the index of the publisher, and the messages.
-    type Plain = (Vec<(String, usize)>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
+    type Plain = (Vec<(String, usize, bool)>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
 
     pub(crate) fn serialize<S: Serializer>(topology: &Topology, serializer: S) -> Result<S::Ok, S::Error> {
-        let process = |id: ProcessId| (topology.name(id).to_owned(), topology.whole(id).index());
+        let process =
+            |id: ProcessId| (topology.name(id).to_owned(), topology.whole(id).index(), topology.is_outside(id));
         let channels = topology.channels().map(|id| {
             let channel = topology.get(id);
             let handshake = channel.capacity == Capacity::Zero;
@@ -196,9 +197,10 @@ pub(crate) mod topology {
         let mut topology = Topology::default();
         let mut ids: Vec<ProcessId> = Vec::new();
         let unknown = || D::Error::custom("a process that does not exist");
-        for (place, (name, whole)) in processes.iter().enumerate() {
+        for (place, (name, whole, is_outside)) in processes.iter().enumerate() {
             let declared = match ids.get(*whole) {
                 Some(whole) => topology.member(*whole, name),
+                None if *whole == place && *is_outside => topology.outside(name),
                 None if *whole == place => topology.process(name),
                 None => return Err(unknown()),
             };
@@ -244,7 +246,9 @@ mod tests {
         let leaf = topology.process("BatteryLevel").unwrap();
         let answers = Domain::new([Shape::new([("level", FieldKind::Optional(Box::new(FieldKind::Real)))])]);
         topology.channel(leaf, root, Capacity::Zero, answers.clone()).unwrap();
-        topology.channel(tree, leaf, Capacity::One, answers).unwrap();
+        topology.channel(tree, leaf, Capacity::One, answers.clone()).unwrap();
+        let [world, monitors] = ["World", "Monitors"].map(|name| topology.outside(name).unwrap());
+        topology.channel(world, monitors, Capacity::Zero, answers.clone()).unwrap();
         topology.publish(leaf, Shape::new([("topic", FieldKind::symbols(["news"]))]).with_role(Role::Topic));
         let cells = vec![Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Free, Cell::Free, Cell::Occupied];
         // The bits stay the same even if the rotation is not quite normalized.
@@ -275,7 +279,7 @@ mod tests {
         assert!(read.is_err(), "a cell is missing");
         let nobody: Vec<(usize, usize, bool, Domain)> = vec![(0, 1, false, Domain::new([]))];
         let topics: Vec<(usize, Shape)> = Vec::new();
-        let bytes = postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize)], nobody, topics)).unwrap();
+        let bytes = postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize, false)], nobody, topics)).unwrap();
         let read = topology::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "there is one process");
     }

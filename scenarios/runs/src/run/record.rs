@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Monitor, ProcessId};
+use channels::{Event, Monitor, ProcessId};
 use maps::Place;
 use programs::ProgramProcess;
 use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
@@ -93,9 +93,11 @@ impl Run {
             scene: if with_scene { self.scene() } else { None },
             ..Details::default()
         };
-        let is_quiet = self.events.is_empty() && !self.time().is_zero();
+        let is_start = self.time().is_zero();
         // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
-        let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
+        let is_received = |event: &Event| !self.system.topology().shows(event);
+        let stirs = is_start || self.stirred || self.events.iter().any(is_received);
+        let drives = details.navigation.is_some();
         let scenario = Arc::clone(&self.scenario);
         let components = &scenario.components;
         if stirs {
@@ -104,8 +106,8 @@ impl Run {
         let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
         let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
         details.locations = self.new_locations(moves);
-        // Monitors move only when a message is received or a tick is generated.
-        if !is_quiet {
+        // Monitors move only when a message is received or shown, or a tick is generated.
+        if is_start || !self.events.is_empty() {
             for (index, attached) in self.system.monitors().iter().enumerate() {
                 let state = MonitorState::of(attached.monitor.as_ref());
                 details.monitors.extend(self.recorded.monitors.change(index, state));
