@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ChannelId, Message};
+use crate::{ChannelId, Message, Topology};
 
 /// One state of the timed state sequence.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -17,6 +17,15 @@ pub struct Event {
     pub time: Duration,
     /// What happened.
     pub kind: EventKind,
+}
+
+impl Event {
+    /// Whether it is a message that only monitors [are shown](crate::ChannelSystem::show); `topology` is the system's.
+    #[must_use]
+    pub fn is_shown(&self, topology: &Topology) -> bool {
+        let EventKind::Received { channel, .. } = self.kind else { return false };
+        topology.is_outside(topology.get(channel).source)
+    }
 }
 
 /// What happened at a state of the timed state sequence.

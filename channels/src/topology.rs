@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Domain, Event, EventKind, Message, Shape, WiringError};
+use crate::{Domain, Message, Shape, WiringError};
 
 /// A process of a system, as an index into the [`Topology`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -213,12 +213,6 @@ impl Topology {
     #[must_use]
     pub fn is_outside(&self, process: ProcessId) -> bool {
         self.processes[process.0].is_outside
-    }
-
-    /// Whether the event is a message that only monitors [are shown](crate::ChannelSystem::show).
-    #[must_use]
-    pub fn shows(&self, event: &Event) -> bool {
-        matches!(event.kind, EventKind::Received { channel, .. } if self.is_outside(self.get(channel).source))
     }
 
     /// The process that `process` is part of; itself if it is not part of another.

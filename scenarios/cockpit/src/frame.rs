@@ -139,7 +139,7 @@ impl Update {
 
     /// Adds the last step.
     pub(crate) fn note(&mut self, view: &RunView) {
-        self.stirred |= view.events().iter().any(|event| !view.topology().shows(event));
+        self.stirred |= view.events().iter().any(|event| !event.is_shown(view.topology()));
         self.messages.extend(view.events().iter().filter_map(|event| message(event, view.topology())));
         for happening in view.happenings() {
             self.decided |= matches!(happening, Happening::Verdict { .. });
@@ -151,7 +151,7 @@ impl Update {
 /// A message that a process received: step, tick, sender, receiver, and content.
 fn message(event: &Event, topology: &Topology) -> Option<Value> {
     let EventKind::Received { channel, message } = &event.kind else { return None };
-    if topology.shows(event) {
+    if event.is_shown(topology) {
         return None;
     }
     let (from, to) = topology.ends(*channel);

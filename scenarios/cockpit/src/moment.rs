@@ -33,7 +33,8 @@ impl Moment {
             Record::Step(step) => self.view.apply(step)?,
         }
         let topology = self.view.topology();
-        let is_received = |event: &&Event| matches!(event.kind, EventKind::Received { .. }) && !topology.shows(event);
+        let is_received =
+            |event: &&Event| matches!(event.kind, EventKind::Received { .. }) && !event.is_shown(topology);
         let received = self.view.events().iter().filter(is_received);
         self.messages.extend(received.cloned());
         self.messages.drain(..self.messages.len().saturating_sub(MESSAGES));

@@ -174,8 +174,9 @@ pub(crate) mod topology {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Processes: a name, the index of the parent process, and whether it is outside the system. Channels: the indices of sender and receiver, whether
-    /// they are synchronous, and the messages that may pass. Topics: the index of the publisher, and the messages.
+    /// Processes: a name, the index of the parent process, and whether it is outside the system. Channels: the indices
+    /// of sender and receiver, whether they are synchronous, and the messages that may pass. Topics: the index of the
+    /// publisher, and the messages.
     type Plain = (Vec<(String, usize, bool)>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
 
     pub(crate) fn serialize<S: Serializer>(topology: &Topology, serializer: S) -> Result<S::Ok, S::Error> {

@@ -95,7 +95,7 @@ impl Run {
         };
         let is_start = self.time().is_zero();
         // Messages, timers and faults move any process. The world also moves devices and the robot's own components.
-        let is_received = |event: &Event| !self.system.topology().shows(event);
+        let is_received = |event: &Event| !event.is_shown(self.system.topology());
         let stirs = is_start || self.stirred || self.events.iter().any(is_received);
         let drives = details.navigation.is_some();
         let scenario = Arc::clone(&self.scenario);
