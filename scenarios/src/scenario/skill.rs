@@ -103,6 +103,10 @@ impl FileReader<'_> {
         problems: &mut Vec<Problem>,
     ) -> Option<(PathBuf, Arc<Chart>)> {
         if let Some(asking) = entry.and_then(|entry| entry.asking.as_ref()) {
+            if let Some(why) = asking.misfit(leaf) {
+                problems.push(tree.problem_at(leaf.id(), why.to_owned(), "this leaf", "make it an action of the tree"));
+                return None;
+            }
             asking.check_ports(tree, leaf, self.complaints);
             let name = format!("leaves.{}", key(leaf.process()));
             let chart = self.complaints.note(Chart::load(&name, &asking.scxml(leaf)))?;
