@@ -290,7 +290,7 @@ fn probes(key: &Key) -> Vec<Value> {
 
 /// Mistakes that only a reader can detect: a missing file, the contents of another file, a rule about two keys, a
 /// language inside a string.
-const ONLY_THE_READER: [&str; 30] = [
+const ONLY_THE_READER: [&str; 33] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
     "actions.NAME.result",
@@ -301,6 +301,9 @@ const ONLY_THE_READER: [&str; 30] = [
     "faults[].times",
     "goal.bound",
     "goal.indifference",
+    "leaves.NAME.action",
+    "leaves.NAME.request",
+    "leaves.NAME.topic",
     "model",
     "model.quantity",
     "parameters[]",
