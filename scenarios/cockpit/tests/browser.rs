@@ -1,6 +1,6 @@
 //! A browser's side of the page: its requests, and its socket.
 
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
@@ -9,7 +9,31 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
 /// A connection that gets the frames of a run.
-pub(crate) type Socket = WebSocket<TcpStream>;
+pub(crate) type Socket = WebSocket<Resuming>;
+
+/// A stream whose reads go on after a signal: the system resumes no read that has a timeout.
+pub(crate) struct Resuming(TcpStream);
+
+impl Read for Resuming {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.0.read(buffer) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                read => return read,
+            }
+        }
+    }
+}
+
+impl Write for Resuming {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        self.0.write(buffer)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
 
 /// The addresses of a page that is served.
 pub(crate) struct Page {
@@ -46,7 +70,7 @@ impl Page {
         }
         let stream = TcpStream::connect(&self.host)?;
         stream.set_read_timeout(Some(Duration::from_secs(100)))?;
-        let connected = tungstenite::client(request, stream).map(|(socket, _)| socket);
+        let connected = tungstenite::client(request, Resuming(stream)).map(|(socket, _)| socket);
         connected.map_err(|error| match error {
             tungstenite::HandshakeError::Failure(error) => error,
             tungstenite::HandshakeError::Interrupted(_) => tungstenite::Error::ConnectionClosed,
