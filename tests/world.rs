@@ -4,7 +4,7 @@ use std::path::Path;
 
 use robot::Streams;
 use scenarios::scenario::{Scenario, find};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::{TempDir, tempdir};
 
 use crate::steward::{refusal, steward};
@@ -188,4 +188,23 @@ fn where_nothing_shows_what_is_true_the_property_is_refused() {
     let own = folder("base = \"nominal\"\n[expect]", "property p := always (World, Monitors, levle_pct >= 31)");
     let said = refusal(&["run", &at(&own.path().join("own.toml"))]);
     assert!(said.contains("did you mean `level_pct`?"), "{said}");
+}
+
+#[test]
+fn a_scenario_can_expect_what_is_true_without_a_file_of_properties() {
+    let text = "base = \"nominal\"\nproperties = []\n[expect]\nreached = [\"Destination\"]\n[expect.satisfied]\n\
+                slow = 'always (World, Monitors, speed_mps < 0.46)'\n\
+                still = 'always (World, Monitors, speed_mps < 0.1)'\n";
+    let own = folder("", "");
+    let scenario = own.path().join("own.toml");
+    std::fs::write(&scenario, text).unwrap();
+    let report = run(&own, &[]);
+    assert_eq!(verdicts(&report), [("slow", "satisfied"), ("still", "violated")]);
+    assert_eq!(report["differences"], json!(["still was expected to be satisfied and is violated"]));
+    let report = run(&own, &["--set", "expect.still=violated"]);
+    assert_eq!(report["differences"], json!([]));
+    let wrong = text.replace("always (World, Monitors, speed_mps < 0.1)", "always (World, Monitors, sped_mps < 0.1)");
+    std::fs::write(&scenario, wrong).unwrap();
+    let said = refusal(&["check", scenario.to_str().unwrap()]);
+    assert!(said.contains("expect.satisfied.still") && said.contains("speed_mps"), "{said}");
 }

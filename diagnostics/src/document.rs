@@ -93,7 +93,13 @@ impl Document {
 
     /// Takes every key that this document lacks from `base`, recursively in tables that both have. An array is one
     /// value: the document's own array replaces the base's. Problems with inherited values point into the base.
-    pub fn inherit(&mut self, base: Self) {
+    ///
+    /// `forms` are tables of the top level, each with the keys of which an entry has at most one: an entry that has
+    /// another one than the base's takes nothing from it.
+    pub fn inherit(&mut self, mut base: Self, forms: &[(&str, &[&str])]) {
+        for (table, forms) in forms {
+            self.root.replace_other_forms(&mut base.root, table, forms);
+        }
         self.root.inherit(base.root);
     }
 
@@ -164,9 +170,11 @@ impl Key {
     ///
     /// let keys = Key::all(|root| {
     ///     let battery = root.table("battery").about("The battery.").optional();
-    /// battery.map(|battery| battery.number("charge_pct").about("Charge, in
-    /// percent.").within(0.0..=100.0).default(80.0)); }); assert_eq!(keys[1].path, "battery.charge_pct");
-    /// assert_eq!(keys[1].accepts(), "a number from 0 to 100"); assert_eq!(keys[1].default().as_deref(), Some("80"));
+    ///     battery.map(|battery| battery.number("charge_pct").about("Its charge.").within(0.0..=100.0).default(80.0));
+    /// });
+    /// assert_eq!(keys[1].path, "battery.charge_pct");
+    /// assert_eq!(keys[1].accepts(), "a number from 0 to 100");
+    /// assert_eq!(keys[1].default().as_deref(), Some("80"));
     /// ```
     pub fn all<T>(read: impl for<'d> FnOnce(Table<'d>) -> T) -> Vec<Self> {
         let (log, span) = (Log::of_declarations(false), Source::new("", "").span(0..0));

@@ -64,6 +64,25 @@ impl Node {
         }
     }
 
+    /// Removes those entries of a table from `base` that have one of the `forms` where this one's have another.
+    pub(super) fn replace_other_forms(&self, base: &mut Self, table: &str, forms: &[&str]) {
+        let Some(own) = self.entries().and_then(|root| root.by_key.get(table)?.value.entries()) else { return };
+        let Kind::Table(base) = &mut base.kind else { return };
+        let Some(Kind::Table(base)) = base.by_key.get_mut(table).map(|entry| &mut entry.value.kind) else { return };
+        let form = |entry: &Entry| {
+            let entries = entry.value.entries()?;
+            forms.iter().find(|form| entries.by_key.contains_key(**form)).copied()
+        };
+        base.by_key.retain(|name, entry| {
+            let own = own.by_key.get(name).and_then(form);
+            own.is_none() || form(entry).is_none_or(|inherited| own == Some(inherited))
+        });
+    }
+
+    fn entries(&self) -> Option<&Entries> {
+        if let Kind::Table(entries) = &self.kind { Some(entries) } else { None }
+    }
+
     /// Collects the problems that are known only once reading is over: unknown keys, and required keys that are missing
     /// rather than misspelled.
     pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {

@@ -255,7 +255,7 @@ fn a_document_inherits_what_it_does_not_set_itself() {
     let base = Document::parse_toml("base.toml", SCENARIO).expect("the base is TOML");
     let text = "name = \"short\"\nfaults = []\n[battery]\n";
     let mut document = Document::parse_toml("short.toml", text).expect("the document is TOML");
-    document.inherit(base);
+    document.inherit(base, &[]);
     assert_eq!(document.peek_text("name").map(|name| name.value), Some("short"));
     let scenario = document.read(read).expect("both together are a scenario");
     assert_eq!((scenario.name.as_str(), scenario.seed, scenario.charge_pct), ("short", 7, 80.0));
@@ -266,7 +266,7 @@ fn a_document_inherits_what_it_does_not_set_itself() {
 fn problems_of_a_base_are_shown_in_the_base() {
     let base = Document::parse_toml("base.toml", &SCENARIO.replace("80", "180")).expect("the base is TOML");
     let mut document = Document::parse_toml("short.toml", "nmae = \"short\"\n").expect("the document is TOML");
-    document.inherit(base);
+    document.inherit(base, &[]);
     let problems = document.read(read).expect_err("a misspelled key and a charge of 180 %");
     let spans: Vec<Span> = problems.problems().iter().filter_map(Problem::span).collect();
     let places: Vec<(&str, usize)> = spans.iter().map(|span| (span.source().name(), span.line())).collect();

@@ -170,6 +170,15 @@ at_s = 0
     }
 
     #[test]
+    fn an_entry_of_another_form_inherits_nothing_from_its_base() {
+        let own = "base = \"../../hospital/hospital.toml\"\ncomponents.Speaker.builtin = \"speaker\"\n\
+                   components.Clerk.answer_within_s = 2\nleaves.GoToDestination.data.timeout = 9\n";
+        let scenario = load(&application(own), &[]).unwrap();
+        assert!(matches!(scenario.components["Speaker"].runs, Runs::Device { .. }), "no interface of the base");
+        assert!(matches!(scenario.components["Clerk"].runs, Runs::Program { .. }), "the form is the base's");
+    }
+
+    #[test]
     fn a_folder_applies_to_the_files_beside_the_one_that_sets_it() {
         let folder = application("base = \"../../hospital/hospital.toml\"\nproperties = [\"own.scope\"]\n");
         let elsewhere = folder.path().join("elsewhere");

@@ -149,8 +149,7 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
         [_] => {}
         [(first, _), (second, span), ..] => {
             let problem = span.problem(format!("the component `{name}` has both a `{first}` and a `{second}`"));
-            let help =
-                "a component has one of `machine`, `program` and `builtin`; it also inherits the keys of a `base`";
+            let help = "a component has one of `machine`, `program` and `builtin`";
             entry.report(problem.with_label("the second one").with_help(help));
             return None;
         }

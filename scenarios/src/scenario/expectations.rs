@@ -12,6 +12,8 @@ use super::world::MAP;
 pub struct Expectations {
     /// The expected outcome of each property.
     pub outcomes: Vec<(Spanned<String>, Outcome)>,
+    /// Properties that are written here, with their formulas. They must be satisfied unless `outcomes` has them.
+    pub satisfied: Vec<(Spanned<String>, String)>,
     /// Places that must have been reached.
     pub reached: Vec<Spanned<String>>,
     /// Places that must not have been reached.
@@ -30,8 +32,12 @@ impl Expectations {
     /// Their record.
     pub fn record(&self) -> Expected {
         let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
+        let outcomes = self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome));
+        let is_other = |name: &str| self.outcomes.iter().any(|(other, _)| other.value == name);
+        let satisfied = self.satisfied.iter().map(|(name, _)| &name.value).filter(|name| !is_other(name));
+        let satisfied = satisfied.map(|name| (name.clone(), Outcome::Satisfied));
         Expected {
-            outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
+            outcomes: outcomes.chain(satisfied).collect(),
             reached: names(&self.reached),
             not_reached: names(&self.not_reached),
             failed_programs: names(&self.failed_programs),
@@ -83,6 +89,7 @@ impl Expectations {
                 .within(0.0..=1e6)
                 .needs(MAP)
                 .optional(),
+            satisfied: read_satisfied(table),
             outcomes: Vec::new(),
         };
         let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
@@ -93,4 +100,15 @@ impl Expectations {
         }
         expect
     }
+}
+
+fn read_satisfied(expect: Table<'_>) -> Vec<(Spanned<String>, String)> {
+    let about = "Properties that are written here instead of in a file. Each is monitored, and must be satisfied unless \
+                 `expect.NAME` says otherwise.";
+    let Some(table) = expect.table("satisfied").about(about).optional() else { return Vec::new() };
+    let properties = table.names_as_written("NAME").into_iter().filter_map(|(name, span)| {
+        let formula = table.text(name).about("The formula of the property `NAME` in the SCOPE language.").optional();
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, formula?))
+    });
+    properties.collect()
 }

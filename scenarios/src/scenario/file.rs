@@ -7,8 +7,9 @@ use diagnostics::document::{Document, Key, Table};
 use diagnostics::{FileProblems, Source, Span, Spanned};
 use recording::{SettingGroup, Snapshots};
 
+use super::asking;
 use super::base::Base;
-use super::component_entry::{ComponentEntry, read_components};
+use super::component_entry::{self, ComponentEntry, read_components};
 use super::execution::Execution;
 use super::expectations::Expectations;
 use super::find::Found;
@@ -159,6 +160,9 @@ impl ScenarioFile {
     }
 }
 
+/// The tables whose entries have one of several forms: one that takes another form than the base's inherits nothing.
+const FORMS: [(&str, &[&str]); 2] = [("components", &component_entry::FORMS), ("leaves", &asking::FORMS)];
+
 /// A scenario's text with everything that it inherits and with `overrides`, and the files from which it inherits.
 fn document<'a>(
     name: &str,
@@ -175,11 +179,11 @@ fn document<'a>(
     let (sources, documents): (Vec<Source>, Vec<Document>) =
         bases.into_iter().map(|base| (base.source, base.document)).unzip();
     let inherited = documents.into_iter().rev().reduce(|base, mut document| {
-        document.inherit(base);
+        document.inherit(base, &FORMS);
         document
     });
     if let Some(inherited) = inherited {
-        document.inherit(inherited);
+        document.inherit(inherited, &FORMS);
     }
     document.override_with(overrides)?;
     Ok((document, sources))
@@ -208,7 +212,8 @@ impl ScenarioFile {
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let base = root.text("base").about(
         "Another scenario, as a file or by its name. This one inherits everything that it does not set itself. \
-         An array is inherited as a whole or not at all. Inherited paths are relative to the file that \
+         An array is inherited as a whole or not at all, and so is an entry of `components` or `leaves` that \
+         takes another form (`program` instead of `machine`). Inherited paths are relative to the file that \
          writes them, or to this one if there is nothing.",
     );
     let _ = base.optional();

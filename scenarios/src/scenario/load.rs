@@ -401,16 +401,24 @@ impl<'a> Loader<'a> {
         }
     }
 
+    /// The names and texts of the property files, then of the properties that the scenario itself contains.
     fn properties(&mut self, file: &ScenarioFile) -> Vec<(String, String)> {
         let names = |file: &ScenarioFile| file.properties.iter().map(|path| path.value.clone()).collect::<Vec<_>>();
-        if let Some(like) = self.like.filter(|like| names(&like.file) == names(file)) {
-            return like.properties.clone();
-        }
-        let read = |path: &Spanned<PathBuf>| {
-            let text = self.reader.text(&path.span, "property file", &path.value)?;
-            Some((path.value.display().to_string(), text))
+        let mut properties = match self.like.filter(|like| names(&like.file) == names(file)) {
+            Some(like) => like.properties[..file.properties.len()].to_vec(),
+            None => {
+                let read = |path: &Spanned<PathBuf>| {
+                    let text = self.reader.text(&path.span, "property file", &path.value)?;
+                    Some((path.value.display().to_string(), text))
+                };
+                file.properties.iter().filter_map(read).collect()
+            }
         };
-        file.properties.iter().filter_map(read).collect()
+        let own = file.expect.satisfied.iter();
+        properties.extend(own.map(|(name, formula)| {
+            (format!("expect.satisfied.{}", name.value), format!("property {} := {formula}", name.value))
+        }));
+        properties
     }
 
     /// The machines among the ready-made monitors.

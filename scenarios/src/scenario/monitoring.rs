@@ -52,8 +52,8 @@ pub struct Monitoring {
 }
 
 impl Monitoring {
-    /// Builds the monitors of a model's properties, then those of the property files, given by their names and texts,
-    /// then the ready-made ones; `watching` contains the machines among these, by index.
+    /// Builds the monitors of a model's properties, then those of the given names and texts: of the property files, and
+    /// of the properties that the scenario itself contains; then the ready-made ones; `watching` contains the machines among these, by index.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
@@ -82,10 +82,12 @@ impl Monitoring {
                 );
             }
         }
-        for ((name, text), place) in properties.iter().zip(&file.properties) {
+        let files = file.properties.iter().map(|path| &path.span);
+        let places = files.chain(file.expect.satisfied.iter().map(|(name, _)| &name.span));
+        for ((name, text), place) in properties.iter().zip(places) {
             let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
             for property in file.properties {
-                made.add(property, &place.span, &mut complaints);
+                made.add(property, place, &mut complaints);
             }
             made.warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
         }
