@@ -143,11 +143,11 @@ export class Cockpit {
     }, [x, y, this.run.greeting.floor.origin]);
   }
 
-  // The verdicts on the cards of the properties.
+  // The verdicts of the properties.
   async verdicts() {
-    const cards = this.page.locator('#verdicts article');
-    return Object.fromEntries(await cards.evaluateAll(cards =>
-      cards.map(card => [card.dataset.name, card.querySelector('.pill').textContent.trim()])));
+    const lines = this.page.locator('#verdicts [data-name]');
+    return Object.fromEntries(await lines.evaluateAll(lines =>
+      lines.map(line => [line.dataset.name, line.querySelector('.pill').textContent.trim()])));
   }
 
   // Ends the run and saves it; returns the file, and the trace hash that the page received.

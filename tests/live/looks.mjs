@@ -7,7 +7,7 @@ import path from 'node:path';
 import { Cockpit, Live } from './cockpit.mjs';
 
 const axe = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-const SIZES = [[390, 844], [768, 1024], [1400, 900]];
+const SIZES = [[390, 844], [768, 1024], [1366, 768], [1920, 1080]];
 const SCHEMES = ['light', 'dark'];
 
 // What axe-core calls serious or critical, with the elements.
@@ -45,6 +45,37 @@ async function explains({ page }) {
   assert.ok(!(await page.locator('#happenings').textContent()).includes('joypad'));
 }
 
+// On a small laptop, everything is on the first screen. A line moves, a panel goes away, and the browser keeps both.
+async function docks({ page }) {
+  await page.setViewportSize({ width: 1366, height: 768 });
+  const box = panel => page.locator(panel).boundingBox();
+  for (const panel of ['#map', '#verdicts', '#behavior', '#past', '#hand']) {
+    const { x, y, width, height } = await box(panel);
+    assert.ok(x >= 0 && y >= 0 && x + width <= 1366 && y + height <= 768 && width > 200 && height > 150, panel);
+  }
+  const before = await box('#map');
+  const line = page.getByRole('separator').first();
+  await line.press('ArrowLeft');
+  const { x, y, height } = await line.boundingBox();
+  await page.mouse.move(x + 2, y + height / 2);
+  await page.mouse.down();
+  await page.mouse.move(x - 58, y + height / 2);
+  await page.mouse.up();
+  const moved = await box('#map');
+  assert.ok(Math.abs(moved.width - before.width + 84) < 4, `${before.width} → ${moved.width}`);
+  await page.locator('#panels summary').click();
+  await page.getByRole('checkbox', { name: 'Messages' }).uncheck();
+  await page.reload();
+  await page.locator('#floor svg').waitFor();
+  assert.ok(Math.abs((await box('#map')).width - moved.width) < 2);
+  assert.ok(!await page.locator('#traffic').isVisible());
+  await page.locator('#panels summary').click();
+  await page.getByRole('button', { name: 'As at first' }).click();
+  assert.ok(await page.locator('#traffic').isVisible());
+  assert.ok(Math.abs((await box('#map')).width - before.width) < 2);
+  await page.locator('#panels summary').click();
+}
+
 export async function looks(steward, browser, { pictures }) {
   const live = await Live.start(steward, 'populated');
   const pilot = await busy(live, browser);
@@ -70,6 +101,7 @@ export async function looks(steward, browser, { pictures }) {
       }
     }
     await explains(pilot);
+    await docks(pilot);
     if (state === 'running') await pilot.ask(() => pilot.button('End').click());
   }
   assert.deepEqual([...found, ...pilot.problems, ...viewer.problems], []);

@@ -23,6 +23,7 @@ export class Floor {
   greet({ floor, robot_radius_m, places }) {
     this.there = Boolean(floor);
     $('map').hidden = !this.there;
+    this.trail = [];
     if (!this.there) return;
     $('floor').replaceChildren();
     drawn($('floor'), floor.svg);

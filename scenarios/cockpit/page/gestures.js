@@ -12,9 +12,10 @@ export function gestures(floor, place) {
     const [a, b] = [...pointers.values()];
     return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
   };
+  // The picture may be narrower or lower than the place for it.
   const share = ({ clientX, clientY }) => {
-    const box = svg.getBoundingClientRect();
-    return [(clientX - box.x) / box.width, (clientY - box.y) / box.height];
+    const at = new DOMPoint(clientX, clientY).matrixTransform(svg.getScreenCTM().inverse());
+    return [(at.x - floor.box[0]) / floor.box[2], (at.y - floor.box[1]) / floor.box[3]];
   };
   const click = (point, thing) => {
     if (hand.aims()) hand.goal(point, null, floor.pose);

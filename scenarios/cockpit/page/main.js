@@ -3,6 +3,7 @@
 import { $, drawn, element, notice } from './dom.js';
 import { beside } from './beside.js';
 import { Details } from './details.js';
+import { arrange, dock } from './dock.js';
 import { Floor } from './floor.js';
 import { Hand } from './hand.js';
 import { Joypad } from './keys.js';
@@ -34,15 +35,17 @@ let waits = false;
 new Joypad({ ask: (...request) => transport.steers && !recorded ? link.ask(...request) : Promise.resolve(null),
              act: (...request) => acts() ? link.act(...request) : Promise.resolve(null) });
 
-// A run beside others uses the slider of the outer page.
-document.body.classList.toggle('side', new URLSearchParams(location.search).has('side'));
+// A run beside others uses the slider of the outer page, and is as high as what it shows.
+const isSide = new URLSearchParams(location.search).has('side');
+document.body.classList.add(isSide ? 'side' : 'docked');
+dock();
 
 function take(frame) {
   if (frame.greeting) return greet(frame.greeting);
   if ('pilot' in frame) {
     transport.steers = frame.pilot;
     document.body.classList.toggle('viewer', !frame.pilot);
-    return;
+    return arrange();
   }
   if (frame.failed) notice(`The run cannot continue: ${frame.failed}`, true);
   if ('at' in frame) transport.show(frame);
@@ -73,12 +76,14 @@ function greet(greeting) {
   recorded = !('scenario' in greeting) || greeting.file !== null;
   document.body.classList.toggle('recorded', recorded);
   if (greeting.sides) return beside(greeting.sides);
+  details.close();
   const name = recorded ? `${greeting.scenario} · ${greeting.file}` : greeting.scenario;
   document.title = `${name} · live`;
   $('scenario').textContent = name;
   $('scenario').title = `${greeting.about} Seed ${greeting.seed}.`;
   floor.greet(greeting);
   for (const part of [hand, machines, tree]) part.greet(greeting);
+  arrange();
 }
 
 function state(frame) {
@@ -89,6 +94,7 @@ function state(frame) {
   const { battery, end } = frame;
   $('battery').textContent = battery ? `battery ${battery.pct.toFixed(1)} %${battery.charging ? ', charging' : ''}` : '';
   $('end').disabled = Boolean(end) || past;
+  $('report').hidden = !end;
   if (end) notice(`The run has ended: ${end.words}. Its trace hash is ${end.trace_hash.slice(0, 16)}….`, true);
   else if (ended) notice('');
   ended = Boolean(end);
@@ -110,14 +116,21 @@ function happenings({ happenings, anew }) {
 }
 
 function parts(frame) {
+  const opened = [...$('verdicts').querySelectorAll('[open]')].map(line => line.dataset.name);
   for (const part of ['verdicts', 'stories', 'course']) drawn($(part), frame[part]);
+  for (const line of $('verdicts').children) line.open = opened.includes(line.dataset.name);
 }
 
 $('end').onclick = () => link.ask('end');
-$('save').onclick = async () => {
-  const answer = await link.ask('save');
+$('restart').onclick = () => link.ask('restart');
+$('save').onclick = () => download('save', 'scenario', 'application/toml', 'session.toml');
+$('report').onclick = () => download('report', 'page', 'text/html', 'report.html');
+
+// Asks for a file, and downloads it.
+async function download(what, key, type, name) {
+  const answer = await link.ask(what);
   if (!answer) return;
-  const file = URL.createObjectURL(new Blob([answer.scenario], { type: 'application/toml' }));
-  element('a', { href: file, download: `${$('scenario').textContent.replaceAll('/', '-')}-session.toml` }).click();
-  URL.revokeObjectURL(file);
-};
+  const href = URL.createObjectURL(new Blob([answer[key]], { type }));
+  element('a', { href, download: `${$('scenario').textContent.replaceAll('/', '-')}-${name}` }).click();
+  URL.revokeObjectURL(href);
+}

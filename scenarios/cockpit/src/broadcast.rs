@@ -54,9 +54,11 @@ impl Broadcast {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sets what does not change.
+    /// Begins with what does not change.
     pub(crate) fn greet(&self, greeting: &Value) {
-        self.lock().greeting = Some(greeting.to_string().into());
+        let text: Frame = greeting.to_string().into();
+        *self.lock() = Present { greeting: Some(text.clone()), latest: BTreeMap::new() };
+        let _ = self.frames.send(text);
     }
 
     /// Sends what has changed.

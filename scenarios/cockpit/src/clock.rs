@@ -42,6 +42,11 @@ impl Clock {
         Self { pace: Pace::Paused, since: (now(), time), ..*self }
     }
 
+    /// The same clock for a run that goes on from its start.
+    pub(crate) fn restarted(&self) -> Self {
+        Self { pace: Pace::Running, since: (now(), Duration::ZERO), ..*self }
+    }
+
     /// The same clock for a run that is at `time`.
     pub(crate) fn at(&self, time: Duration) -> Self {
         Self { since: (now(), time), ..*self }

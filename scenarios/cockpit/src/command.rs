@@ -43,6 +43,10 @@ pub(crate) enum Command {
     Save,
     /// Ends the run.
     End,
+    /// Starts the scenario anew, without what was done by hand.
+    Restart,
+    /// Asks for the page of the report of a run that has ended.
+    Report,
 }
 
 impl Command {

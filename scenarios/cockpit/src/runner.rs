@@ -229,6 +229,12 @@ impl Runner {
                 Err(_) => return Ok(refused(&format!("{time:?} s is no time in a run"))),
             },
             Command::Now => self.follow(),
+            Command::Report => {
+                return Ok(match self.runs.first().and_then(ShownRun::report) {
+                    Some(page) => json!({ "page": page }),
+                    None => refused("there is a report once the run has ended"),
+                });
+            }
             // At the present, the pace of a session is that of the session itself.
             command if command.is_of_pace() && (is_recorded || self.past.is_some()) => self.pace(&command),
             _ if is_recorded => return Ok(refused("a recording cannot be changed")),
@@ -237,7 +243,14 @@ impl Runner {
             }
             command => {
                 let RunSource::Session(steered) = &mut self.source else { return Ok(Value::Null) };
-                return steered.obey(command, &mut self.runs[0]);
+                if !matches!(command, Command::Restart) {
+                    return steered.obey(command, &mut self.runs[0]);
+                }
+                if let Err(error) = steered.restart() {
+                    return Ok(refused(&error.reasons()));
+                }
+                self.runs[0].restart(steered.session().view(), steered.session().scenario())?;
+                self.past = None;
             }
         }
         Ok(Value::Null)

@@ -48,7 +48,7 @@ const MOST_VIEWERS: usize = 50;
 const LONGEST_REQUEST: usize = 16 * 1024;
 
 /// The files of the page.
-const FILES: [(&str, &str, &str); 18] = [
+const FILES: [(&str, &str, &str); 19] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
     ("/link.js", "text/javascript", include_str!("../page/link.js")),
@@ -60,6 +60,7 @@ const FILES: [(&str, &str, &str); 18] = [
     ("/legend.js", "text/javascript", include_str!("../page/legend.js")),
     ("/things.js", "text/javascript", include_str!("../page/things.js")),
     ("/details.js", "text/javascript", include_str!("../page/details.js")),
+    ("/dock.js", "text/javascript", include_str!("../page/dock.js")),
     ("/hand.js", "text/javascript", include_str!("../page/hand.js")),
     ("/keys.js", "text/javascript", include_str!("../page/keys.js")),
     ("/transport.js", "text/javascript", include_str!("../page/transport.js")),
@@ -124,23 +125,24 @@ struct Shared {
 
 impl Cockpit {
     /// Starts a session, and listens on the loopback address at this port (0 for any free port). The session is made on
-    /// the thread of the run.
+    /// the thread of the run, and made again if the pilot restarts it.
     ///
     /// # Errors
     /// If the port is not available, or the session cannot be started.
     pub fn open<F>(session: F, port: u16) -> Result<Self, Error>
     where
-        F: FnOnce() -> Result<Session, scenarios::Error> + Send + 'static,
+        F: Fn() -> Result<Session, scenarios::Error> + Send + 'static,
     {
         let broadcast = Broadcast::new();
         let failed = move |source| Error::Io { port, source };
         let begin = {
             let broadcast = broadcast.clone();
             move || {
-                let session = session()?;
+                let steered = Steered::new(Box::new(session))?;
+                let session = steered.session();
                 let history = History::begin(session.view().clone()).map_err(failed)?;
                 let shown = ShownRun::new(history, broadcast, None, Some(session.scenario()));
-                Ok((RunSource::Session(Box::new(Steered::new(session))), vec![shown], None))
+                Ok((RunSource::Session(Box::new(steered)), vec![shown], None))
             }
         };
         Self::start(broadcast, Vec::new(), begin, port)

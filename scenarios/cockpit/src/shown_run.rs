@@ -4,6 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use recording::{Record, RunView};
+use reports::html::live;
 use scenarios::scenario::Scenario;
 use serde_json::{Map, Value};
 
@@ -46,6 +47,20 @@ impl ShownRun {
         };
         shown.show_anew();
         shown
+    }
+
+    /// Shows the same scenario from its start.
+    ///
+    /// # Errors
+    /// If no temporary file can be made.
+    pub(crate) fn restart(&mut self, start: &RunView, scenario: &Scenario) -> io::Result<()> {
+        *self = Self::new(History::begin(start.clone())?, self.broadcast.clone(), None, Some(scenario));
+        Ok(())
+    }
+
+    /// The page of the report of a run that has ended.
+    pub(crate) fn report(&self) -> Option<String> {
+        live::report(self.newest(), self.history.timeline())
     }
 
     /// Adds the next record.

@@ -13,8 +13,12 @@ use crate::command::Command;
 use crate::shown_run::ShownRun;
 use crate::things;
 
+/// Makes a session at its start.
+pub(crate) type SessionStart = Box<dyn Fn() -> Result<Session, scenarios::Error> + Send>;
+
 /// A session that goes on at the pilot's pace.
 pub(crate) struct Steered {
+    start: SessionStart,
     session: Session,
     clock: Clock,
     /// The lasting acts, by the page's names for them.
@@ -24,9 +28,28 @@ pub(crate) struct Steered {
 
 impl Steered {
     /// A session at its start, which goes on in real time.
-    pub(crate) fn new(session: Session) -> Self {
+    ///
+    /// # Errors
+    /// If the session cannot be started.
+    pub(crate) fn new(start: SessionStart) -> Result<Self, scenarios::Error> {
+        let session = start()?;
         let clock = Clock::running(session.view().time());
-        Self { session, clock, acts: BTreeMap::new(), last_scene: now() }
+        Ok(Self { start, session, clock, acts: BTreeMap::new(), last_scene: now() })
+    }
+
+    /// Starts the session anew, at the same speed.
+    ///
+    /// # Errors
+    /// If its files have become wrong meanwhile: the session then goes on.
+    pub(crate) fn restart(&mut self) -> Result<(), scenarios::Error> {
+        self.session = (self.start)()?;
+        self.clock = self.clock.restarted();
+        self.acts.clear();
+        Ok(())
+    }
+
+    pub(crate) fn session(&self) -> &Session {
+        &self.session
     }
 
     pub(crate) fn clock(&self) -> &Clock {

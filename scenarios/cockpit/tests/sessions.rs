@@ -59,3 +59,22 @@ fn the_past_is_shown_while_a_session_goes_on() {
     let saved = ask(&mut pilot, &json!({ "do": "save" }));
     assert_eq!(hash_of(saved["scenario"].as_str().unwrap()), end["trace_hash"].as_str().unwrap());
 }
+
+#[test]
+fn a_session_has_a_report_once_it_has_ended_and_begins_anew() {
+    let page = session("nominal", None);
+    let mut pilot = page.socket(&page.pilot);
+    until(&mut pilot, |known| known["time"].as_f64() > Some(0.5));
+    assert_eq!(ask(&mut pilot, &json!({ "do": "report" }))["refused"], "there is a report once the run has ended");
+    let fault = json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 12 } });
+    assert!(ask(&mut pilot, &fault)["act"].is_number());
+    until(&mut pilot, |known| known["battery"]["pct"].as_f64() < Some(13.0));
+    ask(&mut pilot, &json!({ "do": "end" }));
+    let report = ask(&mut pilot, &json!({ "do": "report" }));
+    assert!(report["page"].as_str().unwrap().contains("12 %"), "what was done by hand is in it");
+    ask(&mut pilot, &json!({ "do": "restart" }));
+    // Everybody is greeted again, since the scenario's files may have changed.
+    hear(&mut pilot, "greeting");
+    let again = until(&mut pilot, |known| known["end"].is_null() && known["battery"].is_object());
+    assert!(again["time"].as_f64() < Some(20.0) && again["battery"]["pct"].as_f64() > Some(20.0), "{again}");
+}

@@ -1,5 +1,7 @@
 //! The parts of a page that shows a run while it goes on: those of the report, for the run so far.
 
+use std::time::Duration;
+
 use drawing::canvas::Canvas;
 use drawing::icons::Look;
 use drawing::map_panel::{self, MapDrawing};
@@ -16,6 +18,7 @@ use super::figure::{Drawing, sign};
 use super::markup::text;
 use super::{STYLE, chart, colors, figure, violations, words};
 use crate::pictures::{self, Camera};
+use crate::reporting;
 use crate::timeline::Timeline;
 
 /// Pixels per meter on the floor.
@@ -83,15 +86,15 @@ pub fn machine(machine: &Machine) -> String {
     colors::adopted(&pictures::machine_svg(machine)).into_string()
 }
 
-/// A card per property: what it requires, its verdict so far, and how a violation happened.
+/// A line per property with its verdict so far; opened, what it requires, and how a violation happened.
 #[must_use]
 pub fn verdicts(view: &RunView, timeline: &Timeline) -> String {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
     let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
-    html! { @for (index, monitor) in view.monitors().enumerate() { (card(view, &monitor, of(index))) } }.into_string()
+    html! { @for (index, monitor) in view.monitors().enumerate() { (line(view, &monitor, of(index))) } }.into_string()
 }
 
-fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_>>) -> Markup {
+fn line(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_>>) -> Markup {
     let picture: Monitor = pictures::monitor(*monitor, view.end().is_some());
     let look = Look::of_verdict(picture.verdict);
     let class = match picture.verdict {
@@ -101,8 +104,12 @@ fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
     };
     let icon = sign(14.0, |canvas, center| look.icon.draw(canvas, center, 13.0, look.front));
     html! {
-        article.card.(class) data-name=(monitor.name()) {
-            header { span.pill.(class) { (icon) (look.words) } h3 { (monitor.name()) } }
+        details.property data-name=(monitor.name()) {
+            summary {
+                span.pill.(class) { (icon) (look.words) }
+                span.name { (monitor.name()) }
+                @if let Some(decision) = monitor.violation() { span.quiet { (words::time(decision.event.time)) } }
+            }
             p { (text(&words::sentence(&monitor.about.summary))) }
             @if let Some(evidence) = evidence { p { (violations::in_short(evidence, view)) } }
             @if !picture.diagram.locations.is_empty() {
@@ -110,6 +117,13 @@ fn card(view: &RunView, monitor: &MonitorView<'_>, evidence: Option<&Evidence<'_
             }
         }
     }
+}
+
+/// The page of the report, without pictures; `None` while the run goes on.
+#[must_use]
+pub fn report(view: &RunView, timeline: &Timeline) -> Option<String> {
+    let report = reporting::report(view, view.end()?, Vec::new(), Duration::ZERO);
+    Some(super::page(view, timeline, &report, &[]))
 }
 
 /// How each violation happened, in words and as a sequence chart.
