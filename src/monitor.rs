@@ -1,4 +1,6 @@
-//! `steward monitor check|explain|export FILE`: property files, and the monitors built from them.
+//! `steward monitor check|explain|export FILE`: property files, and the monitors built from them; and `new`, to write one.
+
+mod new;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,6 +17,8 @@ use scenarios::Complaints;
 use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 
+use new::NewProperty;
+
 use crate::named_files;
 use crate::output::{print, print_wrapped, warn};
 
@@ -25,6 +29,8 @@ pub(crate) enum MonitorCommand {
     Check(PropertySource),
     /// Explains in plain English what each property requires
     Explain(PropertySource),
+    /// Prints a property after one of the usual patterns
+    New(NewProperty),
     /// Writes the monitors as program graphs
     Export {
         #[command(flatten)]
@@ -71,6 +77,7 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
             print_wrapped(source.load()?.iter().map(method).collect::<String>())?;
         }
         MonitorCommand::Explain(source) => print_wrapped(source.load()?.iter().map(explained).collect::<String>())?,
+        MonitorCommand::New(args) => new::new(args)?,
         MonitorCommand::Export { source, format, property, out } => {
             let properties = source.load()?;
             let wanted = |name: &str| property.as_deref().is_none_or(|wanted| wanted == name);

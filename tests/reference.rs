@@ -9,7 +9,7 @@ use campaigns::CampaignFile;
 use channels::Symbol;
 use diagnostics::document::Key;
 use interfaces::{Interface, KINDS as KINDS_OF_FIELDS};
-use monitors::{GRAMMAR, OPERATORS};
+use monitors::{GRAMMAR, OPERATORS, Pattern, PatternEvents, Scope};
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::scenario::DeviceKind;
 use serde_json::Value;
@@ -183,6 +183,18 @@ fn properties() {
         [code(operator.written), signs.join(" "), operator.about.to_owned(), code(operator.example)]
     });
     compare_part("properties", "operators", &table(["written", "also", "meaning", "example"], rows));
+}
+
+#[test]
+fn patterns() {
+    let events = PatternEvents { p: "P", s: "S", q: "Q", r: "R" };
+    let rows = Pattern::ALL.into_iter().flat_map(|pattern| {
+        Scope::ALL.map(|scope| {
+            let about = if scope == Scope::Globally { pattern.about() } else { "" };
+            [about.to_owned(), scope.to_string(), code(&pattern.formula(scope, events))]
+        })
+    });
+    compare_part("patterns", "patterns", &table(["what is required", "scope", "property"], rows));
 }
 
 #[test]

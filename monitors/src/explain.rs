@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::formula::{Bound, EventAtom, Formula, MessageCondition, MessageField, Term};
-use crate::wording::by_name;
+use crate::wording::{by_name, edge};
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
@@ -92,6 +92,7 @@ impl Explainer<'_> {
                 format!("{}, {}", self.time(*bound), self.statement("tells", "something", event))
             }
             Formula::Not(inside) => self.denial(inside),
+            Formula::And(parts) if let Some(part) = edge(parts) => format!("it becomes true that {}", self.rest(part)),
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
             Formula::Or(parts) => self.list(parts, " or ", |part| matches!(part, Formula::Or(_))),
             Formula::Implies(a, b) => format!("if {}, then {}", self.limb(a), self.limb(b)),

@@ -23,13 +23,13 @@
 //! ```
 //!
 //! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
-//! `not`, `next`, `always`, `eventually`, `once`, `historically` and `previous` bind tightest, then `until` and
-//! `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be written
-//! as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's domain
-//! gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name, at any
-//! position. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis
-//! that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at the
-//! property's end, with a warning, because the paper prints φ2 this way.
+//! `not`, `next`, `always`, `eventually`, `once`, `historically`, `previous` and `becomes` bind tightest, then `until`
+//! and `since`, `and`, `or` and `implies`; `until`, `since` and `implies` group to the right. Operators can also be
+//! written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or the names that the channel's
+//! domain gives them, `m.level` or just `level`: these are compared only in messages that have a field with that name,
+//! at any position. A bound is a number of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A
+//! parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at
+//! the property's end, with a warning, because the paper prints φ2 this way.
 //!
 //! # The semantics
 //!
@@ -46,6 +46,10 @@
 //! satisfies c. Before the first message it is false for any c. In c, a field that is missing or of another type makes
 //! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers,
 //! without rounding.
+//!
+//! With `*` for a process, an event stands for the disjunction of the events on all channels that fit, and whose
+//! messages the condition can be about: the last message on *one* of them satisfies c. `becomes α` is `α and not
+//! previous α`.
 //!
 //! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
 //! τj − τi ⋈ θ. It refers to any such message, not only to the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in
@@ -225,6 +229,7 @@ mod occurrence;
 mod oracle;
 mod outcome;
 mod paper;
+mod patterns;
 mod problem;
 mod resolve;
 mod shipped;
@@ -246,6 +251,7 @@ pub use occurrence::occurrences;
 pub use oracle::{holds, holds_endlessly};
 pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};
+pub use patterns::{Pattern, PatternEvents, Scope};
 pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
 pub use syntax::{OPERATORS, Operator};

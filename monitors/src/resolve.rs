@@ -10,7 +10,7 @@ use std::time::Duration;
 use channels::{Capacity, Domain, Relation, Shape, Topology};
 use diagnostics::{Problem, nearest_or_all};
 
-use crate::formula::{Bound, Formula, MessageCondition};
+use crate::formula::{Bound, EventAtom, Formula, MessageCondition};
 use crate::syntax::{
     ByteRange, Condition, Constraint, ConstraintKind, Event, File, Interval, Item, Literal, Name, Operand, PropertyItem,
 };
@@ -144,6 +144,14 @@ impl<'a> Resolver<'a> {
             ConstraintKind::Once(ago, part) => self.past(Formula::Once, ago.as_ref(), part, past)?,
             ConstraintKind::Historically(ago, part) => self.past(Formula::Historically, ago.as_ref(), part, past)?,
             ConstraintKind::Previous(ago, part) => self.past(Formula::Previous, ago.as_ref(), part, past)?,
+            ConstraintKind::Becomes(part) => {
+                let mut names = Vec::new();
+                remembered_in(part, &mut |name| names.push(name.clone()));
+                self.remembers_nothing(names);
+                let now = self.formula(part, past)?;
+                let before = Formula::Previous(Bound::NONE, Box::new(now.clone()));
+                Formula::And(vec![now, before.negated()])
+            }
             ConstraintKind::Since(ago, left, right) => {
                 let bound = self.ago(ago.as_ref());
                 let (left, right) = (self.boxed(left, past), self.boxed(right, past));
@@ -159,7 +167,7 @@ impl<'a> Resolver<'a> {
             ConstraintKind::Implies(left, right) => self.both(Formula::Implies, left, right, inside)?,
             ConstraintKind::Event(event) => {
                 self.is_asked(inside, event.span);
-                Formula::Event(self.event(event)?)
+                one_of(self.events(event)?, Formula::Event)
             }
             ConstraintKind::TimeUntil { event, relation, bound } => self.awaited(event, *relation, bound)?,
         })
@@ -170,20 +178,29 @@ impl<'a> Resolver<'a> {
         let Some(ahead) = looks_ahead(&constraint.kind) else { return false };
         let problem = Problem::new(format!("`{ahead}` looks ahead, but it is inside an operator that looks back"));
         let problem = problem.at(constraint.span, "not known yet when it is needed");
-        self.problems.push(problem.with_help("`once`, `historically`, `previous` and `since` are about the past"));
+        let help = "`once`, `historically`, `previous`, `becomes` and `since` are about the past";
+        self.problems.push(problem.with_help(help));
         true
     }
 
     fn counted(&mut self, is_at_most: bool, count: &Operand, event: &Event, bound: &Operand) -> Option<Formula> {
-        self.remembers_nothing(event);
-        let (event, count, bound) = (self.event(event), self.count(count), self.bound(Relation::Less, bound));
-        Some(Formula::Count { event: event?, is_at_most, count: count?, bound: bound? })
+        self.remembers_nothing(event.condition.remembered().into_iter().cloned());
+        let (events, count, bound) = (self.events(event), self.count(count), self.bound(Relation::Less, bound));
+        let mut events = events?;
+        if events.len() > 1 {
+            let problem = Problem::new("messages can be counted on one channel only");
+            let several = format!("this stands for {} channels", events.len());
+            self.problems.push(problem.at(event.span, several).with_help("name the sender and the receiver"));
+            return None;
+        }
+        Some(Formula::Count { event: events.remove(0), is_at_most, count: count?, bound: bound? })
     }
 
     fn awaited(&mut self, event: &Event, relation: Relation, bound: &Operand) -> Option<Formula> {
-        self.remembers_nothing(event);
-        let (event, bound) = (self.event(event), self.bound(relation, bound));
-        Some(Formula::TimeUntil { event: event?, bound: bound? })
+        self.remembers_nothing(event.condition.remembered().into_iter().cloned());
+        let (events, bound) = (self.events(event), self.bound(relation, bound));
+        let (events, bound) = (events?, bound?);
+        Some(one_of(events, |event| Formula::TimeUntil { event, bound }))
     }
 
     fn boxed(&mut self, constraint: &Constraint, inside: Inside) -> Option<Box<Formula>> {
@@ -214,13 +231,13 @@ impl<'a> Resolver<'a> {
         Some(operator(bound?, operand?))
     }
 
-    /// Reports values that are remembered in an event that is only awaited or counted.
-    fn remembers_nothing(&mut self, event: &Event) {
-        for name in event.condition.remembered().into_iter().cloned() {
+    /// Reports values that are remembered where no message is certain: in what is awaited, counted, or becomes true.
+    fn remembers_nothing(&mut self, names: impl IntoIterator<Item = Name>) {
+        for name in names {
             let problem =
                 Problem::new(format!("`{}` cannot be remembered here", name.text)).at(name.span, "which message?");
-            let help = "the event is awaited or counted; remember values in an event that is checked at once, as \
-                        before `implies`";
+            let help = "the event is awaited, counted or becomes true; remember values in an event that is checked at \
+                        once, as before `implies`";
             self.problems.push(problem.with_help(help));
             self.remembered.insert(name.text);
         }
@@ -271,6 +288,14 @@ impl<'a> Resolver<'a> {
             self.problems.push(problem.with_help(nearest_or_all(&name.text, "constants", &known)));
         }
         found
+    }
+}
+
+/// One of these events, of which there is at least one.
+fn one_of(mut events: Vec<EventAtom>, formula: impl Fn(EventAtom) -> Formula) -> Formula {
+    match events.len() {
+        1 => formula(events.remove(0)),
+        _ => Formula::Or(events.into_iter().map(formula).collect()),
     }
 }
 

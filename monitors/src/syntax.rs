@@ -7,12 +7,13 @@ mod parse;
 mod parse_condition;
 mod parse_constraint;
 mod print;
+mod quantity;
 mod real;
 mod token;
 
 pub use ast::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
-    Item, Literal, Name, Operand, PropertyItem, Term,
+    Item, Literal, Name, Operand, Party, PropertyItem, Term,
 };
 pub use operators::{OPERATORS, Operator};
 pub use parse::{Parsed, parse_file};

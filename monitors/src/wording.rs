@@ -6,7 +6,7 @@ use crate::formula::{self, Bound, EventAtom, Formula, MessageCondition, Term, Un
 use crate::resolve::meaning;
 use crate::syntax::{
     self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Interval, Literal, Name,
-    Operand,
+    Operand, Party,
 };
 
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
@@ -35,7 +35,7 @@ impl MessageCondition {
 impl EventAtom {
     fn named(&self, topology: &Topology) -> syntax::Event {
         let (source, target) = topology.ends(self.channel);
-        let name = |text: &str| Name { text: text.to_owned(), span: NOWHERE };
+        let name = |text: &str| Party::Named(Name { text: text.to_owned(), span: NOWHERE });
         let condition = condition(&self.condition, topology.get(self.channel).domain.shapes());
         syntax::Event { source: name(source), target: name(target), condition, span: NOWHERE }
     }
@@ -55,7 +55,10 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         }
         Formula::And(parts) if parts.is_empty() => ConstraintKind::True,
         Formula::Or(parts) if parts.is_empty() => ConstraintKind::False,
-        Formula::And(parts) => ConstraintKind::And(list(parts)),
+        Formula::And(parts) => match edge(parts) {
+            Some(part) => ConstraintKind::Becomes(of(part)),
+            None => ConstraintKind::And(list(parts)),
+        },
         Formula::Or(parts) => ConstraintKind::Or(list(parts)),
         Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
         Formula::TimeUntil { event, bound } => {
@@ -79,6 +82,12 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         }
     };
     Constraint { kind, span: NOWHERE }
+}
+
+/// What becomes true if these hold.
+pub(crate) fn edge(parts: &[Formula]) -> Option<&Formula> {
+    let [now, Formula::Not(before)] = parts else { return None };
+    matches!(&**before, Formula::Previous(bound, before) if *bound == Bound::NONE && **before == *now).then_some(now)
 }
 
 fn interval(bound: Bound, is_timed: bool) -> Option<Interval> {

@@ -78,7 +78,7 @@ fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
 
 #[test]
 fn operators_of_other_logics_are_refused_with_a_suggestion() {
-    const FIRST: &str = "not, next, always, eventually, once, historically, previous, true, false, time_until";
+    const FIRST: &str = "not, next, always, eventually, once, historically, previous, becomes, true, false";
     let q = "(BatteryReader, BatteryLevel, true)";
     let reported = |formula: &str| problems_of(&format!("property p := {formula}")).1;
     assert!(reported(&format!("sometime {q}")).contains(FIRST));

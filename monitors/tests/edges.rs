@@ -7,7 +7,7 @@ use std::time::Duration;
 use channels::{Capacity, Domain, EventKind, FieldKind, Message, Monitor, Shape, Topology, Value};
 use monitors::{Outcome, ScopeMonitor};
 
-use crate::support::event;
+use crate::support::{Dice, event};
 
 /// A channel from Ask to Arm whose messages have fields of one kind.
 fn channel(names: &[&str], kind: &FieldKind) -> Arc<Topology> {
@@ -199,5 +199,47 @@ fn a_window_inside_previous_ends_at_the_earlier_message() {
             monitor.observe(&event(step as u64, tick, EventKind::Received { channel, message }));
         }
         assert_eq!(monitor.outcome(), expected, "{first}");
+    }
+}
+
+/// Two channels, and a property that is violated by each message that makes `n > 0` true on the first one: from the
+/// messages alone, without the operators that `becomes` stands for.
+#[test]
+fn what_becomes_true_is_found_at_each_edge_and_nowhere_else() {
+    let mut topology = Topology::default();
+    let [ask, arm, eye] = ["Ask", "Arm", "Eye"].map(|name| topology.process(name).expect("a new process"));
+    for source in [ask, eye] {
+        let domain = Domain::new([Shape::new([("n", FieldKind::Int)])]);
+        topology.channel(source, arm, Capacity::One, domain).expect("a new channel");
+    }
+    let channels: Vec<_> = topology.channels().collect();
+    let topology = Arc::new(topology);
+    let mut dice = Dice(7);
+    for _ in 0..2_000 {
+        let mut alone = monitor(&topology, "always not becomes (Ask, Arm, n > 0)");
+        let mut both = monitor(&topology, "always (becomes (Ask, Arm, n > 0) implies (Eye, Arm, n > 0))");
+        let (mut was, mut eye, mut violated) = (false, false, [false; 2]);
+        for step in 0..8 {
+            let (channel, n) = (dice.roll(2) as usize, dice.roll(2) as i64);
+            let message = Message::new([Value::Int(n)]);
+            let received = event(step, 0, EventKind::Received { channel: channels[channel], message });
+            if channel == 0 {
+                let rises = n > 0 && !was;
+                violated[0] |= rises;
+                violated[1] |= rises && !eye;
+                was = n > 0;
+            } else {
+                eye = n > 0;
+            }
+            for (monitor, violated) in [&mut alone, &mut both].into_iter().zip(violated) {
+                monitor.observe(&received);
+                assert_eq!(
+                    monitor.outcome() == Outcome::Violated,
+                    violated,
+                    "{} at {step}",
+                    monitor.formula().text(&topology)
+                );
+            }
+        }
     }
 }

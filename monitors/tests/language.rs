@@ -5,7 +5,7 @@ use std::time::Duration;
 use channels::{Capacity, Domain, FieldKind, Message, Relation, Shape, Topology, Value};
 use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
-    Item, Literal, Name, Operand, PropertyItem, Term, parse_file,
+    Item, Literal, Name, Operand, Party, PropertyItem, Term, parse_file,
 };
 use monitors::{Arithmetic, Formula, MessageCondition, Unit};
 use proptest::prelude::*;
@@ -94,7 +94,8 @@ fn condition() -> impl Strategy<Value = Condition> {
 }
 
 fn event() -> impl Strategy<Value = Event> {
-    (name(), name(), condition()).prop_map(|(source, target, condition)| Event {
+    let party = || prop_oneof![4 => name().prop_map(Party::Named), 1 => Just(Party::Any(ByteRange::default()))];
+    (party(), party(), condition()).prop_map(|(source, target, condition)| Event {
         source,
         target,
         condition,
@@ -137,6 +138,7 @@ fn constraint() -> impl Strategy<Value = Constraint> {
             part.clone().prop_map(move |a| of(ConstraintKind::Next(Box::new(a)))),
             part.clone().prop_map(move |a| of(ConstraintKind::Always(Box::new(a)))),
             part.clone().prop_map(move |a| of(ConstraintKind::Eventually(Box::new(a)))),
+            part.clone().prop_map(move |a| of(ConstraintKind::Becomes(Box::new(a)))),
             (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Once(ago, Box::new(a)))),
             (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Historically(ago, Box::new(a)))),
             (ago(), part.clone()).prop_map(move |(ago, a)| of(ConstraintKind::Previous(ago, Box::new(a)))),
@@ -176,7 +178,7 @@ proptest! {
     #[test]
     fn parsing_any_keywords_terminates(words in proptest::collection::vec(proptest::sample::select(vec![
         "property", "const", ":=", "always", "(", ")", "[", "]", ",", "m", "1", "and", "or", "not", "until", "=", "<",
-        "<ok>", "a", "B", "time_until", "implies", "next", "5 s", "\"x\"", "true", ";", ".",
+        "<ok>", "a", "B", "*", "becomes", "time_until", "implies", "next", "5 s", "\"x\"", "true", ";", ".",
     ]), 0..60)) {
         let _ = parse_file(&words.join(" "));
     }
@@ -422,4 +424,67 @@ fn a_file_may_begin_with_a_byte_order_mark() {
     let loaded = |text: &str| monitors::load("p.scope", text, &topology(), Duration::from_secs(1)).unwrap();
     let [plain, marked] = [loaded(text), loaded(&format!("\u{FEFF}{text}"))];
     assert_eq!(plain.properties[0].formula, marked.properties[0].formula);
+}
+
+#[test]
+fn what_becomes_holds_now_and_did_not_the_last_time() {
+    same(&format!("always (becomes {E} implies {E})"), &format!("always ({E} and not previous {E} implies {E})"));
+    let shown = formula(&format!("always not becomes {E}")).text(&topology());
+    assert!(shown.starts_with("always not becomes (Navigation, "), "{shown}");
+    let problem = |text: &str| {
+        let file = format!("property p := always {text}");
+        let error = monitors::formulas("t", &file, &topology(), Duration::from_secs(1)).unwrap_err();
+        error.problems()[0].message().to_owned()
+    };
+    assert!(problem(&format!("becomes next {E}")).starts_with("`next` looks ahead"));
+    let remembers = "(BatteryReader, BatteryLevel, m[2] as l)";
+    assert_eq!(problem(&format!("becomes {remembers}")), "`l` cannot be remembered here");
+}
+
+#[test]
+fn a_star_stands_for_every_process_whose_messages_the_condition_can_be_about() {
+    let topology = topology();
+    let requests = "(GoToDestination, Navigation, true) or (GotoRechargingStation, Navigation, true)";
+    same("always not (*, Navigation, true)", &format!("always not ({requests})"));
+    let awaited = "time_until (GoToDestination, Navigation, true) < 3 or time_until (GotoRechargingStation, Navigation, true) < 3";
+    same(
+        &format!("always ({E} implies time_until (*, Navigation, true) < 3)"),
+        &format!("always ({E} implies {awaited})"),
+    );
+    // Only these messages have a level.
+    same("always (*, *, m.level >= 20)", "always (BatteryReader, BatteryLevel, m.level >= 20)");
+    same(
+        "always (Navigation, *, m[1] = <ok>) ",
+        "always ((Navigation, GoToDestination, m[1] = <ok>) or (Navigation, GotoRechargingStation, m[1] = <ok>))",
+    );
+    let problem = |text: &str| {
+        let file = format!("property p := always {text}");
+        let error = monitors::formulas("t", &file, &topology, Duration::from_secs(1)).unwrap_err();
+        assert_eq!(error.problems().len(), 1, "{error:?}");
+        error.problems()[0].message().to_owned()
+    };
+    assert_eq!(problem("(*, BatteryLevl, true)"), "unknown process `BatteryLevl`");
+    assert!(problem("(BatteryReader, *, m.levle < 2)").contains("have no field `levle`"));
+    assert_eq!(problem("(TickGenerator, Navigation, true)"), "there is no channel from TickGenerator to Navigation");
+    assert_eq!(problem("at most 2 (*, Navigation, true) in 5"), "messages can be counted on one channel only");
+}
+
+#[test]
+fn a_number_with_a_unit_stays_a_number_but_is_no_bound() {
+    same(
+        "always (BatteryReader, BatteryLevel, m.level >= 20 %)",
+        "always (BatteryReader, BatteryLevel, m.level >= 20.0)",
+    );
+    let level = |condition: &str| format!("always (BatteryReader, BatteryLevel, {condition})");
+    same(&level("level < 36 km/h and level / 2 < 30 cm"), &level("level < 10.0 and level / 2 < 0.3"));
+    let problem = |bound: &str| {
+        let file = format!("const near := 5 m\nproperty p := always time_until {E} < {bound}");
+        let error = monitors::formulas("t", &file, &topology(), Duration::from_secs(1)).unwrap_err();
+        error.problems()[0].message().to_owned()
+    };
+    for bound in ["5 m", "near", "5 %"] {
+        assert_eq!(problem(bound), "a bound is a whole number of ticks or a duration", "{bound}");
+    }
+    assert_eq!(problem("5 m / s"), "a bound is a whole number of ticks or a duration");
+    assert_eq!(problem("5 furlongs"), "unknown unit `furlongs`");
 }

@@ -10,6 +10,7 @@ mod language;
 mod laws;
 mod logs;
 mod paper_monitors;
+mod patterns;
 mod proofs;
 mod reports;
 mod robot;

@@ -9,34 +9,70 @@ use crate::formula::EventAtom;
 use crate::syntax::{self, Name};
 
 impl Resolver<'_> {
-    /// The event with its channel and condition resolved; `None` after its problems have been reported.
-    pub(super) fn event(&mut self, event: &syntax::Event) -> Option<EventAtom> {
-        let channel = self.channel(event);
+    /// The event with its channel and condition resolved: one for each channel that it stands for, of which there is at
+    /// least one. `None` after its problems have been reported.
+    pub(super) fn events(&mut self, event: &syntax::Event) -> Option<Vec<EventAtom>> {
+        let (Some(source), Some(target)) = (event.source.name(), event.target.name()) else {
+            return self.any(event);
+        };
+        let channel = self.channel(source, target);
         let condition = self.condition(&event.condition, channel);
-        Some(EventAtom { channel: channel?, condition: condition? })
+        Some(vec![EventAtom { channel: channel?, condition: condition? }])
     }
 
-    fn channel(&mut self, event: &syntax::Event) -> Option<ChannelId> {
-        if event.source.text == WORLD && self.topology.find_process(WORLD).is_none() {
+    /// The events on all channels that fit: whose messages the condition can be about.
+    fn any(&mut self, event: &syntax::Event) -> Option<Vec<EventAtom>> {
+        let named = [event.source.name(), event.target.name()];
+        if named.into_iter().flatten().any(|name| !self.process_is_known(name)) {
+            return None;
+        }
+        let topology = self.topology;
+        let fits = |channel: &ChannelId| {
+            let (source, target) = topology.ends(*channel);
+            let is_named = |name: Option<&Name>, end: &str| name.is_none_or(|name| name.text == end);
+            !topology.is_internal(*channel) && is_named(named[0], source) && is_named(named[1], target)
+        };
+        let noted = self.problems.len();
+        let (mut events, mut reasons) = (Vec::new(), None);
+        for channel in topology.channels().filter(fits) {
+            let condition = self.condition(&event.condition, Some(channel));
+            let problems = self.problems.split_off(noted);
+            match condition.filter(|_| problems.is_empty()) {
+                Some(condition) => events.push(EventAtom { channel, condition }),
+                None => reasons = reasons.or(Some(problems)),
+            }
+        }
+        if !events.is_empty() {
+            return Some(events);
+        }
+        // The condition fits no channel: what is wrong with it on the first one is as good as any.
+        self.problems.extend(reasons.unwrap_or_else(|| {
+            let problem = Problem::new(format!("no channel is from {} to {}", event.source, event.target));
+            vec![problem.at(event.span, "no such channel")]
+        }));
+        None
+    }
+
+    fn channel(&mut self, source: &Name, target: &Name) -> Option<ChannelId> {
+        if source.text == WORLD && self.topology.find_process(WORLD).is_none() {
             let problem = Problem::new("nothing shows here what is true in the world");
             let help = "only simulated runs on a map do, and recordings of runs whose own properties ask for it; for a bag, \
                         a mapping can name a topic that measures it";
-            self.problems.push(problem.at(event.source.span, "no such process").with_help(help));
+            self.problems.push(problem.at(source.span, "no such process").with_help(help));
             return None;
         }
-        let known = [self.process_is_known(&event.source), self.process_is_known(&event.target)];
+        let known = [self.process_is_known(source), self.process_is_known(target)];
         if known != [true, true] {
             return None;
         }
-        let (source, target) = (event.source.text.as_str(), event.target.text.as_str());
+        let span = source.span.to(target.span);
+        let (source, target) = (source.text.as_str(), target.text.as_str());
         let Some(channel) = self.topology.find_channel(source, target) else {
-            let span = event.source.span.to(event.target.span);
             let problem = Problem::new(format!("there is no channel from {source} to {target}"));
             self.problems.push(problem.at(span, "no such channel").with_help(self.other_channels(source, target)));
             return None;
         };
         if self.topology.is_internal(channel) {
-            let span = event.source.span.to(event.target.span);
             let problem = Problem::new(format!("messages from {source} to {target} are internal to one process"));
             let problem = problem.at(span, "not visible to properties");
             self.problems.push(problem.with_help("properties can only refer to messages between processes"));

@@ -202,7 +202,7 @@ impl<'a> Resolver<'a> {
             Literal::Text(text) => text.as_str().into(),
             Literal::Duration { .. } => {
                 let problem = Problem::new("messages do not contain durations").at(operand.span(), "a duration");
-                self.problems.push(problem.with_help("compare with a number"));
+                self.problems.push(problem.with_help("compare with a number, in the unit of the field"));
                 return None;
             }
         })

@@ -29,9 +29,9 @@ impl Resolver<'_> {
                 Ok(ticks) => return Some(Bound { relation, ticks, written: Some((nanos, unit)) }),
                 Err(problem) => problem.at(bound.span(), "not a whole number of ticks"),
             },
-            Literal::Real(_) => Problem::new("a bound without a unit is a whole number of ticks")
-                .at(bound.span(), "not a whole number")
-                .with_help("a duration needs a unit: `2.5 s`"),
+            Literal::Real(_) => Problem::new("a bound is a whole number of ticks or a duration")
+                .at(bound.span(), "neither")
+                .with_help("a duration has a unit of time: `2.5 s`, with ms, s, min or h"),
             _ => Problem::new("expected a number of ticks or a duration")
                 .at(bound.span(), "no duration")
                 .with_help("`10`, `10 ticks` or `30 s`"),

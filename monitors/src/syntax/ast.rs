@@ -126,6 +126,8 @@ pub enum ConstraintKind {
     Historically(Option<Interval>, Box<Constraint>),
     /// `previous[⋈ bound] α`
     Previous(Option<Interval>, Box<Constraint>),
+    /// `becomes α`
+    Becomes(Box<Constraint>),
     /// `α since[⋈ bound] β`
     Since(Option<Interval>, Box<Constraint>, Box<Constraint>),
     /// `at most n (event) in bound`, or `at least`
@@ -166,7 +168,8 @@ impl Constraint {
             | ConstraintKind::Eventually(a)
             | ConstraintKind::Once(_, a)
             | ConstraintKind::Historically(_, a)
-            | ConstraintKind::Previous(_, a) => vec![a],
+            | ConstraintKind::Previous(_, a)
+            | ConstraintKind::Becomes(a) => vec![a],
             ConstraintKind::Until(a, b) | ConstraintKind::Since(_, a, b) | ConstraintKind::Implies(a, b) => vec![a, b],
             ConstraintKind::And(parts) | ConstraintKind::Or(parts) => parts.iter().collect(),
         }
@@ -182,13 +185,39 @@ pub struct Interval {
     pub bound: Operand,
 }
 
+/// A process of an event.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Party {
+    /// The process with this name.
+    Named(Name),
+    /// `*`: any process that fits.
+    Any(ByteRange),
+}
+
+impl Party {
+    /// Its span.
+    #[must_use]
+    pub fn span(&self) -> ByteRange {
+        match self {
+            Self::Named(name) => name.span,
+            Self::Any(span) => *span,
+        }
+    }
+
+    /// Its name, if it has one.
+    #[must_use]
+    pub fn name(&self) -> Option<&Name> {
+        if let Self::Named(name) = self { Some(name) } else { None }
+    }
+}
+
 /// An event: a message from `source` to `target` that satisfies a condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Event {
     /// The process that sends.
-    pub source: Name,
+    pub source: Party,
     /// The process that receives.
-    pub target: Name,
+    pub target: Party,
     /// The condition on the message.
     pub condition: Condition,
     /// The span of the event, including its parentheses.

@@ -35,6 +35,13 @@ pub const OPERATORS: &[Operator] = &[
         "always (BatteryReader, BatteryLevel, m[2] >= 20)",
     ),
     word(
+        "(*, Q, C)",
+        "",
+        "Any sender: one of the events with each process that sends Q such messages. Likewise `(P, *, C)`, for any \
+         receiver.",
+        "always (E implies not (*, BatteryLevel, m[2] < 20))",
+    ),
+    word(
         "m[K]",
         "m.NAME NAME",
         "In a condition, field K of the message, counted from 1; or the field with this name, in the messages that have \
@@ -47,6 +54,13 @@ pub const OPERATORS: &[Operator] = &[
         "In a condition, compares a field with a number, `true`, `false`, a `\"string\"`, a `<symbol>`, another field \
          or a remembered value.",
         "eventually (BatteryReader, BatteryLevel, m[1] = <ok>)",
+    ),
+    word(
+        "0.3 m/s",
+        "",
+        "A number with a unit is a number: in meters, m/s, rad or rad/s for m, cm, mm, km, m/s, km/h, rad, deg, rad/s and \
+         deg/s, as ROS has them (km/h and degrees are rounded); unchanged for %, V, A, W, N, kg and Hz.",
+        "always (BatteryReader, BatteryLevel, level >= 20 %)",
     ),
     word(
         "as",
@@ -82,6 +96,13 @@ pub const OPERATORS: &[Operator] = &[
     ),
     word("historically", "", "It holds now, and held at all earlier times.", "always (E implies historically[< 10] F)"),
     word("previous", "", "It held the last time: at the previous message on one of its channels.", "always previous E"),
+    word(
+        "becomes",
+        "",
+        "It holds now and did not hold the last time: at the previous message on one of its channels. What holds at the \
+         first message becomes so there.",
+        "always (becomes E implies F)",
+    ),
     word(
         "since",
         "",

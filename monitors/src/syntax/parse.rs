@@ -6,21 +6,22 @@
 //! disjunction = conjunction { "or" conjunction }          conjunction = chain { "and" chain }
 //! chain      = prefixed [ ( "until" | "since" [ ago ] ) chain ]
 //! prefixed   = ( "not" | "next" | "always" | "eventually" ) prefixed
-//!            | ( "once" | "historically" | "previous" ) [ ago ] prefixed | primary
+//!            | ( "once" | "historically" | "previous" ) [ ago ] prefixed | "becomes" prefixed | primary
 //! ago        = "[" relation bound "]"
 //! primary    = "true" | "false" | "(" constraint ")" | event
 //!            | "time_until" ( "(" event ")" | event ) relation bound
 //!            | "at" ( "most" | "least" ) count event "in" bound
-//! event      = "(" name "," name "," condition ")"
+//! event      = "(" ( name | "*" ) "," ( name | "*" ) "," condition ")"
 //! ```
 
 use channels::Relation;
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem};
-use super::real::{Unfit, real};
+use super::quantity::{Scale, UNITS, in_si, plain};
+use super::real::Unfit;
 use super::token::{Keyword, Token, TokenKind, tokens};
-use crate::formula::Unit;
+use crate::formula::{Arithmetic, Unit};
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack. Chosen, not measured.
 const MAX_DEPTH: usize = 100;
@@ -300,6 +301,10 @@ impl Parser {
     fn number(&mut self, number: &str) -> ParseResult<Literal> {
         let span = self.span();
         self.advance();
+        if let Some((scale, length)) = self.unit() {
+            (0..length).for_each(|_| self.advance());
+            return self.fitting(span, in_si(number, scale));
+        }
         // Two names in a row begin a misspelled item: the first is not a unit.
         let is_unit = !matches!(self.peek_second(), TokenKind::Name(_) | TokenKind::Define);
         if let TokenKind::Name(unit) = self.peek()
@@ -310,11 +315,29 @@ impl Parser {
             self.advance();
             return self.quantity(number, span, &unit, unit_span);
         }
-        let literal = if number.contains(['.', 'e', 'E']) {
-            real(number)
-        } else {
-            number.parse().map(Literal::Int).map_err(|_| Unfit::TooLarge)
+        self.fitting(span, plain(number))
+    }
+
+    /// The unit here that is not one of time, and its length in tokens: `m/s` has three, without blanks.
+    fn unit(&self) -> Option<(Scale, usize)> {
+        // Two names in a row begin a misspelled item: the first is not a unit.
+        let word = |place: usize| self.tokens.get(self.at + place).map(|token| (&token.kind, token.span));
+        let (written, length) = match (word(0)?, word(1), word(2)) {
+            ((TokenKind::Percent, _), ..) => ("%".to_owned(), 1),
+            (
+                (TokenKind::Name(of), first),
+                Some((TokenKind::Arithmetic(Arithmetic::Divide), by)),
+                Some((TokenKind::Name(per), last)),
+            ) if first.end == by.start && by.end == last.start => (format!("{of}/{per}"), 3),
+            ((TokenKind::Name(_), _), Some((TokenKind::Name(_) | TokenKind::Define, _)), _) => return None,
+            ((TokenKind::Name(of), _), ..) => (of.clone(), 1),
+            _ => return None,
         };
+        UNITS.into_iter().find(|(known, _)| *known == written).map(|(_, scale)| (scale, length))
+    }
+
+    /// The literal, or the problem that it has.
+    fn fitting(&mut self, span: ByteRange, literal: Result<Literal, Unfit>) -> ParseResult<Literal> {
         literal.map_err(|unfit| {
             self.problems.push(match unfit {
                 Unfit::TooLarge => Problem::new("this number is too large").at(span, "does not fit"),
@@ -338,8 +361,9 @@ impl Parser {
             });
         }
         let Some(known) = Unit::ALL.into_iter().find(|known| known.name() == unit) else {
-            let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "not a unit of time");
-            self.problems.push(problem.with_help("the units are ticks, ms, s, min and h"));
+            let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "not a unit");
+            let others = UNITS.map(|(unit, _)| unit).join(", ");
+            self.problems.push(problem.with_help(format!("the units are ticks, ms, s, min and h, and {others}")));
             return Err(Stumbled);
         };
         let nanos = nanos(number, known).ok_or_else(|| {

@@ -2,16 +2,30 @@
 
 use diagnostics::{Problem, nearest};
 
-use super::ast::{ByteRange, Constraint, ConstraintKind, Event, Interval};
+use super::ast::{ByteRange, Constraint, ConstraintKind, Event, Interval, Party};
 use super::boolean::Boolean;
 use super::parse::{ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
+use crate::formula::Arithmetic;
 
 /// The keywords that can begin a constraint.
-const PREFIXES: [&str; 10] =
-    ["not", "next", "always", "eventually", "once", "historically", "previous", "true", "false", "time_until"];
-const EVENT: &str = "an event is written `(sender, receiver, condition)`";
+const PREFIXES: [&str; 11] = [
+    "not",
+    "next",
+    "always",
+    "eventually",
+    "once",
+    "historically",
+    "previous",
+    "becomes",
+    "true",
+    "false",
+    "time_until",
+];
+const EVENT: &str = "an event is written `(sender, receiver, condition)`; `*` stands for any sender or receiver";
 const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, condition) < 10`";
+/// `*`, in the place of a process.
+const ANY: TokenKind = TokenKind::Arithmetic(Arithmetic::Multiply);
 const AGO: &str = "how long ago is written `[<= 10]` or `[<= 5 s]`";
 const COUNT: &str = "a number of messages is written `at most 3 (sender, receiver, condition) in 10 s`";
 
@@ -71,6 +85,7 @@ impl Parser {
             TokenKind::Keyword(Keyword::Next) => ConstraintKind::Next,
             TokenKind::Keyword(Keyword::Always) => ConstraintKind::Always,
             TokenKind::Keyword(Keyword::Eventually) => ConstraintKind::Eventually,
+            TokenKind::Keyword(Keyword::Becomes) => ConstraintKind::Becomes,
             TokenKind::Keyword(Keyword::Once | Keyword::Historically | Keyword::Previous) => return self.past(),
             _ => return self.primary(),
         };
@@ -120,7 +135,7 @@ impl Parser {
     /// one of another logic.
     fn at_event(&self) -> bool {
         match self.peek_second() {
-            TokenKind::Text(_) => true,
+            TokenKind::Text(_) | TokenKind::Arithmetic(Arithmetic::Multiply) => true,
             second => {
                 let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
                 let is_name = |name: &str| third != Some(&TokenKind::Open) && nearest(name, PREFIXES).is_none();
@@ -178,13 +193,18 @@ impl Parser {
 
     fn event_parts(&mut self, open: ByteRange) -> ParseResult<Event> {
         self.advance();
-        let source = self.name("the name of the sender", EVENT)?;
+        let source = self.party("the name of the sender")?;
         self.comma("`,` and the name of the receiver")?;
-        let target = self.name("the name of the receiver", EVENT)?;
+        let target = self.party("the name of the receiver")?;
         self.comma("`,` and a condition on the message")?;
         let condition = self.condition()?;
         self.close(open);
         Ok(Event { source, target, condition, span: open.to(self.last_span()) })
+    }
+
+    fn party(&mut self, what: &str) -> ParseResult<Party> {
+        let span = self.span();
+        if self.take(&ANY) { Ok(Party::Any(span)) } else { self.name(what, EVENT).map(Party::Named) }
     }
 
     /// `at most n (event) in bound`, or `at least`.

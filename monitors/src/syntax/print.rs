@@ -6,7 +6,7 @@ use channels::{Relation, Value};
 
 use super::ast::{
     Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval, Item, Literal, Name,
-    Operand, Term,
+    Operand, Party, Term,
 };
 use super::token::is_plain_name;
 use crate::formula::Unit;
@@ -32,6 +32,15 @@ impl Display for Item {
 impl Display for Name {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         if is_plain_name(&self.text) { f.write_str(&self.text) } else { write_text(f, &self.text) }
+    }
+}
+
+impl Display for Party {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(name) => name.fmt(f),
+            Self::Any(_) => f.write_str("*"),
+        }
     }
 }
 
@@ -92,6 +101,7 @@ impl Display for Constraint {
             ConstraintKind::Next(part) => write!(f, "next {}", part.at(Precedence::Prefix)),
             ConstraintKind::Always(part) => write!(f, "always {}", part.at(Precedence::Prefix)),
             ConstraintKind::Eventually(part) => write!(f, "eventually {}", part.at(Precedence::Prefix)),
+            ConstraintKind::Becomes(part) => write!(f, "becomes {}", part.at(Precedence::Prefix)),
             ConstraintKind::Until(left, right) => {
                 write!(f, "{} until {}", left.at(Precedence::Prefix), right.at(Precedence::Until))
             }

@@ -35,6 +35,8 @@ pub(super) enum TokenKind {
     Comma,
     Dot,
     Semicolon,
+    /// `%`
+    Percent,
     /// The end of the file.
     End,
 }
@@ -57,6 +59,7 @@ pub(super) enum Keyword {
     Once,
     Historically,
     Previous,
+    Becomes,
     Since,
     At,
     Most,
@@ -67,7 +70,7 @@ pub(super) enum Keyword {
 }
 
 impl Keyword {
-    pub(super) const ALL: [Self; 23] = [
+    pub(super) const ALL: [Self; 24] = [
         Self::Const,
         Self::Property,
         Self::True,
@@ -84,6 +87,7 @@ impl Keyword {
         Self::Once,
         Self::Historically,
         Self::Previous,
+        Self::Becomes,
         Self::Since,
         Self::At,
         Self::Most,
@@ -132,6 +136,7 @@ impl Keyword {
             Self::Once => "once",
             Self::Historically => "historically",
             Self::Previous => "previous",
+            Self::Becomes => "becomes",
             Self::Since => "since",
             Self::At => "at",
             Self::Most => "most",
@@ -170,13 +175,14 @@ impl TokenKind {
             Self::Comma => "`,`".to_owned(),
             Self::Dot => "`.`".to_owned(),
             Self::Semicolon => "`;`".to_owned(),
+            Self::Percent => "`%`".to_owned(),
             Self::End => "the end of the file".to_owned(),
         }
     }
 }
 
 /// Operators made of one or two signs, longer ones first.
-pub(super) const SIGNS: [(&str, TokenKind); 34] = [
+pub(super) const SIGNS: [(&str, TokenKind); 35] = [
     (":=", TokenKind::Define),
     ("≔", TokenKind::Define),
     ("<=", TokenKind::Relation(Relation::LessOrEqual)),
@@ -207,6 +213,7 @@ pub(super) const SIGNS: [(&str, TokenKind); 34] = [
     (",", TokenKind::Comma),
     (".", TokenKind::Dot),
     (";", TokenKind::Semicolon),
+    ("%", TokenKind::Percent),
     ("+", TokenKind::Arithmetic(Arithmetic::Add)),
     ("-", TokenKind::Arithmetic(Arithmetic::Subtract)),
     ("*", TokenKind::Arithmetic(Arithmetic::Multiply)),
