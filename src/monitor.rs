@@ -1,4 +1,5 @@
-//! `steward monitor check|explain|export FILE`: property files, and the monitors built from them; and `new`, to write one.
+//! `steward monitor check|explain|export FILE`: property files, and the monitors built from them; and `new`, to write
+//! one.
 
 mod new;
 
@@ -77,7 +78,12 @@ pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
             print_wrapped(source.load()?.iter().map(method).collect::<String>())?;
         }
         MonitorCommand::Explain(source) => print_wrapped(source.load()?.iter().map(explained).collect::<String>())?,
-        MonitorCommand::New(args) => new::new(args)?,
+        MonitorCommand::New(args) => {
+            let text = new::text(args)?;
+            // Only what loads is printed.
+            System::of(&args.scenario)?.read("new.scope", &text)?;
+            print(&text)?;
+        }
         MonitorCommand::Export { source, format, property, out } => {
             let properties = source.load()?;
             let wanted = |name: &str| property.as_deref().is_none_or(|wanted| wanted == name);
@@ -149,8 +155,11 @@ impl System {
     /// Reads a property file.
     pub(crate) fn load(&self, path: &Path) -> Result<PropertyFile, scenarios::Error> {
         let (path, text) = named_files::read(Kind::Properties, path)?;
-        let name = path.display().to_string();
-        monitors::load(&name, &text, &self.topology, self.tick).map_err(scenarios::Error::bad_input)
+        self.read(&path.display().to_string(), &text)
+    }
+
+    fn read(&self, name: &str, text: &str) -> Result<PropertyFile, scenarios::Error> {
+        monitors::load(name, text, &self.topology, self.tick).map_err(scenarios::Error::bad_input)
     }
 }
 

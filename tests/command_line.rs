@@ -185,11 +185,11 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
     for (arguments, count) in [
         (&["mine"][..], 2),
         (&["faults/laser_*"], 7),
-        (&["faults/"], 60),
+        (&["faults/"], 61),
         (&["nominal", "nominal", "mine/a.toml"], 2),
         (&["faults/*", "--filter", "battery_"], 7),
         (&["--filter", "bug", "--filter", "early"], 4),
-        (&["--all"], 100),
+        (&["--all"], 101),
     ] {
         let (said, status) = said_in(folder.path(), &[&["run"], arguments, &["--gif", "a.gif"]].concat());
         assert_eq!(status, Some(2), "{said}");

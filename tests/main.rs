@@ -49,3 +49,4 @@ mod tree_errors;
 mod without_a_map;
 mod workspace;
 mod world;
+mod zones;

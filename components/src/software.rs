@@ -79,6 +79,11 @@ impl Software {
         })
     }
 
+    /// Navigation ignores the zones with these names, and respects all others.
+    pub fn ignore_zones(&mut self, is_ignored: impl Fn(&str) -> bool) {
+        self.navigator.ignore_zones(is_ignored);
+    }
+
     /// One control step: processes what the robot has sensed since the last step, exchanges data with the processes,
     /// and commands the base.
     pub fn step(&mut self, robot: &mut dyn Robot, system: &mut ChannelSystem, now: Duration) {

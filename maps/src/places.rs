@@ -66,6 +66,37 @@ impl Place {
     }
 }
 
+/// An area with a rule for whoever drives there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    /// The name of the area, which is also a place.
+    pub name: String,
+    /// Its corners, in the `map` frame.
+    pub corners: Vec<Point>,
+    /// Whether no part of the robot may be in it.
+    pub keep_out: bool,
+    /// The highest speed of a robot whose center is in it, in m/s.
+    pub speed_mps: Option<f64>,
+}
+
+impl Zone {
+    /// The distance from a point of the `map` frame to the area, in meters; 0 inside.
+    #[must_use]
+    pub fn distance_m(&self, at: &Point) -> f64 {
+        if is_inside(&self.corners, at) {
+            return 0.0;
+        }
+        edges(&self.corners).map(|(a, b)| to_segment_m(at, &a, &b)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The distance from a point to a line segment, in meters.
+fn to_segment_m(at: &Point, a: &Point, b: &Point) -> f64 {
+    let along = b - a;
+    let share = ((at - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    (at - (a + along * share)).norm()
+}
+
 /// The centroid of a simple polygon (of its area, not of its corners).
 fn centroid(corners: &[Point]) -> Point {
     let mut doubled_area = 0.0;
@@ -108,12 +139,24 @@ fn edges(corners: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Places {
     by_name: BTreeMap<String, Place>,
+    zones: Vec<Zone>,
 }
 
 impl Places {
     /// Adds a place, or replaces the one with this name.
     pub fn insert(&mut self, name: impl Into<String>, place: Place) {
         self.by_name.insert(name.into(), place);
+    }
+
+    /// Adds a rule for one of the areas.
+    pub fn add_zone(&mut self, zone: Zone) {
+        self.zones.push(zone);
+    }
+
+    /// The areas with rules.
+    #[must_use]
+    pub fn zones(&self) -> &[Zone] {
+        &self.zones
     }
 
     /// The place with this name.

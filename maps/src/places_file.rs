@@ -10,7 +10,7 @@ use diagnostics::document::{Document, Key, Table};
 use diagnostics::{FileProblems, Problem, ReadFile, Span, Spanned, read_text};
 use serde_json::{Value, json};
 
-use crate::{Place, Places, Point, pose};
+use crate::{Place, Places, Point, Zone, pose};
 use place::{area, near_enough, near_enough_text};
 
 pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
@@ -18,13 +18,17 @@ pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 /// The key that makes a place an area.
 const CORNERS: &str = "corners_m";
 
+/// The keys that make an area a zone.
+const ZONE: [&str; 2] = ["keep_out", "speed_mps"];
+
 /// A position, in words.
 const POINT: &str = "[x, y] in meters, in the map frame";
 
 /// The places of a file, each with its location in the file.
 ///
 /// Each table is a place. One with `position_m` is a point, one with `corners_m` an area, the inside of the outline
-/// through its corners. As a goal, an area stands for its centroid, which must therefore lie inside.
+/// through its corners. As a goal, an area stands for its centroid, which must therefore lie inside. An area can be a
+/// zone: one to keep out of, where no robot is sent, or one to be slow in.
 ///
 /// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and `name
 /// map count x y x y …` an area; all its places must belong to one map.
@@ -99,19 +103,25 @@ fn read_file(root: Table<'_>) -> Option<PlacesFile> {
     let read: Vec<_> = root.names("NAME").map(|(name, _)| (name, read_place(root, name))).collect();
     let mut file = PlacesFile::default();
     for (name, place) in read {
-        let Spanned { value, span } = place?;
+        let (Spanned { value, span }, rules) = place?;
+        if let (Place::Area { corners }, Some((keep_out, speed_mps))) = (&value, rules) {
+            file.places.add_zone(Zone { name: name.to_owned(), corners: corners.clone(), keep_out, speed_mps });
+        }
         file.places.insert(name, value);
         file.spans.insert(name.to_owned(), span);
     }
     Some(file)
 }
 
-/// A place, and where its position or corners are written.
-fn read_place(root: Table<'_>, name: &str) -> Option<Spanned<Place>> {
+/// Whether to keep out of an area, and the highest speed in it.
+type Rules = Option<(bool, Option<f64>)>;
+
+/// A place, where its position or corners are written, and its rules if it is a zone.
+fn read_place(root: Table<'_>, name: &str) -> Option<(Spanned<Place>, Rules)> {
     let table = root.table(name).rules(|| {
         json!({
             "if": { "required": [CORNERS] },
-            "then": { "propertyNames": { "const": CORNERS } },
+            "then": { "propertyNames": { "enum": [CORNERS, ZONE[0], ZONE[1]] } },
             "else": { "required": ["position_m", "heading_deg"] },
         })
     });
@@ -119,7 +129,7 @@ fn read_place(root: Table<'_>, name: &str) -> Option<Spanned<Place>> {
     let table = table.about(about).optional()?;
     let is_area = table.has(CORNERS);
     // Both are read while keys are declared.
-    let point = table.form(!is_area).map(read_point);
+    let point = table.form(!is_area).map(|table| read_point(table).map(|point| (point, None)));
     let area = table.form(is_area).map(read_area);
     point.or(area)?
 }
@@ -147,7 +157,12 @@ fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
     Some(Spanned { value, span })
 }
 
-fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
+fn read_area(table: Table<'_>) -> Option<(Spanned<Place>, Rules)> {
+    let keep_out = table.boolean("keep_out");
+    let keep_out = keep_out.about("Whether no part of the robot may be in the area: navigation drives around it.");
+    let keep_out = keep_out.default(false);
+    let speed_mps = table.number("speed_mps").above(0.0).about("The highest speed in the area, in m/s.").optional();
+    let rules = (keep_out || speed_mps.is_some()).then_some((keep_out, speed_mps));
     let corners = table.get::<Vec<Spanned<[f64; 2]>>>(CORNERS).words("[[x, y], …] in meters, in the map frame");
     let corners = corners.rules(|| json!({ "minItems": 3 })).about(
         "The corners of an area, in either direction. The robot is there if it is inside. It drives to the area's \
@@ -159,9 +174,9 @@ fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
         far.map(|corner| corner.span.problem(format!("a corner must {}", near_enough_text()))).collect();
     let point = |corner: Spanned<[f64; 2]>| Spanned { value: Point::from(corner.value), span: corner.span };
     let corners: Vec<_> = corners.into_iter().map(point).collect();
-    let read = if problems.is_empty() { area(corners, &span) } else { Err(problems) };
+    let read = if problems.is_empty() { area(corners, &span, keep_out) } else { Err(problems) };
     let value = read.map_err(|problems| problems.into_iter().for_each(|problem| table.report(problem))).ok()?;
-    Some(Spanned { value, span })
+    Some((Spanned { value, span }, rules))
 }
 
 #[cfg(test)]

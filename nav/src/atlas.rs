@@ -6,10 +6,11 @@ mod free_space;
 pub(crate) mod likelihood_field;
 mod parameters;
 pub(crate) mod surface_field;
+pub(crate) mod zones;
 
 use std::sync::Arc;
 
-use maps::OccupancyGrid;
+use maps::{OccupancyGrid, Zone};
 use robot::RobotModel;
 
 use crate::Error;
@@ -17,8 +18,10 @@ use beam_model::BeamModel;
 use free_space::FreeSpace;
 use likelihood_field::LikelihoodField;
 use surface_field::SurfaceField;
+use zones::Zones;
 
 pub use parameters::{LaserModel, LocalizationParameters};
+pub use zones::closed_map;
 
 /// A map prepared for localizing and navigating robots of one model.
 ///
@@ -51,6 +54,7 @@ pub struct Atlas {
     pub(crate) free: FreeSpace,
     /// Clearance of each cell from the map's obstacles.
     pub(crate) clearances: Arc<Vec<u8>>,
+    pub(crate) zones: Option<Zones>,
 }
 
 impl Atlas {
@@ -73,7 +77,15 @@ impl Atlas {
             parameters,
             surfaces,
             free,
+            zones: None,
         })
+    }
+
+    /// The same, with these zones for navigation.
+    #[must_use]
+    pub fn with_zones(mut self, zones: &[Zone]) -> Self {
+        self.zones = (!zones.is_empty()).then(|| Zones::new(&self.map, zones));
+        self
     }
 
     /// The map.

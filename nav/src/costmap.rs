@@ -77,12 +77,13 @@ impl Costmap {
         Self::with(GridFrame::of(map), Arc::new(clearance::of_map(map)), parameters)
     }
 
-    /// The costmap of an atlas's map, without marks.
+    /// The costmap of an atlas's map and zones, without marks.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is invalid.
     pub fn on(atlas: &Atlas, parameters: CostmapParameters) -> Result<Self, Error> {
-        Self::with(GridFrame::of(atlas.map()), Arc::clone(&atlas.clearances), parameters)
+        let fixed = atlas.zones.as_ref().map_or(&atlas.clearances, |zones| &zones.all_closed);
+        Self::with(GridFrame::of(atlas.map()), Arc::clone(fixed), parameters)
     }
 
     fn with(frame: GridFrame, fixed: Arc<Vec<u8>>, parameters: CostmapParameters) -> Result<Self, Error> {
@@ -141,6 +142,16 @@ impl Costmap {
             self.clearances.copy_from_slice(&self.fixed);
             self.generation += 1;
         }
+    }
+
+    /// Takes other clearances from the map's obstacles; marks stay.
+    pub(crate) fn put_on(&mut self, fixed: Arc<Vec<u8>>) {
+        self.clearances.copy_from_slice(&fixed);
+        self.fixed = fixed;
+        for index in 0..self.marks.len() {
+            self.stamp_onto(self.marks[index] as usize);
+        }
+        self.generation += 1;
     }
 
     pub(crate) fn cost_at(&self, offset: usize) -> u8 {

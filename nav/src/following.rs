@@ -299,7 +299,7 @@ pub(crate) fn farthest_look_m(model: &RobotModel, parameters: &FollowingParamete
 }
 
 /// The braking distance, in meters.
-fn braking_m(model: &RobotModel, parameters: &FollowingParameters, speed_mps: f64) -> f64 {
+pub(crate) fn braking_m(model: &RobotModel, parameters: &FollowingParameters, speed_mps: f64) -> f64 {
     speed_mps * speed_mps / (2.0 * parameters.braking_share * model.max_linear_acceleration_mps2)
 }
 

@@ -76,7 +76,7 @@ mod navigation;
 mod particle;
 mod planning;
 
-pub use atlas::{Atlas, LaserModel, LocalizationParameters};
+pub use atlas::{Atlas, LaserModel, LocalizationParameters, closed_map};
 pub use costmap::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST};
 pub use error::Error;
 pub use following::FollowingParameters;

@@ -19,6 +19,7 @@ mod recovering;
 mod recovery;
 mod status;
 mod trip;
+mod zone_rules;
 
 use std::time::Duration;
 
@@ -27,10 +28,11 @@ use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
 use crate::error::{check, positive};
-use crate::following::{Surroundings, VelocitySmoother, farthest_look_m};
+use crate::following::{Follower, Surroundings, VelocitySmoother, braking_m, farthest_look_m};
 use crate::{Atlas, Costmap, Error, Goal, PoseEstimate};
 use now::Now;
 use trip::Trip;
+use zone_rules::ZoneRules;
 
 pub use parameters::NavigationParameters;
 pub use recovery::Recovery;
@@ -55,6 +57,7 @@ pub struct Navigator {
     model: RobotModel,
     lasers: Vec<Beams>,
     costmap: Costmap,
+    zones: Option<ZoneRules>,
     surroundings: Surroundings,
     smoother: VelocitySmoother,
     status: NavigationStatus,
@@ -77,7 +80,7 @@ impl Navigator {
         Ok(Self::with(costmap, model, parameters))
     }
 
-    /// A navigator of the atlas's robot on its map, idle.
+    /// A navigator of the atlas's robot on its map and in its zones, idle.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter, or one of the robot, is invalid.
@@ -85,13 +88,15 @@ impl Navigator {
         check_robot(atlas.model())?;
         parameters.check()?;
         let costmap = Costmap::on(atlas, parameters.costmap.clone())?;
-        Ok(Self::with(costmap, atlas.model(), parameters))
+        let zones = atlas.zones.as_ref().map(ZoneRules::new);
+        Ok(Self { zones, ..Self::with(costmap, atlas.model(), parameters) })
     }
 
     fn with(costmap: Costmap, model: &RobotModel, parameters: NavigationParameters) -> Self {
         Self {
             surroundings: Surroundings::new(model, farthest_look_m(model, &parameters.following)),
             costmap,
+            zones: None,
             parameters,
             model: model.clone(),
             lasers: model.lasers.iter().map(Beams::new).collect(),
@@ -101,6 +106,13 @@ impl Navigator {
             trip: None,
             last_update: None,
             scanned_at: None,
+        }
+    }
+
+    /// Ignores the zones with these names, and respects all others: a malfunction.
+    pub fn ignore_zones(&mut self, is_ignored: impl Fn(&str) -> bool) {
+        if let Some(zones) = &mut self.zones {
+            zones.ignore(is_ignored);
         }
     }
 
@@ -214,8 +226,34 @@ impl Navigator {
             self.smoother = VelocitySmoother::new(&self.model);
         }
         self.surroundings.update(now, self.parameters.scan_patience);
-        let wanted = self.wanted(&Now { time: now, at: &estimate.pose, odometry });
+        let now = Now { time: now, at: &estimate.pose, odometry };
+        self.close_zones(&now.position());
+        let wanted = self.wanted(&now);
+        let wanted = self.slowed(wanted, &now.position());
         self.smoother.step(wanted, odometry, passed_s.min(LONGEST_STEP_S))
+    }
+
+    /// Closes the areas to keep out of for a robot at this point, and searches for another path if they have changed.
+    fn close_zones(&mut self, at: &Point) {
+        let Some(fixed) = self.zones.as_mut().and_then(|zones| zones.changed(at)) else { return };
+        self.costmap.put_on(fixed);
+        if self.status.is_under_way() && self.status != NavigationStatus::Paused {
+            self.status = NavigationStatus::Thinking;
+        }
+    }
+
+    /// A velocity that keeps the speeds of zones: of those here, and of those ahead from which the robot could no
+    /// longer slow down in time. It stays on its arc.
+    fn slowed(&self, wanted: VelocityCommand, at: &Point) -> VelocityCommand {
+        let Some(zones) = &self.zones else { return wanted };
+        let braking_mps2 = self.parameters.following.braking_share * self.model.max_linear_acceleration_mps2;
+        let farthest_m = braking_m(&self.model, &self.parameters.following, self.model.max_linear_mps);
+        let route = self.trip.as_ref().and_then(|trip| trip.follower.as_ref()).map(Follower::route);
+        let ahead = route.into_iter().flat_map(|route| route.points_ahead(farthest_m));
+        let limits = ahead.chain([(0.0, *at)]).map(|(way_m, point)| zones.speed_mps(&point, way_m, braking_mps2));
+        let limit_mps = limits.fold(f64::INFINITY, f64::min);
+        let share = (limit_mps / wanted.linear_mps.abs()).min(1.0);
+        VelocityCommand { linear_mps: wanted.linear_mps * share, angular_radps: wanted.angular_radps * share }
     }
 
     /// Continues the current activity and returns the desired velocity.

@@ -42,6 +42,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house_corridor.yaml", include_bytes!("../../maps/house_corridor.yaml")),
     ("maps/house_corridor.places.toml", include_bytes!("../../maps/house_corridor.places.toml")),
+    ("maps/house_zones.places.toml", include_bytes!("../../maps/house_zones.places.toml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
     ("maps/museum.yaml", include_bytes!("../../maps/museum.yaml")),

@@ -5,9 +5,6 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use monitors::{Pattern, PatternEvents, Scope};
 
-use super::System;
-use crate::output::print;
-
 /// The pattern and its events.
 #[derive(Debug, Args)]
 pub(crate) struct NewProperty {
@@ -35,11 +32,11 @@ pub(crate) struct NewProperty {
     name: Option<String>,
     /// The scenario whose processes and channels the events mention
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
-    scenario: String,
+    pub(super) scenario: String,
 }
 
-/// Prints a property file that loads.
-pub(super) fn new(args: &NewProperty) -> Result<(), Error> {
+/// The text of a file with the property.
+pub(super) fn text(args: &NewProperty) -> Result<String, Error> {
     let named = |pattern: &Pattern| pattern.name() == args.pattern;
     let pattern = Pattern::ALL.into_iter().find(named).expect("the argument is one of them");
     if pattern.has_other() != args.s.is_some() {
@@ -58,10 +55,5 @@ pub(super) fn new(args: &NewProperty) -> Result<(), Error> {
     let [p, s, q, r] = [Some(&args.p), args.s.as_ref(), args.after.as_ref(), r].map(written);
     let formula = pattern.formula(scope, PatternEvents { p: &p, s: &s, q: &q, r: &r });
     let name = args.name.as_deref().unwrap_or(pattern.name());
-    let text = format!("// {}, {scope}: {}.\nproperty {name} := {formula}\n", pattern.name(), pattern.about());
-    let system = System::of(&args.scenario)?;
-    let loaded = monitors::load("new.scope", &text, &system.topology, system.tick);
-    loaded.map_err(scenarios::Error::bad_input)?;
-    print(&text)?;
-    Ok(())
+    Ok(format!("// {}, {scope}: {}.\nproperty {name} := {formula}\n", pattern.name(), pattern.about()))
 }

@@ -166,7 +166,9 @@ impl Map2dReader {
             Some(Spanned { value: Point::from(position), span })
         };
         let corners: Vec<_> = corners.chunks_exact(2).map(|pair| corner(self, pair)).collect();
-        area(corners.into_iter().collect::<Option<_>>()?, span).map_err(|problems| self.problems.extend(problems)).ok()
+        area(corners.into_iter().collect::<Option<_>>()?, span, false)
+            .map_err(|problems| self.problems.extend(problems))
+            .ok()
     }
 
     fn number(&mut self, word: &Word) -> Option<f64> {

@@ -12,15 +12,15 @@ pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
 /// The default heading tolerance of a point, in degrees. It is less than the 10° within which the robot docks.
 pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
 
-/// The area with these corners; `span` covers all of them.
-pub(super) fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, Vec<Problem>> {
+/// The area with these corners; `span` covers all of them. One to keep out of is no goal.
+pub(super) fn area(corners: Vec<Spanned<Point>>, span: &Span, keep_out: bool) -> Result<Place, Vec<Problem>> {
     let problems = polygon::problems(&corners, span);
     if !problems.is_empty() {
         return Err(problems);
     }
     let area = Place::Area { corners: corners.into_iter().map(|corner| corner.value).collect() };
     let goal = area.goal_position();
-    if area.contains(&pose(goal.x, goal.y, 0.0)) {
+    if keep_out || area.contains(&pose(goal.x, goal.y, 0.0)) {
         return Ok(area);
     }
     let problem = span.problem("the area's centroid lies outside it, so a robot sent there would never arrive");

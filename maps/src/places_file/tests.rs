@@ -121,3 +121,37 @@ proptest! {
         let _ = PlacesFile::parse("p.toml", &text);
     }
 }
+
+#[test]
+fn an_area_can_be_a_zone() {
+    let text = "
+[Lab]
+corners_m = [[0, 0], [4, 0], [4, 4], [3.5, 4], [3.5, 0.5], [0.5, 0.5], [0.5, 4], [0, 4]]
+keep_out = true
+
+[Corridor]
+corners_m = [[5, 0], [9, 0], [9, 2], [5, 2]]
+speed_mps = 0.3
+
+[Hall]
+corners_m = [[5, 3], [9, 3], [9, 9], [5, 9]]
+";
+    let places = PlacesFile::parse("p.toml", text).unwrap().into_places();
+    let zones: Vec<_> = places.zones().iter().map(|zone| (&*zone.name, zone.keep_out, zone.speed_mps)).collect();
+    assert_eq!(zones, [("Corridor", false, Some(0.3)), ("Lab", true, None)]);
+    assert!(places.get("Lab").is_some() && places.get("Hall").is_some());
+    let [corridor, lab] = places.zones() else { panic!("two zones") };
+    let distances = [(6.0, 1.0), (7.0, 3.5), (2.0, 2.0)].map(|(x, y)| corridor.distance_m(&Point::new(x, y)));
+    assert_eq!(distances, [0.0, 1.5, 3.0]);
+    assert_eq!(lab.distance_m(&Point::new(2.0, 2.0)), 1.5, "between the arms of the U");
+    for (wrong, label) in [
+        ("speed_mps = 0", "speed_mps"),
+        ("keep_out = 1", "keep_out"),
+        ("keep_outt = true", "keep_out"),
+        ("position_m = [0, 0]", "position_m"),
+    ] {
+        let text = format!("[a]\ncorners_m = [[5, 3], [9, 3], [9, 9]]\n{wrong}\n");
+        assert!(problems(&text).plain().contains(label), "{wrong}");
+    }
+    assert!(problems("[a]\nposition_m = [0, 0]\nheading_deg = 0\nkeep_out = true\n").plain().contains("keep_out"));
+}

@@ -125,6 +125,8 @@ pub struct Place {
     pub label: String,
     /// Its corners in order if it is an area; only its position if it is a point.
     pub corners: Vec<Point>,
+    /// Whether the robot must keep out of it.
+    pub keep_out: bool,
 }
 
 /// Where a fault took effect.

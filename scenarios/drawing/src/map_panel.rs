@@ -127,7 +127,8 @@ impl MapDrawing<'_> {
     pub fn areas(&mut self) {
         let scene = self.scene;
         for place in &scene.places {
-            self.area(place, (theme::IDLE_LIGHT, theme::LINE, theme::MUTED));
+            let calm = (theme::IDLE_LIGHT, theme::LINE, theme::MUTED);
+            self.area(place, if place.keep_out { (theme::BAD_LIGHT, theme::BAD, theme::BAD) } else { calm });
         }
         if let Some(destination) = &scene.destination {
             self.area(destination, (theme::BUSY_LIGHT, theme::BUSY, theme::BUSY_DARK));

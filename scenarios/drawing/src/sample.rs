@@ -120,8 +120,9 @@ fn scene() -> Scene {
             corners: [(-13.2, 14.9), (-10.0, 14.7), (-10.2, 12.2), (-13.2, 12.4)]
                 .map(|(x, y)| Point::new(x, y))
                 .to_vec(),
+            keep_out: false,
         }),
-        places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)] }],
+        places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)], keep_out: false }],
         faults: vec![FaultMark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
         bodies: vec![
             Body { shape: Shape::Disc { radius_m: 0.28 }, pose: pose(-6.6, -1.0, 0.0), label: "person".into() },
@@ -310,7 +311,7 @@ pub(super) fn empty_frame() -> Frame {
             estimate: Some(pose(0.0, 0.0, f64::INFINITY)),
             laser_hits: vec![Point::new(f64::NAN, 0.0)],
             trail: vec![Point::new(1e300, 0.0)],
-            destination: Some(Place { label: "nowhere".into(), corners: Vec::new() }),
+            destination: Some(Place { label: "nowhere".into(), corners: Vec::new(), keep_out: false }),
             ..Scene::new(Arc::new(MapPicture::new(&grid)), pose(f64::NAN, f64::NAN, f64::NAN), 0.3)
         }),
         battery: Some(BatteryHistory { level_pct: f64::NAN, ..BatteryHistory::default() }),

@@ -259,6 +259,10 @@ pub struct Place {
     pub corners: Vec<Point>,
     /// How far from a single point the robot may be and still be at the place, in meters; 0 for an area.
     pub tolerance_m: f64,
+    /// Whether it is an area to keep out of.
+    pub keep_out: bool,
+    /// The highest speed in an area, in m/s.
+    pub speed_mps: Option<f64>,
 }
 
 impl Place {

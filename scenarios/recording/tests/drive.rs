@@ -42,6 +42,8 @@ pub(crate) fn header() -> Header {
         name: name.to_owned(),
         corners: corners.iter().map(|corner| Point::from(*corner)).collect(),
         tolerance_m: 0.3,
+        keep_out: false,
+        speed_mps: None,
     };
     let node = |parent, process: &str, is_leaf| Node { parent, process: process.to_owned(), symbol: None, is_leaf };
     let laser = LaserSpec {

@@ -288,7 +288,13 @@ impl Levels<'_> {
 }
 
 fn place(place: &recording::Place) -> drawing::Place {
-    drawing::Place { label: place.name.clone(), corners: place.corners.clone() }
+    let rule = match (place.keep_out, place.speed_mps) {
+        (true, _) => " (keep out)".to_owned(),
+        (false, Some(speed_mps)) => format!(" ({speed_mps} m/s)"),
+        (false, None) => String::new(),
+    };
+    let label = format!("{}{rule}", place.name);
+    drawing::Place { label, corners: place.corners.clone(), keep_out: place.keep_out }
 }
 
 fn is_destination(place: &recording::Place, premises: &Premises) -> bool {

@@ -193,6 +193,12 @@ impl Injector {
     fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
         if let Some(robot) = run.world.robot_mut() {
             self.renew_world(&mut robot.sim);
+            robot.software.ignore_zones(|zone| {
+                let ignores = |effect: &Effect| {
+                    matches!(effect, Effect::Zones(name) if name.as_ref().is_none_or(|name| name.value == zone))
+                };
+                self.effects().any(ignores)
+            });
         }
         self.renew_outages(run);
         let holding: Vec<usize> = self.timetable.holding().collect();

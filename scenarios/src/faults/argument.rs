@@ -218,6 +218,11 @@ impl Arguments {
         text
     }
 
+    /// Whether an optional argument is given.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.given.contains_key(name)
+    }
+
     /// A text and its location.
     pub(super) fn name(&self, name: &str) -> Spanned<String> {
         Spanned { value: self.text(name).to_owned(), span: self.span_of(name) }

@@ -43,6 +43,7 @@ pub const KINDS: &[&FaultKind] = &[
     &software::WRONG_POSE,
     &software::GOAL,
     &software::WRONG_MAP,
+    &software::ZONE_IGNORED,
     &software::FROZEN,
     &software::CRASH,
     &software::SLOW,

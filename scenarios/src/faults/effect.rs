@@ -25,6 +25,8 @@ pub enum Effect {
     World(Arc<dyn Fn(&mut sim::Faults) + Send + Sync>),
     /// The robot's software uses the map in this file instead of the scenario's.
     Map(Spanned<PathBuf>),
+    /// Navigation ignores the zone with this name, or all of them.
+    Zones(Option<Spanned<String>>),
     /// A component does nothing. If it has crashed, it restarts when the fault ends.
     Outage {
         /// The component.
@@ -147,7 +149,13 @@ impl Effect {
     pub(super) fn needs_robot(&self) -> bool {
         matches!(
             self,
-            Self::Charge(_) | Self::Kidnap(_) | Self::Belief(_) | Self::Goal(_) | Self::World(_) | Self::Map(_)
+            Self::Charge(_)
+                | Self::Kidnap(_)
+                | Self::Belief(_)
+                | Self::Goal(_)
+                | Self::World(_)
+                | Self::Map(_)
+                | Self::Zones(_)
         )
     }
 
@@ -175,6 +183,7 @@ impl fmt::Debug for Effect {
             Self::Goal(_) => "Goal",
             Self::World(_) => "World",
             Self::Map(_) => "Map",
+            Self::Zones(_) => "Zones",
             Self::Outage { .. } => "Outage",
             Self::Device { .. } => "Device",
             Self::Channels { .. } => "Channels",

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use bt::Tree;
 use components::NAVIGATION;
 use diagnostics::Spanned;
-use maps::{OccupancyGrid, Places, PlacesFile};
+use maps::{OccupancyGrid, Places, PlacesFile, Zone};
 use nav::Reach;
 use recording::Origin;
 use roaml::Model;
@@ -164,7 +164,10 @@ impl<'a> Loader<'a> {
         let machines = machines
             .map(|(skills, components)| self.reader.faulty_machines(&file, model.as_deref(), skills, components));
         self.check_fault_components(&file, components.as_ref());
-        let properties = self.properties(&file);
+        let mut properties = self.properties(&file);
+        if let Some(Ok(premises)) = &premises {
+            properties.extend(self.zones_respected(&file, premises));
+        }
         let watching = self.watching(&file);
         let monitoring = self.shared_monitoring(&file, &properties);
         Some(Scenario {
@@ -258,7 +261,8 @@ impl<'a> Loader<'a> {
         let poses = places
             .as_ref()
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
-        let reach = map.as_ref().and_then(|map| self.reach(file, entry, map));
+        let zones = places.as_ref().map_or_else(Vec::new, |places| places.places().zones().to_vec());
+        let reach = map.as_ref().and_then(|map| self.reach(file, entry, map, &zones));
         robot::check_lasers(&file.faults, &entry.sim.model, self.reader.complaints);
         world::check_doors(&file.faults, &entry.world, self.reader.complaints);
         let wrong_map = self.reader.wrong_map(file);
@@ -266,7 +270,8 @@ impl<'a> Loader<'a> {
             world::check_world(&entry.world, map, self.reader.complaints);
         }
         let like = self.shares_premises(file).filter(|_| self.shares(file, map_of));
-        let same_map = |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none();
+        let same_map =
+            |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none() && like.places.zones() == zones;
         let (start, station) = poses?;
         let places = places?;
         let premises = Premises {
@@ -315,14 +320,22 @@ impl<'a> Loader<'a> {
         self.reader.loaded(path, "places", places).map(Arc::new)
     }
 
-    /// The part of the map that the robot can reach.
-    fn reach(&mut self, file: &ScenarioFile, entry: &PremisesEntry, map: &OccupancyGrid) -> Option<Arc<Reach>> {
-        let same_model = |like: &&Premises| like.entry.sim.model == entry.sim.model;
-        let shared = self.shares_premises(file).filter(|_| self.shares(file, map_of)).filter(same_model);
+    /// The part of the map that the robot can reach without entering an area to keep out of.
+    fn reach(
+        &mut self,
+        file: &ScenarioFile,
+        entry: &PremisesEntry,
+        map: &OccupancyGrid,
+        zones: &[Zone],
+    ) -> Option<Arc<Reach>> {
+        let is_same = |like: &&Premises| like.entry.sim.model == entry.sim.model && like.places.zones() == zones;
+        let shared = self.shares_premises(file).filter(|_| self.shares(file, map_of)).filter(is_same);
         if let Some(like) = shared {
             return Some(Arc::clone(&like.reach));
         }
-        let reach = Reach::new(map, &entry.sim.model);
+        let mut kept_out = zones.iter().filter(|zone| zone.keep_out).peekable();
+        let closed = kept_out.peek().is_some().then(|| nav::closed_map(map, kept_out));
+        let reach = Reach::new(closed.as_ref().unwrap_or(map), &entry.sim.model);
         let refused = |error: nav::Error| entry.map.span.problem(error.to_string()).with_label("this map");
         reach.map_err(|error| self.reader.complaints.push(refused(error))).ok().map(Arc::new)
     }
@@ -418,6 +431,23 @@ impl<'a> Loader<'a> {
         properties.extend(own.map(|(name, formula)| {
             (format!("expect.satisfied.{}", name.value), format!("property {} := {formula}", name.value))
         }));
+        properties
+    }
+
+    /// Properties that zones are respected: names and texts.
+    fn zones_respected(&mut self, file: &ScenarioFile, premises: &Premises) -> Vec<(String, String)> {
+        let mut properties = Vec::new();
+        for (entry, zone) in file.monitors.iter().filter_map(|entry| Some((entry, entry.zone()?))) {
+            let Some(formula) = premises.respects(&zone.value) else {
+                let names = premises.places.zones().iter().map(|zone| zone.name.as_str());
+                self.reader.complaints.push(unknown("zone", zone, names));
+                continue;
+            };
+            let name =
+                entry.name.as_ref().map_or_else(|| format!("respects_{}", zone.value), |name| name.value.clone());
+            // A zone may have a name that is none in the language.
+            properties.push((format!("monitors.{name}"), format!("property {name:?} := {formula}")));
+        }
         properties
     }
 

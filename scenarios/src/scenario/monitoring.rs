@@ -53,7 +53,8 @@ pub struct Monitoring {
 
 impl Monitoring {
     /// Builds the monitors of a model's properties, then those of the given names and texts: of the property files, and
-    /// of the properties that the scenario itself contains; then the ready-made ones; `watching` contains the machines among these, by index.
+    /// of the properties that the scenario itself contains, those of zones among them; then the ready-made ones;
+    /// `watching` contains the machines among these, by index.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
@@ -84,6 +85,7 @@ impl Monitoring {
         }
         let files = file.properties.iter().map(|path| &path.span);
         let places = files.chain(file.expect.satisfied.iter().map(|(name, _)| &name.span));
+        let places = places.chain(file.monitors.iter().filter(|entry| entry.zone().is_some()).map(|entry| &entry.span));
         for ((name, text), place) in properties.iter().zip(places) {
             let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
             for property in file.properties {
@@ -156,6 +158,8 @@ fn ready_made(
             let (formula, summary) = (format!("the monitor of {figure}"), made.summary);
             Some(Property { name: name().unwrap_or_else(|| figure.name().to_owned()), formula, summary, ..made })
         }
+        // It is among the properties.
+        ReadyMadeKind::Zone(_) => None,
         ReadyMadeKind::Machine(file) => {
             let chart = machine?;
             let name = name().unwrap_or_else(|| chart.name().to_owned());

@@ -5,13 +5,13 @@
 use std::sync::Arc;
 
 use diagnostics::{Problem, Span, Spanned};
-use maps::{OccupancyGrid, Place, Places, Point, Pose};
+use maps::{OccupancyGrid, Place, Places, Point, Pose, Zone};
 use nav::{Goal, PlanError, Reach};
 use sim::DockingConfig;
 
 use super::{Premises, PremisesEntry, Scenario, ScenarioFile, Sites, Start};
 use crate::error::Complaints;
-use crate::faults::Fault;
+use crate::faults::{Effect, Fault};
 use crate::names::unknown;
 
 /// The poses of the start and of the station, if there is one. Every place that the scenario names must exist.
@@ -36,6 +36,7 @@ pub(super) fn check_places(
             complaints.push(problem.with_label("this place").with_help("no run can satisfy this"));
         }
     }
+    check_zone_faults(&file.faults, places, complaints);
     let start = match &sites.start {
         Spanned { value: Start::Named(name), span } => {
             point(&Spanned { value: name.clone(), span: span.clone() }, places, complaints)
@@ -56,6 +57,24 @@ fn check_station_faults(faults: &[Arc<Fault>], complaints: &mut Complaints) {
         let problem = fault.arguments().span().problem("there is no charging station");
         let help = "set the charging station with `sites.station`";
         complaints.push(problem.with_label("a fault of the charging station").with_help(help));
+    }
+}
+
+/// Checks for faults that affect a missing zone.
+fn check_zone_faults(faults: &[Arc<Fault>], places: &Places, complaints: &mut Complaints) {
+    let names = || places.zones().iter().map(|zone| zone.name.as_str());
+    for fault in faults {
+        match &fault.effect() {
+            Effect::Zones(Some(zone)) if !names().any(|name| name == zone.value) => {
+                complaints.push(unknown("zone", zone, names()));
+            }
+            Effect::Zones(None) if places.zones().is_empty() => {
+                let problem = fault.arguments().span().problem("there are no zones");
+                let help = "an area of the places file with `keep_out` or `speed_mps` is a zone";
+                complaints.push(problem.with_label("a fault of navigation in zones").with_help(help));
+            }
+            _ => {}
+        }
     }
 }
 
@@ -101,7 +120,7 @@ pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: 
             let help = format!("the whole body of the robot must be on free floor at the start; {}", extent(map));
             return complaints.push(problem.with_label("the start").with_help(help));
         }
-        let problem = unreachable(span, name, &goal, error, &start);
+        let problem = unreachable(span, name, &goal, error, (&start, places.places()));
         let help = format!("{}; {why}", instead(map, reach, &start, &goal));
         complaints.push(problem.with_help(help));
     }
@@ -122,15 +141,27 @@ fn bad_start(start: &Point, error: PlanError) -> String {
     match error {
         PlanError::StartOutside => format!("the start {at} is outside the map"),
         _ => {
-            format!("the robot cannot drive away from the start {at}: it is in a wall, or has no free floor around it")
+            format!(
+                "the robot cannot drive away from the start {at}: it is in a wall or an area to keep out of, or has no \
+                 free floor around it"
+            )
         }
     }
 }
 
 /// The problem of an unreachable place.
-fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, start: &Point) -> Problem {
+fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, (start, places): (&Point, &Places)) -> Problem {
     let at = position(&goal.position);
+    let is_kept_out = |zone: &&Zone| zone.keep_out && zone.distance_m(&goal.position) == 0.0;
+    let zone = places.zones().iter().find(is_kept_out);
     let message = match error {
+        _ if let Some(zone) = zone => {
+            format!("`{name}` at {at} is in `{}`, which the robot must keep out of", zone.name)
+        }
+        PlanError::NoPath if places.zones().iter().any(|zone| zone.keep_out) => {
+            let start = position(start);
+            format!("there is no path from the start {start} to `{name}` at {at} outside the areas to keep out of")
+        }
         PlanError::GoalOutside => format!("`{name}` is outside the map, at {at}"),
         PlanError::NoPath => format!("there is no path from the start {} to `{name}` at {at}", position(start)),
         _ if goal.area.is_some() => format!("there is no room for the robot in `{name}`, around {at}"),
@@ -183,9 +214,13 @@ impl Scenario {
         for (name, place) in places.iter() {
             let Some(span) = written.span(name) else { continue };
             let goal = Goal::to(place);
-            if let Err(error) = reach.check(&start, &goal) {
+            let is_kept_out = places.zones().iter().any(|zone| zone.keep_out && zone.name == name);
+            if let Err(error) = reach.check(&start, &goal)
+                && !is_kept_out
+            {
                 let help = instead(map, reach, &start, &goal);
-                concerns.push(unreachable(span, name, &goal, error, &start).with_help(help).as_warning());
+                let problem = unreachable(span, name, &goal, error, (&start, places));
+                concerns.push(problem.with_help(help).as_warning());
             }
             let is_station = entry.sites.station.as_ref().is_some_and(|station| station.value == name);
             concerns.extend(wide_tolerances(span, name, place, &entry.sim.docking).filter(|_| is_station));

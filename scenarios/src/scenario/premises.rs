@@ -153,7 +153,9 @@ impl Premises {
     pub fn atlas(&self) -> Result<Arc<Atlas>, nav::Error> {
         let model: &RobotModel = &self.entry.sim.model;
         let map = self.wrong_map.as_ref().unwrap_or(&self.map);
-        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
+        let zones = self.places.zones();
+        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default());
+        let atlas = || atlas().map(|atlas| Arc::new(atlas.with_zones(zones)));
         match self.atlas.get_or_init(atlas) {
             // Shared with a scenario that has another robot.
             Ok(shared) if shared.model() != model => atlas(),

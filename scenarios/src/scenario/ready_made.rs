@@ -12,6 +12,7 @@ use skills::Datum;
 
 use super::data::{datum, scalar};
 use super::stop::Names;
+use super::world::MAP;
 use crate::files::path;
 
 /// A ready-made monitor.
@@ -32,6 +33,8 @@ pub enum ReadyMadeKind {
     Figure(Figure),
     /// An SCXML machine.
     Machine(WatchingMachine),
+    /// That the robot respects the zone with this name: a [property](super::Scenario::properties).
+    Zone(Spanned<String>),
 }
 
 /// A monitor of the paper's Figure 5.
@@ -129,10 +132,15 @@ impl FromItem<'_> for Content {
 }
 
 impl ReadyMade {
+    /// The zone that must be respected, if it is about one.
+    pub(super) fn zone(&self) -> Option<&Spanned<String>> {
+        if let ReadyMadeKind::Zone(zone) = &self.kind { Some(zone) } else { None }
+    }
+
     /// Reads `[[monitors]]`.
     pub(super) fn read_all(root: Table<'_>) -> Vec<Self> {
-        let about =
-            "A monitor that is not made from a property: an SCXML machine or, with `figure`, one of the paper's.";
+        let about = "A monitor that is not made from a property file: an SCXML machine; with `zone`, that a zone is respected; or, \
+             with `figure`, one of the paper's.";
         let forms = || {
             let of_machine =
                 Key::all(WatchingMachine::read).into_iter().filter(|key| key.required && key.split().0.is_empty());
@@ -140,7 +148,11 @@ impl ReadyMade {
             json!({
                 "if": { "required": ["figure"] },
                 "then": { "propertyNames": { "enum": ["name", "figure"] } },
-                "else": { "required": required },
+                "else": {
+                    "if": { "required": ["zone"] },
+                    "then": { "propertyNames": { "enum": ["name", "zone"] } },
+                    "else": { "required": required },
+                },
             })
         };
         root.tables("monitors").about(about).rules(forms).each(Self::read).or(Vec::new())
@@ -149,14 +161,24 @@ impl ReadyMade {
     fn read(table: Table<'_>) -> Option<Self> {
         let name = table.text("name").about("The monitor's name. If not given, that of the machine or figure.");
         let name = name.spanned().optional();
-        let has_figure = table.has("figure");
+        let (has_figure, has_zone) = (table.has("figure"), table.has("zone") && !table.has("figure"));
         table.know("figure");
+        table.know("zone");
         let figure = table.form(has_figure).and_then(|table| {
             let figures = [("5 (a)", Figure::Safety), ("5 (b)", Figure::Response)];
             table.one_of("figure", &figures).about("The monitor of the paper's Figure 5 (a) or (b).").required()
         });
-        let machine = table.form(!has_figure).and_then(WatchingMachine::read);
-        let kind = figure.map(ReadyMadeKind::Figure).or(machine.map(ReadyMadeKind::Machine));
+        let zone = table.form(has_zone).and_then(|table| {
+            let zone = table.text("zone").spanned().needs(MAP);
+            zone.about(
+                "A zone of the places file: the robot's center is never in an area to keep out of, and the robot is not \
+                 faster than the speed of an area while its center is there.",
+            )
+            .required()
+        });
+        let machine = table.form(!has_figure && !has_zone).and_then(WatchingMachine::read);
+        let kind = figure.map(ReadyMadeKind::Figure).or(zone.map(ReadyMadeKind::Zone));
+        let kind = kind.or(machine.map(ReadyMadeKind::Machine));
         Some(Self { name, kind: kind?, span: table.span().clone() })
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, FieldKind, Shape, Topology, WiringError};
 use diagnostics::Spanned;
+use maps::Zone;
 use monitors::{EventAtom, MONITORS, MessageField, WORLD};
 use sim::ObstacleMotion;
 
@@ -122,6 +123,19 @@ impl Premises {
     }
 }
 
+impl Premises {
+    /// The formula that a zone is respected; `None` if there is no such zone.
+    pub(super) fn respects(&self, zone: &str) -> Option<String> {
+        let Zone { keep_out, speed_mps, .. } = self.places.zones().iter().find(|known| known.name == zone)?;
+        let here = self.truths().into_iter().find(|field| field.fact == Fact::At(zone.to_owned()))?.name;
+        let keeps_out = keep_out.then(|| format!("{here} = false"));
+        let is_slow = speed_mps
+            .map(|limit| format!("({here} = true implies speed_mps <= {limit:?} and speed_mps >= -{limit:?})"));
+        let rules: Vec<String> = keeps_out.into_iter().chain(is_slow).collect();
+        Some(format!("always ({WORLD}, {MONITORS}, {})", rules.join(" and ")))
+    }
+}
+
 /// A name with which a field's name can begin or end.
 fn as_word(name: &str) -> String {
     let word: String = name.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
@@ -182,7 +196,7 @@ impl Scenario {
         });
         let rules = self.file.monitors.iter().flat_map(|monitor| match &monitor.kind {
             ReadyMadeKind::Machine(machine) => machine.events.as_slice(),
-            ReadyMadeKind::Figure(_) => &[],
+            ReadyMadeKind::Figure(_) | ReadyMadeKind::Zone(_) => &[],
         });
         faults.chain(rules.map(|rule| &rule.when))
     }

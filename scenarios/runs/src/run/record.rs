@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Event, Monitor, ProcessId};
-use maps::Place;
+use maps::{Place, Places};
 use programs::ProgramProcess;
 use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
 use robot::RobotModel;
@@ -185,7 +185,7 @@ fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
 fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {
     recording::Premises {
         map: Arc::clone(map),
-        places: places.iter().map(place_record).collect(),
+        places: places.iter().map(|place| place_record(place, places)).collect(),
         start: *start,
         station: *station,
         destination: entry.sites.destination.as_ref().map(|name| name.value.clone()),
@@ -196,10 +196,17 @@ fn robot_record(model: &RobotModel) -> RobotBody {
     RobotBody { radius_m: model.radius_m, lasers: model.lasers.clone() }
 }
 
-fn place_record((name, place): (&str, &Place)) -> recording::Place {
+fn place_record((name, place): (&str, &Place), places: &Places) -> recording::Place {
+    let zone = places.zones().iter().find(|zone| zone.name == name);
     let (corners, tolerance_m) = match place {
         Place::Area { corners } => (corners.clone(), 0.0),
         Place::Point { position_tolerance_m, .. } => (vec![place.goal_position()], *position_tolerance_m),
     };
-    recording::Place { name: name.to_owned(), corners, tolerance_m }
+    recording::Place {
+        name: name.to_owned(),
+        corners,
+        tolerance_m,
+        keep_out: zone.is_some_and(|zone| zone.keep_out),
+        speed_mps: zone.and_then(|zone| zone.speed_mps),
+    }
 }

@@ -4,7 +4,7 @@ use diagnostics::Spanned;
 
 use crate::faults::effect::{Damage, Effect, Which};
 use crate::faults::kind::{FaultKind, Subsystem};
-use crate::faults::{ArgumentDomain, Arguments, Parameter};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
 /// The affected component.
@@ -74,6 +74,25 @@ pub(in crate::faults) const WRONG_MAP: FaultKind = FaultKind {
         Effect::Map(Spanned { value: named(value, &span), span })
     },
     words: |with| format!("the software's map is {}", with.text("map")),
+};
+
+pub(super) const ZONE_IGNORED: FaultKind = FaultKind {
+    name: "zone_ignored",
+    subsystem: Subsystem::Software,
+    about: "navigation drives as if a zone of the places file did not exist",
+    parameters: &[Parameter {
+        name: "zone",
+        about: "which zone; all of them if not given",
+        domain: ArgumentDomain::Text,
+        default: ArgumentDefault::Absent,
+    }],
+    momentary: false,
+    example: "at_s = 10",
+    effect: |with| Effect::Zones(with.has("zone").then(|| with.name("zone"))),
+    words: |with| match with.has("zone") {
+        true => format!("navigation ignores the zone {}", with.text("zone")),
+        false => "navigation ignores all zones".to_owned(),
+    },
 };
 
 pub(super) const FROZEN: FaultKind = FaultKind {

@@ -175,7 +175,7 @@ impl Ride {
             laser_hits: truth.scans().flat_map(|scan| scan.hits(&model.lasers[scan.laser], &truth.pose())).collect(),
             trail: self.trail.clone(),
             start: Some(task.start),
-            destination: Some(Place { label: "goal".to_owned(), corners: vec![goal] }),
+            destination: Some(Place { label: "goal".to_owned(), corners: vec![goal], keep_out: false }),
             bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
             ..Scene::new(Arc::clone(course.picture()), truth.pose(), model.radius_m)
         }
