@@ -122,7 +122,7 @@ fn read_place(root: Table<'_>, name: &str) -> Option<(Spanned<Place>, Rules)> {
         json!({
             "if": { "required": [CORNERS] },
             "then": { "propertyNames": { "enum": [CORNERS, ZONE[0], ZONE[1]] } },
-            "else": { "required": ["position_m", "heading_deg"] },
+            "else": { "required": ["position_m", "heading_deg"], "propertyNames": { "not": { "enum": ZONE } } },
         })
     });
     let about = "A place: a point with `position_m` and `heading_deg`, or an area with `corners_m`.";

@@ -163,7 +163,9 @@ impl ReadyMade {
         let name = name.spanned().optional();
         let (has_figure, has_zone) = (table.has("figure"), table.has("zone") && !table.has("figure"));
         table.know("figure");
-        table.know("zone");
+        if !has_figure {
+            table.know("zone");
+        }
         let figure = table.form(has_figure).and_then(|table| {
             let figures = [("5 (a)", Figure::Safety), ("5 (b)", Figure::Response)];
             table.one_of("figure", &figures).about("The monitor of the paper's Figure 5 (a) or (b).").required()
