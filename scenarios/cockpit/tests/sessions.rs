@@ -68,7 +68,7 @@ fn a_session_has_a_report_once_it_has_ended_and_begins_anew() {
     assert_eq!(ask(&mut pilot, &json!({ "do": "report" }))["refused"], "there is a report once the run has ended");
     let fault = json!({ "do": "act", "fault": { "kind": "battery_level", "level_pct": 12 } });
     assert!(ask(&mut pilot, &fault)["act"].is_number());
-    until(&mut pilot, |known| known["battery"]["pct"].as_f64() < Some(13.0));
+    until(&mut pilot, |known| known["battery"]["pct"].as_f64().is_some_and(|pct| pct < 13.0));
     ask(&mut pilot, &json!({ "do": "end" }));
     let report = ask(&mut pilot, &json!({ "do": "report" }));
     assert!(report["page"].as_str().unwrap().contains("12 %"), "what was done by hand is in it");
