@@ -55,9 +55,15 @@ pub(crate) fn messages(log: &Path) -> Vec<(f64, String)> {
 fn every_fault_meets_its_expectations_and_changes_nothing_before_its_onset() {
     let (_, errand) = recorded("errand", &["--set", "stop.after_s=300"]);
     let (announced, parcel) = recorded("parcel", &[]);
+    let (_, zones) = recorded("faults/zone_ignored", &["--set", "faults=[]", "--set", "expect={}"]);
     check_each(kinds(), |kind| {
         let name = kind["kind"].as_str().unwrap();
-        let sound = if kind["place"] == "devices" { &parcel } else { &errand };
+        let sound = match name {
+            // Only this one needs zones.
+            "zone_ignored" => &zones,
+            _ if kind["place"] == "devices" => &parcel,
+            _ => &errand,
+        };
         let (report, faulty) = recorded(kind["scenario"].as_str().unwrap(), &[]);
         let first = &report["faults"][0];
         let onset = first["time_s"].as_f64().unwrap_or(f64::INFINITY);
