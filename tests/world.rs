@@ -203,6 +203,12 @@ fn a_scenario_can_expect_what_is_true_without_a_file_of_properties() {
     assert_eq!(report["differences"], json!(["still was expected to be satisfied and is violated"]));
     let report = run(&own, &["--set", "expect.still=violated"]);
     assert_eq!(report["differences"], json!([]));
+    let two = text.replace("speed_mps < 0.1)'", "speed_mps < 0.1) property other := always false'");
+    std::fs::write(&scenario, two).unwrap();
+    assert!(refusal(&["check", scenario.to_str().unwrap()]).contains("`still` is more than one formula"));
+    let named = text.replace("still = ", "'stands still' = ");
+    std::fs::write(&scenario, named).unwrap();
+    assert_eq!(verdicts(&run(&own, &[])), [("slow", "satisfied"), ("stands still", "violated")]);
     let wrong = text.replace("always (World, Monitors, speed_mps < 0.1)", "always (World, Monitors, sped_mps < 0.1)");
     std::fs::write(&scenario, wrong).unwrap();
     let said = refusal(&["check", scenario.to_str().unwrap()]);

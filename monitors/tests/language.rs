@@ -487,4 +487,5 @@ fn a_number_with_a_unit_stays_a_number_but_is_no_bound() {
     }
     assert_eq!(problem("5 m / s"), "a bound is a whole number of ticks or a duration");
     assert_eq!(problem("5 furlongs"), "unknown unit `furlongs`");
+    assert_eq!(problem("5 m/min"), "unknown unit `m/min`");
 }

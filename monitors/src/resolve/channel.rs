@@ -33,19 +33,20 @@ impl Resolver<'_> {
             !topology.is_internal(*channel) && is_named(named[0], source) && is_named(named[1], target)
         };
         let noted = self.problems.len();
-        let (mut events, mut reasons) = (Vec::new(), None);
+        let (mut events, mut reasons): (Vec<EventAtom>, Option<Vec<Problem>>) = (Vec::new(), None);
         for channel in topology.channels().filter(fits) {
             let condition = self.condition(&event.condition, Some(channel));
             let problems = self.problems.split_off(noted);
             match condition.filter(|_| problems.is_empty()) {
                 Some(condition) => events.push(EventAtom { channel, condition }),
-                None => reasons = reasons.or(Some(problems)),
+                None if reasons.as_ref().is_none_or(|known| problems.len() < known.len()) => reasons = Some(problems),
+                None => {}
             }
         }
         if !events.is_empty() {
             return Some(events);
         }
-        // The condition fits no channel: what is wrong with it on the first one is as good as any.
+        // The condition fits no channel: it is told what is wrong with it where it fits best.
         self.problems.extend(reasons.unwrap_or_else(|| {
             let problem = Problem::new(format!("no channel is from {} to {}", event.source, event.target));
             vec![problem.at(event.span, "no such channel")]

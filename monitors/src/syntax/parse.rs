@@ -18,7 +18,7 @@ use channels::Relation;
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem};
-use super::quantity::{Scale, UNITS, in_si, plain};
+use super::quantity::{UNITS, in_si, plain};
 use super::real::Unfit;
 use super::token::{Keyword, Token, TokenKind, tokens};
 use crate::formula::{Arithmetic, Unit};
@@ -301,39 +301,27 @@ impl Parser {
     fn number(&mut self, number: &str) -> ParseResult<Literal> {
         let span = self.span();
         self.advance();
-        if let Some((scale, length)) = self.unit() {
-            (0..length).for_each(|_| self.advance());
-            return self.fitting(span, in_si(number, scale));
-        }
-        // Two names in a row begin a misspelled item: the first is not a unit.
-        let is_unit = !matches!(self.peek_second(), TokenKind::Name(_) | TokenKind::Define);
-        if let TokenKind::Name(unit) = self.peek()
-            && is_unit
-        {
-            let unit = unit.clone();
-            let unit_span = self.span();
-            self.advance();
-            return self.quantity(number, span, &unit, unit_span);
-        }
-        self.fitting(span, plain(number))
+        let Some((unit, length)) = self.unit() else { return self.fitting(span, plain(number)) };
+        let begin = self.span();
+        (0..length).for_each(|_| self.advance());
+        self.quantity(number, span, &unit, begin.to(self.last_span()))
     }
 
-    /// The unit here that is not one of time, and its length in tokens: `m/s` has three, without blanks.
-    fn unit(&self) -> Option<(Scale, usize)> {
-        // Two names in a row begin a misspelled item: the first is not a unit.
+    /// The unit here, and its length in tokens: `m/s` has three, without blanks.
+    fn unit(&self) -> Option<(String, usize)> {
         let word = |place: usize| self.tokens.get(self.at + place).map(|token| (&token.kind, token.span));
-        let (written, length) = match (word(0)?, word(1), word(2)) {
+        Some(match (word(0)?, word(1), word(2)) {
             ((TokenKind::Percent, _), ..) => ("%".to_owned(), 1),
             (
                 (TokenKind::Name(of), first),
                 Some((TokenKind::Arithmetic(Arithmetic::Divide), by)),
                 Some((TokenKind::Name(per), last)),
             ) if first.end == by.start && by.end == last.start => (format!("{of}/{per}"), 3),
+            // Two names in a row begin a misspelled item: the first is not a unit.
             ((TokenKind::Name(_), _), Some((TokenKind::Name(_) | TokenKind::Define, _)), _) => return None,
             ((TokenKind::Name(of), _), ..) => (of.clone(), 1),
             _ => return None,
-        };
-        UNITS.into_iter().find(|(known, _)| *known == written).map(|(_, scale)| (scale, length))
+        })
     }
 
     /// The literal, or the problem that it has.
@@ -359,6 +347,9 @@ impl Parser {
                 self.problems.push(problem);
                 Stumbled
             });
+        }
+        if let Some((_, scale)) = UNITS.into_iter().find(|(known, _)| *known == unit) {
+            return self.fitting(span, in_si(number, scale));
         }
         let Some(known) = Unit::ALL.into_iter().find(|known| known.name() == unit) else {
             let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "not a unit");

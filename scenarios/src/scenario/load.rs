@@ -8,6 +8,7 @@ use bt::Tree;
 use components::NAVIGATION;
 use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile, Zone};
+use monitors::syntax;
 use nav::Reach;
 use recording::Origin;
 use roaml::Model;
@@ -111,6 +112,12 @@ enum PlacesOfMap<'p> {
     /// They could not be loaded.
     Refused,
     Read(&'p PlacesFile),
+}
+
+/// The text of a property. The name is quoted if it is none in the language.
+fn property(name: &str, formula: &str) -> String {
+    let name = syntax::Name { text: name.to_owned(), span: syntax::ByteRange::default() };
+    format!("property {name} := {formula}")
 }
 
 /// What decides in a scenario, as far as it could be loaded.
@@ -427,10 +434,15 @@ impl<'a> Loader<'a> {
                 file.properties.iter().filter_map(read).collect()
             }
         };
-        let own = file.expect.satisfied.iter();
-        properties.extend(own.map(|(name, formula)| {
-            (format!("expect.satisfied.{}", name.value), format!("property {} := {formula}", name.value))
-        }));
+        for (name, formula) in &file.expect.satisfied {
+            let text = property(&name.value, formula);
+            // Another one would be monitored, but not expected.
+            if syntax::parse_file(&text).file.items.len() > 1 {
+                let problem = name.span.problem(format!("`{}` is more than one formula", name.value));
+                self.reader.complaints.push(problem.with_label("this property"));
+            }
+            properties.push((format!("expect.satisfied.{}", name.value), text));
+        }
         properties
     }
 
@@ -445,8 +457,7 @@ impl<'a> Loader<'a> {
             };
             let name =
                 entry.name.as_ref().map_or_else(|| format!("respects_{}", zone.value), |name| name.value.clone());
-            // A zone may have a name that is none in the language.
-            properties.push((format!("monitors.{name}"), format!("property {name:?} := {formula}")));
+            properties.push((format!("monitors.{name}"), property(&name, &formula)));
         }
         properties
     }

@@ -102,6 +102,15 @@ fn point(name: &Spanned<String>, places: &Places, complaints: &mut Complaints) -
 pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: &mut Complaints) {
     let Premises { entry: PremisesEntry { sites, .. }, map, written: places, reach, driven_to, start, .. } = premises;
     let start = Point::from(start.translation.vector);
+    let at_start = match &sites.start.value {
+        Start::Named(name) => places.span(name),
+        Start::At(_) => None,
+    };
+    let at_start = at_start.unwrap_or(&sites.start.span);
+    if let Some(zone) = premises.kept_out(&start) {
+        let problem = at_start.problem(in_zone("the start", &start, zone));
+        return complaints.push(problem.with_label("the start"));
+    }
     let mut seen: Vec<&str> = Vec::new();
     let skills = driven_to.iter().map(|(name, skill)| (name, format!("the skill {skill} drives there")));
     for (name, why) in needed(file, sites).chain(skills) {
@@ -112,15 +121,11 @@ pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: 
         let Err(error) = reach.check(&start, &goal) else { continue };
         // From such a start, no place can be reached: reporting each of them would hide the reason.
         if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
-            let span = match &sites.start.value {
-                Start::Named(name) => places.span(name),
-                Start::At(_) => None,
-            };
-            let problem = span.unwrap_or(&sites.start.span).problem(bad_start(&start, error));
+            let problem = at_start.problem(bad_start(&start, error));
             let help = format!("the whole body of the robot must be on free floor at the start; {}", extent(map));
             return complaints.push(problem.with_label("the start").with_help(help));
         }
-        let problem = unreachable(span, name, &goal, error, (&start, places.places()));
+        let problem = unreachable(span, name, &goal, error, premises);
         let help = format!("{}; {why}", instead(map, reach, &start, &goal));
         complaints.push(problem.with_help(help));
     }
@@ -141,29 +146,35 @@ fn bad_start(start: &Point, error: PlanError) -> String {
     match error {
         PlanError::StartOutside => format!("the start {at} is outside the map"),
         _ => {
-            format!(
-                "the robot cannot drive away from the start {at}: it is in a wall or an area to keep out of, or has no \
-                 free floor around it"
-            )
+            format!("the robot cannot drive away from the start {at}: it is in a wall, or has no free floor around it")
         }
     }
 }
 
+impl Premises {
+    /// An area to keep out of in which the robot's body would be, or in a cell of the map beside it.
+    fn kept_out(&self, at: &Point) -> Option<&Zone> {
+        let reach_m = self.entry.sim.model.radius_m + self.map.resolution_m();
+        self.places.zones().iter().find(|zone| zone.keep_out && zone.distance_m(at) < reach_m)
+    }
+}
+
+fn in_zone(what: &str, at: &Point, zone: &Zone) -> String {
+    format!("at {what} {}, the robot would be in `{}`, which it must keep out of", position(at), zone.name)
+}
+
 /// The problem of an unreachable place.
-fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, (start, places): (&Point, &Places)) -> Problem {
+fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, premises: &Premises) -> Problem {
     let at = position(&goal.position);
-    let is_kept_out = |zone: &&Zone| zone.keep_out && zone.distance_m(&goal.position) == 0.0;
-    let zone = places.zones().iter().find(is_kept_out);
     let message = match error {
-        _ if let Some(zone) = zone => {
-            format!("`{name}` at {at} is in `{}`, which the robot must keep out of", zone.name)
-        }
-        PlanError::NoPath if places.zones().iter().any(|zone| zone.keep_out) => {
-            let start = position(start);
-            format!("there is no path from the start {start} to `{name}` at {at} outside the areas to keep out of")
-        }
+        _ if let Some(zone) = premises.kept_out(&goal.position) => in_zone(&format!("`{name}`"), &goal.position, zone),
         PlanError::GoalOutside => format!("`{name}` is outside the map, at {at}"),
-        PlanError::NoPath => format!("there is no path from the start {} to `{name}` at {at}", position(start)),
+        PlanError::NoPath => {
+            let start = position(&premises.start.translation.vector.into());
+            let is_closed = premises.places.zones().iter().any(|zone| zone.keep_out);
+            let around = if is_closed { " around the areas to keep out of" } else { "" };
+            format!("there is no path{around} from the start {start} to `{name}` at {at}")
+        }
         _ if goal.area.is_some() => format!("there is no room for the robot in `{name}`, around {at}"),
         PlanError::GoalUnknown => format!("the robot cannot stand at `{name}`: the map is unknown at {at}"),
         PlanError::GoalInObstacle { clearance_m: 0.0, .. } => {
@@ -206,9 +217,8 @@ impl Scenario {
     /// Warnings about the places: unreachable ones, and a station whose tolerances are wider than those of docking.
     #[must_use]
     pub fn place_concerns(&self) -> Vec<Problem> {
-        let Some(Premises { entry, map, places, written, reach, start, .. }) = &self.premises else {
-            return Vec::new();
-        };
+        let Some(premises) = &self.premises else { return Vec::new() };
+        let Premises { entry, map, places, written, reach, start, .. } = premises;
         let start = Point::from(start.translation.vector);
         let mut concerns = Vec::new();
         for (name, place) in places.iter() {
@@ -219,7 +229,7 @@ impl Scenario {
                 && !is_kept_out
             {
                 let help = instead(map, reach, &start, &goal);
-                let problem = unreachable(span, name, &goal, error, (&start, places));
+                let problem = unreachable(span, name, &goal, error, premises);
                 concerns.push(problem.with_help(help).as_warning());
             }
             let is_station = entry.sites.station.as_ref().is_some_and(|station| station.value == name);
