@@ -207,6 +207,8 @@ fn examples_of_operators_are_properties() {
     };
     let written = OPERATORS.iter().enumerate().map(|(number, operator)| match operator.written {
         "const" => format!("{}\n", operator.example),
+        // No process of the shipped scenarios sends a list; the crate's own tests read this one.
+        "any(C)" => String::new(),
         "property" | "timed" => format!("{}\n", event(operator.example).replace("phi", &format!("p{number}"))),
         _ => format!("property p{number} := {}\n", event(operator.example)),
     });

@@ -161,7 +161,8 @@ impl Lane {
             Field::Int(number) => Value::Int(*number),
             Field::Real(number) => Value::Real(*number),
             Field::Text(text) => self.of.parse(text).map_err(|error| error.to_string())?,
-            Field::Symbol(_) => return Ok(()),
+            // A lane has no lists.
+            Field::Symbol(_) | Field::List(_) => return Ok(()),
         };
         let Some(entry) = self.entry else { return Ok(()) };
         board.write(entry, value, &self.of, self.is_own).map_err(|error| error.to_string())

@@ -21,6 +21,8 @@ pub enum FieldKind {
     Text,
     /// A value of the inner kind, or [`NONE`](Self::NONE).
     Optional(Box<Self>),
+    /// Any number of values of the inner kind.
+    List(Box<Self>),
 }
 
 impl FieldKind {
@@ -41,6 +43,7 @@ impl FieldKind {
             (Self::Real, Value::Real(number)) => !number.is_nan(),
             (Self::Bool, Value::Bool(_)) | (Self::Int, Value::Int(_)) | (Self::Text, Value::Text(_)) => true,
             (Self::Optional(kind), value) => value.is_symbol(Self::NONE) || kind.contains(value),
+            (Self::List(kind), Value::List(items)) => items.iter().all(|item| kind.contains(item)),
             _ => false,
         }
     }
@@ -51,6 +54,9 @@ impl FieldKind {
         match (self, value) {
             (Self::Optional(kind), value) if !value.is_symbol(Self::NONE) => kind.admit(value),
             (Self::Real, Value::Int(integer)) => Value::exact_real(*integer),
+            (Self::List(kind), Value::List(items)) => {
+                items.iter().map(|item| kind.admit(item)).collect::<Option<_>>().map(Value::List)
+            }
             _ => self.contains(value).then(|| value.clone()),
         }
     }
@@ -63,6 +69,7 @@ impl FieldKind {
             Self::Int | Self::Real => value.as_number().is_some(),
             Self::Optional(kind) => value.is_symbol(Self::NONE) || kind.is_comparable_to(value),
             Self::Symbol(_) | Self::Bool | Self::Text => self.contains(value),
+            Self::List(_) => matches!(value, Value::List(_)),
         }
     }
 }
@@ -79,6 +86,10 @@ impl fmt::Display for FieldKind {
             Self::Real => f.write_str("real"),
             Self::Text => f.write_str("text"),
             Self::Optional(kind) => write!(f, "{kind} | <{}>", Self::NONE),
+            Self::List(kind) => match kind.to_string() {
+                several if several.contains(" | ") => write!(f, "list of ({several})"),
+                kind => write!(f, "list of {kind}"),
+            },
         }
     }
 }

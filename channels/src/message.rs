@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::Value;
+use crate::value::write_items;
 
 /// A message: a tuple of values `m[1]`, `m[2]`, …
 ///
@@ -51,13 +52,7 @@ impl Message {
 /// As the paper writes it: `[<ok>, 83.2]`. The alternate form is for readers, as that of a [`Value`].
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("[")?;
-        for (index, value) in self.0.iter().enumerate() {
-            let comma = if index == 0 { "" } else { ", " };
-            f.write_str(comma)?;
-            value.fmt(f)?;
-        }
-        f.write_str("]")
+        write_items(&self.0, f)
     }
 }
 

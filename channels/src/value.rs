@@ -54,6 +54,8 @@ pub enum Value {
     Real(f64),
     /// Text.
     Text(Arc<str>),
+    /// A list of any length.
+    List(Arc<[Value]>),
 }
 
 impl Value {
@@ -141,6 +143,7 @@ impl PartialEq for Value {
             (Self::Int(a), Self::Int(b)) => a == b,
             (Self::Real(a), Self::Real(b)) => Self::real_bits(*a) == Self::real_bits(*b),
             (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::List(a), Self::List(b)) => a == b,
             _ => false,
         }
     }
@@ -157,6 +160,7 @@ impl Hash for Value {
             Self::Int(number) => number.hash(state),
             Self::Real(number) => Self::real_bits(*number).hash(state),
             Self::Text(text) => text.hash(state),
+            Self::List(items) => items.hash(state),
         }
     }
 }
@@ -183,8 +187,19 @@ impl fmt::Display for Value {
             Self::Real(number) if f.alternate() => f.write_str(&for_readers(*number)),
             Self::Real(number) => write!(f, "{number:?}"),
             Self::Text(text) => write!(f, "{text:?}"),
+            Self::List(items) => write_items(items, f),
         }
     }
+}
+
+/// `[1, 2, 3]`
+pub(crate) fn write_items(items: &[Value], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    f.write_str("[")?;
+    for (index, value) in items.iter().enumerate() {
+        f.write_str(if index == 0 { "" } else { ", " })?;
+        fmt::Display::fmt(value, f)?;
+    }
+    f.write_str("]")
 }
 
 /// The shortest text that reads back as the number, cut off after six decimals.

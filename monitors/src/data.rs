@@ -1,11 +1,12 @@
 //! Values that a formula remembers from one message and compares in another.
 
 use std::cmp::Ordering;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use channels::{ChannelId, Message, Relation, Value};
 
-use crate::formula::{Arithmetic, EventAtom, Formula, MessageCondition, Term};
+use crate::formula::{Arithmetic, EventAtom, Formula, Function, MessageCondition, MessageField, Term};
 
 /// The values of names. Names without a value are left out.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
@@ -61,6 +62,7 @@ fn order(a: &Value, b: &Value) -> Ordering {
         Value::Int(_) => 2,
         Value::Real(_) => 3,
         Value::Text(_) => 4,
+        Value::List(_) => 5,
     };
     match (a, b) {
         _ if a == b => Ordering::Equal,
@@ -69,6 +71,10 @@ fn order(a: &Value, b: &Value) -> Ordering {
         (Value::Real(a), Value::Real(b)) => a.total_cmp(b),
         (Value::Text(a), Value::Text(b)) => a.cmp(b),
         (Value::Bool(a), Value::Bool(b)) => a.cmp(b),
+        (Value::List(a), Value::List(b)) => {
+            let first = a.iter().zip(b.iter()).map(|(a, b)| order(a, b)).find(|ordering| ordering.is_ne());
+            first.unwrap_or_else(|| a.len().cmp(&b.len()))
+        }
         _ => rank(a).cmp(&rank(b)),
     }
 }
@@ -90,19 +96,33 @@ impl PartialOrd for Values {
 
 impl Term {
     /// The term's value; `None` if a field or a remembered value is missing, or if an operand is not a number.
-    fn value(&self, message: &Message, values: &Values) -> Option<Value> {
+    fn value(&self, seen: Seen<'_>, values: &Values) -> Option<Value> {
         match self {
-            Self::Field(field) => message.field(field.number).cloned(),
+            Self::Field(field) => seen.field(field).cloned(),
             Self::Value(value) => Some(value.clone()),
             Self::Remembered(name) => values.get(name).cloned(),
             Self::Arithmetic(left, operator, right) => {
-                operator.of(&left.value(message, values)?, &right.value(message, values)?)
+                operator.of(&left.value(seen, values)?, &right.value(seen, values)?)
+            }
+            Self::Call(function, terms) => {
+                let numbers = terms.iter().map(|term| term.value(seen, values)?.as_number());
+                function.of(&numbers.collect::<Option<Vec<_>>>()?)
+            }
+            Self::Count(condition) => {
+                let mut longest = None;
+                condition.fields(&mut |field| {
+                    if let Some(Value::List(items)) = seen.message.field(field.number) {
+                        longest = longest.max(Some(items.len()));
+                    }
+                });
+                let holds = |item: &usize| condition.holds_in(Seen { item: Some(*item), ..seen }, values);
+                Some(Value::Int((0..longest?).filter(holds).count() as i64))
             }
         }
     }
 
     /// Calls `visit` with each name.
-    fn names<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>)) {
+    fn names<'a>(&'a self, visit: &mut dyn FnMut(&'a Arc<str>)) {
         match self {
             Self::Field(_) | Self::Value(_) => {}
             Self::Remembered(name) => visit(name),
@@ -110,6 +130,8 @@ impl Term {
                 left.names(visit);
                 right.names(visit);
             }
+            Self::Call(_, terms) => terms.iter().for_each(|term| term.names(visit)),
+            Self::Count(condition) => condition.names(visit),
         }
     }
 
@@ -125,7 +147,52 @@ impl Term {
                 };
                 known.map_or_else(|| Self::Arithmetic(Box::new(left), *operator, Box::new(right)), Self::Value)
             }
+            Self::Call(function, terms) => {
+                let terms: Vec<Self> = terms.iter().map(|term| term.instantiated(values)).collect();
+                let known = |term: &Self| if let Self::Value(value) = term { value.as_number() } else { None };
+                let numbers: Option<Vec<f64>> = terms.iter().map(known).collect();
+                let whole = numbers.and_then(|numbers| function.of(&numbers));
+                whole.map_or_else(|| Self::Call(*function, terms), Self::Value)
+            }
+            Self::Count(condition) => Self::Count(Box::new(condition.instantiated(values))),
             other => other.clone(),
+        }
+    }
+}
+
+impl Function {
+    /// Its value for as many numbers as it takes.
+    pub(crate) fn of(self, numbers: &[f64]) -> Option<Value> {
+        let real = match (self, numbers) {
+            (Self::Distance, [x, y, u, v]) => libm::hypot(x - u, y - v),
+            (Self::Angle, [a, b]) => {
+                let turn = (a - b).rem_euclid(TAU);
+                turn.min(TAU - turn)
+            }
+            (Self::Yaw, [x, y, z, w]) => {
+                // Squares of a large or small quaternion would overflow or vanish.
+                let largest = [x, y, z, w].into_iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
+                let [x, y, z, w] = [x, y, z, w].map(|part| part / largest);
+                libm::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+            }
+            _ => f64::NAN,
+        };
+        real.is_finite().then_some(Value::Real(real))
+    }
+}
+
+/// A message as a condition sees it: whole, or with an item in place of each list.
+#[derive(Clone, Copy)]
+struct Seen<'m> {
+    message: &'m Message,
+    item: Option<usize>,
+}
+
+impl<'m> Seen<'m> {
+    fn field(self, field: &MessageField) -> Option<&'m Value> {
+        match (self.message.field(field.number)?, self.item) {
+            (Value::List(items), Some(item)) => items.get(item),
+            (value, _) => Some(value),
         }
     }
 }
@@ -173,23 +240,25 @@ impl MessageCondition {
 
     /// Whether a message satisfies the condition with these values.
     pub(crate) fn holds_with(&self, message: &Message, values: &Values) -> bool {
+        self.holds_in(Seen { message, item: None }, values)
+    }
+
+    fn holds_in(&self, seen: Seen<'_>, values: &Values) -> bool {
         match self {
             Self::True => true,
             Self::False => false,
-            Self::Compare { field, relation, value } => message
-                .field(field.number)
-                .map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value)),
-            Self::Relate { left, relation, right } => {
-                match (left.value(message, values), right.value(message, values)) {
-                    (Some(left), Some(right)) => relation.holds(&left, &right),
-                    _ => *relation == Relation::NotEqual,
-                }
+            Self::Compare { field, relation, value } => {
+                seen.field(field).map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value))
             }
-            Self::Remember { field, .. } => message.field(field.number).is_some(),
-            Self::Not(condition) => !condition.holds_with(message, values),
-            Self::And(conditions) => conditions.iter().all(|condition| condition.holds_with(message, values)),
-            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds_with(message, values)),
-            Self::Implies(a, b) => !a.holds_with(message, values) || b.holds_with(message, values),
+            Self::Relate { left, relation, right } => match (left.value(seen, values), right.value(seen, values)) {
+                (Some(left), Some(right)) => relation.holds(&left, &right),
+                _ => *relation == Relation::NotEqual,
+            },
+            Self::Remember { field, .. } => seen.field(field).is_some(),
+            Self::Not(condition) => !condition.holds_in(seen, values),
+            Self::And(conditions) => conditions.iter().all(|condition| condition.holds_in(seen, values)),
+            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds_in(seen, values)),
+            Self::Implies(a, b) => !a.holds_in(seen, values) || b.holds_in(seen, values),
         }
     }
 
@@ -209,7 +278,7 @@ impl MessageCondition {
     }
 
     /// Calls `visit` with each name that it compares with.
-    pub(crate) fn names<'a>(&'a self, visit: &mut impl FnMut(&'a Arc<str>)) {
+    pub(crate) fn names<'a>(&'a self, visit: &mut dyn FnMut(&'a Arc<str>)) {
         if let Self::Relate { left, right, .. } = self {
             left.names(visit);
             right.names(visit);

@@ -6,8 +6,8 @@ use std::borrow::Cow;
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::formula::{Bound, EventAtom, Formula, MessageCondition, MessageField, Term};
-use crate::wording::{by_name, edge};
+use crate::formula::{Bound, EventAtom, Formula, Function, MessageCondition, MessageField, Term};
+use crate::wording::{Items, by_name, edge, of_items};
 
 /// A formula's requirement as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
@@ -240,9 +240,10 @@ impl Explainer<'_> {
             MessageCondition::Compare { field, relation, value } => {
                 format!("{} {} {}", self.field(field, Some(value), channel), verb(*relation), plain(value))
             }
-            MessageCondition::Relate { left, relation, right } => {
-                format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel))
-            }
+            MessageCondition::Relate { left, relation, right } => match of_items(left, *relation, right) {
+                Some(items) => self.items(&items, channel),
+                None => format!("{} {} {}", self.term(left, channel), verb(*relation), self.term(right, channel)),
+            },
             MessageCondition::Remember { field, name } => format!("{} is {name}", self.field(field, None, channel)),
             MessageCondition::Not(inside) => self.condition_denied(inside, channel),
             MessageCondition::And(parts) => join(parts, " and ", |part| matches!(part, MessageCondition::And(_))),
@@ -255,14 +256,27 @@ impl Explainer<'_> {
 
     fn condition_denied(&self, condition: &MessageCondition, channel: ChannelId) -> String {
         match condition {
-            MessageCondition::Relate { left, relation, right } => {
-                format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
-            }
+            MessageCondition::Relate { left, relation, right } => match of_items(left, *relation, right) {
+                Some(items) => self.items(&Items { is_denied: !items.is_denied, ..items }, channel),
+                None => {
+                    format!("{} {} {}", self.term(left, channel), negated_verb(*relation), self.term(right, channel))
+                }
+            },
             MessageCondition::Compare { field, relation, value } => {
                 format!("{} {} {}", self.field(field, Some(value), channel), negated_verb(*relation), plain(value))
             }
             inside => format!("it is not the case that {}", self.condition_inside(inside, channel)),
         }
+    }
+
+    fn items(&self, items: &Items<'_>, channel: ChannelId) -> String {
+        let which = match (items.every, items.is_denied) {
+            (false, false) => "for some item",
+            (false, true) => "for no item",
+            (true, false) => "for every item",
+            (true, true) => "not for every item",
+        };
+        format!("{which}, {}", self.condition_inside(items.inside, channel))
     }
 
     fn condition_limb(&self, condition: &MessageCondition, channel: ChannelId) -> String {
@@ -298,6 +312,17 @@ impl Explainer<'_> {
                     side => self.term(side, channel),
                 };
                 format!("{} {} {}", side(left), operator.sign(), side(right))
+            }
+            Term::Call(function, terms) => {
+                let terms: Vec<String> = terms.iter().map(|term| self.term(term, channel)).collect();
+                match (function, &terms[..]) {
+                    (Function::Distance, [x, y, u, v]) => format!("the distance between ({x}, {y}) and ({u}, {v})"),
+                    (Function::Angle, [a, b]) => format!("the angle between {a} and {b}"),
+                    (_, terms) => format!("the {} of ({})", function.signature().0, terms.join(", ")),
+                }
+            }
+            Term::Count(condition) => {
+                format!("the number of items for which {}", self.condition_inside(condition, channel))
             }
         }
     }

@@ -275,6 +275,38 @@ pub enum Term {
     Remembered(Arc<str>),
     /// Arithmetic on numbers.
     Arithmetic(Box<Term>, Arithmetic, Box<Term>),
+    /// A function of numbers, with as many as it takes.
+    Call(Function, Vec<Term>),
+    /// The number of items with which the condition holds: each time, every list that it mentions stands for its item
+    /// at the same place. It counts up to the end of the longest list; shorter ones then have no value. A message
+    /// without any of these lists has no such number.
+    Count(Box<MessageCondition>),
+}
+
+/// A function of numbers. What is not finite has no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Function {
+    /// `distance(x, y, u, v)`: from one point to another.
+    Distance,
+    /// `angle(a, b)`: between two directions, in radians from 0 to π.
+    Angle,
+    /// `yaw(x, y, z, w)`: the rotation about the z axis, in radians from −π to π, of a quaternion of any length but 0.
+    Yaw,
+}
+
+impl Function {
+    /// All functions.
+    pub const ALL: [Self; 3] = [Self::Distance, Self::Angle, Self::Yaw];
+
+    /// Its name, and those of its numbers.
+    #[must_use]
+    pub fn signature(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Distance => ("distance", &["x", "y", "u", "v"]),
+            Self::Angle => ("angle", &["a", "b"]),
+            Self::Yaw => ("yaw", &["x", "y", "z", "w"]),
+        }
+    }
 }
 
 /// An operator on numbers.
@@ -318,7 +350,7 @@ impl MessageCondition {
     }
 
     /// Calls `visit` with each field that it mentions.
-    pub fn fields(&self, visit: &mut impl FnMut(&MessageField)) {
+    pub fn fields(&self, visit: &mut dyn FnMut(&MessageField)) {
         match self {
             Self::Compare { field, .. } | Self::Remember { field, .. } => visit(field),
             Self::Relate { left, right, .. } => [left, right].into_iter().for_each(|term| term.fields(visit)),
@@ -360,6 +392,8 @@ impl Term {
                 left.fields(visit);
                 right.fields(visit);
             }
+            Self::Call(_, terms) => terms.iter().for_each(|term| term.fields(visit)),
+            Self::Count(condition) => condition.fields(visit),
         }
     }
 }

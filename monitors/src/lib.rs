@@ -240,7 +240,9 @@ mod wording;
 pub use engine::{Limits, Symbol};
 pub use explain::explain;
 pub use export::Format;
-pub use formula::{Arithmetic, Bound, EventAtom, Formula, FormulaError, MessageCondition, MessageField, Term, Unit};
+pub use formula::{
+    Arithmetic, Bound, EventAtom, Formula, FormulaError, Function, MessageCondition, MessageField, Term, Unit,
+};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};

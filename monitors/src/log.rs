@@ -329,7 +329,7 @@ impl<R: BufRead> EventLog<R> {
         self.fields.clear();
         if !scanner.take(b']') {
             loop {
-                let value = self.value(scanner)?;
+                let value = if scanner.take(b'[') { self.list(scanner)? } else { self.value(scanner)? };
                 self.fields.push(value);
                 if !scanner.take(b',') {
                     break;
@@ -338,6 +338,22 @@ impl<R: BufRead> EventLog<R> {
             scanner.expect(b']')?;
         }
         Ok(Message::new(self.fields.drain(..)))
+    }
+
+    /// The list after its bracket. Its items are no lists.
+    fn list(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
+        let mut items = Vec::new();
+        if scanner.take(b']') {
+            return Ok(Value::List(items.into()));
+        }
+        loop {
+            items.push(self.value(scanner)?);
+            if !scanner.take(b',') {
+                break;
+            }
+        }
+        scanner.expect(b']')?;
+        Ok(Value::List(items.into()))
     }
 
     fn value(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {

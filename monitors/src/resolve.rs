@@ -64,6 +64,8 @@ struct Resolver<'a> {
     constants: BTreeMap<&'a str, &'a Literal>,
     /// The names of values that the current property remembers.
     remembered: BTreeSet<String>,
+    /// Whether the current condition is about items of lists.
+    of_items: bool,
     /// Whether the current property has a part that could not be read.
     unreadable: bool,
     problems: Vec<Problem>,
@@ -77,6 +79,7 @@ impl<'a> Resolver<'a> {
             is_timed: false,
             constants: BTreeMap::new(),
             remembered: BTreeSet::new(),
+            of_items: false,
             unreadable: false,
             problems: Vec::new(),
         }

@@ -106,8 +106,8 @@ fn number(number: u64) -> Operand {
 /// A condition in the words of the language.
 pub(crate) fn condition(from: &MessageCondition, shapes: &[Shape]) -> Condition {
     match by_name(from, shapes) {
-        Some(comparison) => spelled(&comparison, shapes, &called),
-        None => spelled(from, shapes, &|field| FieldName::Number(field.number)),
+        Some(comparison) => spelled(&comparison, &called, &|part| condition(part, shapes)),
+        None => spelled(from, &|field| FieldName::Number(field.number), &|part| condition(part, shapes)),
     }
 }
 
@@ -137,7 +137,7 @@ pub(crate) fn by_name(from: &MessageCondition, shapes: &[Shape]) -> Option<Messa
     if !comparison.calls_by_name() {
         return None;
     }
-    let by_name = spelled(&comparison, shapes, &called);
+    let by_name = spelled(&comparison, &called, &|part| condition(part, shapes));
     let mut remembered = Vec::new();
     comparison.names(&mut |name| remembered.push(&**name));
     let is_enough = match shapes {
@@ -151,16 +151,19 @@ fn called(field: &formula::MessageField) -> FieldName {
     field.name.as_ref().map_or(FieldName::Number(field.number), |name| FieldName::Named(name.to_string()))
 }
 
-fn spelled(from: &MessageCondition, shapes: &[Shape], name: &dyn Fn(&formula::MessageField) -> FieldName) -> Condition {
-    let of = |part: &MessageCondition| Box::new(condition(part, shapes));
-    let list = |parts: &[MessageCondition]| parts.iter().map(|part| condition(part, shapes)).collect();
+type Naming<'n> = &'n dyn Fn(&formula::MessageField) -> FieldName;
+
+/// The condition with fields named in this way, and its parts spelled in that one.
+fn spelled(from: &MessageCondition, name: Naming<'_>, part: &dyn Fn(&MessageCondition) -> Condition) -> Condition {
+    let of = |inside: &MessageCondition| Box::new(part(inside));
+    let list = |parts: &[MessageCondition]| parts.iter().map(part).collect();
     let kind = match from {
         MessageCondition::True => ConditionKind::True,
         MessageCondition::False => ConditionKind::False,
         MessageCondition::And(parts) if parts.is_empty() => ConditionKind::True,
         MessageCondition::Or(parts) if parts.is_empty() => ConditionKind::False,
         MessageCondition::And(parts) | MessageCondition::Or(parts) if parts.len() == 1 => {
-            return condition(&parts[0], shapes);
+            return part(&parts[0]);
         }
         MessageCondition::And(parts) => ConditionKind::And(list(parts)),
         MessageCondition::Or(parts) => ConditionKind::Or(list(parts)),
@@ -169,17 +172,46 @@ fn spelled(from: &MessageCondition, shapes: &[Shape], name: &dyn Fn(&formula::Me
             relation: *relation,
             right: syntax::Term::Operand(operand(literal(value))),
         },
-        MessageCondition::Relate { left, relation, right } => {
-            ConditionKind::Compare { left: term(left, name), relation: *relation, right: term(right, name) }
-        }
+        MessageCondition::Relate { left, relation, right } => match of_items(left, *relation, right) {
+            Some(Items { every, is_denied, inside }) => {
+                let kind = ConditionKind::Items { every, condition: Box::new(of_item(inside, name)) };
+                if is_denied { ConditionKind::Not(Box::new(Condition { kind, span: NOWHERE })) } else { kind }
+            }
+            None => ConditionKind::Compare { left: term(left, name), relation: *relation, right: term(right, name) },
+        },
         MessageCondition::Remember { field, name: value } => {
             let value = Name { text: value.to_string(), span: NOWHERE };
             ConditionKind::Remember { field: named(name(field)), name: value }
         }
-        MessageCondition::Not(part) => ConditionKind::Not(of(part)),
+        MessageCondition::Not(inside) => ConditionKind::Not(of(inside)),
         MessageCondition::Implies(a, b) => ConditionKind::Implies(of(a), of(b)),
     };
     Condition { kind, span: NOWHERE }
+}
+
+/// A condition on items, which has a meaning only inside the one around it: its parts are not looked at alone.
+fn of_item(from: &MessageCondition, name: Naming<'_>) -> Condition {
+    spelled(from, name, &|part| of_item(part, name))
+}
+
+/// What `any(…)` or `all(…)` requires of items.
+pub(crate) struct Items<'t> {
+    /// Whether it is `all`.
+    pub(crate) every: bool,
+    pub(crate) is_denied: bool,
+    pub(crate) inside: &'t MessageCondition,
+}
+
+/// The `any(…)` or `all(…)`, or the denial of one, that this comparison is.
+pub(crate) fn of_items<'t>(left: &'t Term, relation: Relation, right: &Term) -> Option<Items<'t>> {
+    let (Term::Count(counted), Term::Value(Value::Int(number))) = (left, right) else { return None };
+    match (&**counted, relation, number) {
+        (inside, Relation::GreaterOrEqual, 1) => Some(Items { every: false, is_denied: false, inside }),
+        (MessageCondition::Not(inside), Relation::Equal | Relation::NotEqual, 0) => {
+            Some(Items { every: true, is_denied: relation == Relation::NotEqual, inside })
+        }
+        _ => None,
+    }
 }
 
 fn named(name: FieldName) -> Field {
@@ -187,7 +219,8 @@ fn named(name: FieldName) -> Field {
 }
 
 /// A term in the words of the language.
-fn term(from: &Term, name: &dyn Fn(&formula::MessageField) -> FieldName) -> syntax::Term {
+fn term(from: &Term, name: Naming<'_>) -> syntax::Term {
+    let of = |from: &Term| term(from, name);
     match from {
         Term::Field(field) => syntax::Term::Field(named(name(field))),
         Term::Value(value) => syntax::Term::Operand(operand(literal(value))),
@@ -195,8 +228,10 @@ fn term(from: &Term, name: &dyn Fn(&formula::MessageField) -> FieldName) -> synt
             syntax::Term::Operand(Operand::Constant(Name { text: name.to_string(), span: NOWHERE }))
         }
         Term::Arithmetic(left, operator, right) => {
-            syntax::Term::Arithmetic(Box::new(term(left, name)), *operator, Box::new(term(right, name)))
+            syntax::Term::Arithmetic(Box::new(of(left)), *operator, Box::new(of(right)))
         }
+        Term::Call(function, terms) => syntax::Term::Call(*function, terms.iter().map(of).collect(), NOWHERE),
+        Term::Count(inside) => syntax::Term::Count(Box::new(of_item(inside, name)), NOWHERE),
     }
 }
 
@@ -207,6 +242,8 @@ fn literal(value: &Value) -> Literal {
         Value::Int(number) => Literal::Int(*number),
         Value::Real(number) => Literal::Real(*number),
         Value::Text(text) => Literal::Text(text.to_string()),
+        // Never: a property can neither write a list nor remember one.
+        Value::List(_) => Literal::Text(value.to_string()),
     }
 }
 

@@ -7,7 +7,7 @@ use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Interval,
     Item, Literal, Name, Operand, Party, PropertyItem, Term, parse_file,
 };
-use monitors::{Arithmetic, Formula, MessageCondition, Unit};
+use monitors::{Arithmetic, Formula, Function, MessageCondition, Unit};
 use proptest::prelude::*;
 
 use crate::cases::cases;
@@ -66,8 +66,15 @@ fn condition() -> impl Strategy<Value = Condition> {
                 Arithmetic::Multiply,
                 Arithmetic::Divide,
             ]);
-            (term.clone(), operator, term)
-                .prop_map(|(left, operator, right)| Term::Arithmetic(Box::new(left), operator, Box::new(right)))
+            let function = proptest::sample::select(Function::ALL.to_vec());
+            let terms = proptest::collection::vec(term.clone(), 4);
+            let call = (function, terms).prop_map(|(function, mut terms)| {
+                terms.truncate(function.signature().1.len());
+                Term::Call(function, terms, ByteRange::default())
+            });
+            let arithmetic = (term.clone(), operator, term)
+                .prop_map(|(left, operator, right)| Term::Arithmetic(Box::new(left), operator, Box::new(right)));
+            prop_oneof![3 => arithmetic, 1 => call]
         });
     let simple = (field(), relation(), operand()).prop_map(|(left, relation, right)| ConditionKind::Compare {
         left: Term::Field(left),
@@ -84,7 +91,15 @@ fn condition() -> impl Strategy<Value = Condition> {
     let leaf = prop_oneof![8 => compare, 1 => Just(ConditionKind::True), 1 => Just(ConditionKind::False)].prop_map(of);
     leaf.prop_recursive(4, 16, 3, move |part| {
         let parts = || proptest::collection::vec(part.clone(), 2..4);
+        let count = (part.clone(), relation(), operand()).prop_map(move |(counted, relation, bound)| {
+            let left = Term::Count(Box::new(counted), ByteRange::default());
+            of(ConditionKind::Compare { left, relation, right: Term::Operand(bound) })
+        });
+        let items = (any::<bool>(), part.clone())
+            .prop_map(move |(every, inside)| of(ConditionKind::Items { every, condition: Box::new(inside) }));
         prop_oneof![
+            count,
+            items,
             part.clone().prop_map(move |a| of(ConditionKind::Not(Box::new(a)))),
             parts().prop_map(move |parts| of(ConditionKind::And(parts))),
             parts().prop_map(move |parts| of(ConditionKind::Or(parts))),

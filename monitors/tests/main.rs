@@ -6,6 +6,7 @@ mod cases;
 mod diagnostics;
 mod edges;
 mod endless;
+mod items;
 mod language;
 mod laws;
 mod logs;

@@ -95,7 +95,7 @@ const RESULT_PART: PartKey = ("result", &[STATUS], "The fields of the result if 
 /// The fields of these parts are a selection from a ROS definition if there is one, and otherwise have kinds.
 fn fields_of<const N: usize>(parts: [PartKey; N]) -> Value {
     let names: Vec<String> =
-        kind::KINDS.iter().flat_map(|(kind, _)| [(*kind).to_owned(), format!("{kind}?")]).collect();
+        kind::KINDS.iter().flat_map(|(kind, _)| ["", "?", "[]"].map(|suffix| format!("{kind}{suffix}"))).collect();
     let text = json!({ "type": "string" });
     let symbols = json!({ "type": "array", "items": text, "minItems": 1 });
     let kinds = json!({ "type": "object", "additionalProperties": { "anyOf": [{ "enum": names }, symbols] } });
@@ -272,7 +272,7 @@ fn selected(
 
 /// The name of a field of a channel: `pose_position_x` for `pose.position.x`, `covariance_3` for `covariance[3]`.
 fn plain(path: &str) -> String {
-    path.replace(['.', '['], "_").replace(']', "")
+    path.replace("[]", "").replace(['.', '['], "_").replace(']', "")
 }
 
 /// Checks that fields with these names can follow those in `taken`: all must be valid and different from each other.

@@ -13,18 +13,35 @@ use crate::packages::{Definition, Missing, Packages, what_to_add};
 /// Beyond this many items of arrays and messages, nothing is examined: their contents would be too large.
 const MAX_VISITS: usize = 10_000;
 
-/// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`.
+/// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`, `ranges[]`.
 #[derive(Clone, Debug)]
 pub(crate) struct FlatField {
     pub(crate) path: String,
     pub(crate) kind: FieldKind,
 }
 
-/// A step of a path: the name of a field, and which item of it, if it is an array.
+/// A step of a path: the name of a field, and what of it, if it is an array.
 #[derive(Clone, Debug)]
 struct FieldStep {
     name: String,
-    item: Option<usize>,
+    part: Option<Part>,
+}
+
+/// What a path takes of an array.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Item(usize),
+    /// All items, as a list.
+    Every,
+}
+
+/// Where a field is.
+#[derive(Clone, Copy, Default)]
+struct Inside {
+    /// In something that a message may lack.
+    optional: bool,
+    /// In an array whose items become lists.
+    list: bool,
 }
 
 /// The context for flattening the messages of one definition.
@@ -48,7 +65,7 @@ struct Walk<'w, 'f, 'r, 'd> {
     leaves: Vec<FlatField>,
     visits: usize,
     problems: Vec<Problem>,
-    /// The arrays of unbounded length: their paths and types.
+    /// The arrays of unbounded length in a list: their paths and types.
     endless: Vec<(String, String)>,
     /// The types around the one being visited.
     around: Vec<PathBuf>,
@@ -68,7 +85,7 @@ impl Flattening<'_, '_, '_> {
         let Some(steps) = steps(&path.value) else {
             let problem = path.span.problem(format!("`{}` is not a path in a definition", path.value));
             let problem = problem.with_label("here");
-            self.table.report(problem.with_help("for example `pose.position.x`, or `covariance[0]`"));
+            self.table.report(problem.with_help("for example `pose.position.x`, `covariance[0]` or `ranges[]`"));
             return None;
         };
         self.walk(definition, part, path, &steps)
@@ -84,7 +101,7 @@ impl Flattening<'_, '_, '_> {
         let around = vec![definition.path.clone()];
         let mut walk =
             Walk { of: self, about, leaves: Vec::new(), visits: 0, problems: Vec::new(), endless: Vec::new(), around };
-        let went = walk.message(definition, part, "", steps, false);
+        let went = walk.message(definition, part, "", steps, Inside::default());
         let endless = walk.endless();
         walk.problems.extend(endless);
         let Walk { leaves, problems, .. } = walk;
@@ -104,13 +121,13 @@ impl Walk<'_, '_, '_, '_> {
         message: &Message,
         path: &str,
         steps: &[FieldStep],
-        is_optional: bool,
+        inside: Inside,
     ) -> Going {
         let Some((step, rest)) = steps.split_first() else {
             return message
                 .fields
                 .iter()
-                .try_for_each(|field| self.field(definition, field, &join(path, &field.name), None, &[], is_optional));
+                .try_for_each(|field| self.field(definition, field, &join(path, &field.name), None, &[], inside));
         };
         let Some(field) = message.fields.iter().find(|field| field.name == step.name) else {
             let names: Vec<&str> = message.fields.iter().map(|field| field.name.as_str()).collect();
@@ -118,60 +135,60 @@ impl Walk<'_, '_, '_, '_> {
             self.problems.push(problem.with_help(nearest_or_all(&step.name, "fields", &names)));
             return Some(());
         };
-        self.field(definition, field, &join(path, &step.name), step.item, rest, is_optional)
+        self.field(definition, field, &join(path, &step.name), step.part, rest, inside)
     }
 
-    /// Visits one item of a field, or all. A channel's messages always have the same fields, so what an array may lack
-    /// is optional, and an array of any length can only be used item by item.
+    /// Visits a field: one item of it, all items one by one, or all as a list. A channel's messages always have the
+    /// same fields, so an item that an array may lack is optional, and an array of any length is a list.
     fn field(
         &mut self,
         definition: &Definition,
         field: &Field,
         path: &str,
-        item: Option<usize>,
+        part: Option<Part>,
         rest: &[FieldStep],
-        is_optional: bool,
+        inside: Inside,
     ) -> Going {
-        let is_optional = is_optional || field.is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
+        let may_lack = field.is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
+        let one = Inside { optional: inside.optional || may_lack, ..inside };
         let base = &field.kind.base;
-        match (field.kind.count, item) {
-            (Count::One, None) => self.item(definition, base, path, rest, is_optional),
+        match (field.kind.count, part) {
+            (Count::One, None) => self.item(definition, base, path, rest, one),
             (Count::One, Some(_)) => {
                 self.problems.push(self.problem(format!("`{path}` is not an array")));
                 Some(())
             }
-            (Count::Exactly(count) | Count::UpTo(count), Some(item)) if item >= count => {
+            (Count::Exactly(count) | Count::UpTo(count), Some(Part::Item(item))) if item >= count => {
                 let problem = self.problem(format!("`{path}` has no item {item}"));
                 self.problems.push(problem.with_help(format!("its items are 0 to {}", count - 1)));
                 Some(())
             }
-            (_, Some(item)) => self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional),
+            (_, Some(Part::Item(item))) => self.item(definition, base, &format!("{path}[{item}]"), rest, one),
             // Reported together at the end of the walk: one definition may have many such arrays, and each needs the
             // same remedy.
-            (Count::Any, None) => {
+            (Count::Any, None) | (_, Some(Part::Every)) if inside.list => {
                 self.endless.push((path.to_owned(), field.kind.to_string()));
                 Some(())
             }
-            (Count::Exactly(count) | Count::UpTo(count), None) => (0..count)
-                .try_for_each(|item| self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional)),
+            // Where the array may be missing, the list is empty.
+            (Count::Any, None) | (_, Some(Part::Every)) => {
+                let items = Inside { optional: false, list: true };
+                self.item(definition, base, &format!("{path}[]"), rest, items)
+            }
+            (Count::Exactly(count) | Count::UpTo(count), None) => {
+                (0..count).try_for_each(|item| self.item(definition, base, &format!("{path}[{item}]"), rest, one))
+            }
         }
     }
 
-    fn item(
-        &mut self,
-        definition: &Definition,
-        base: &Base,
-        path: &str,
-        rest: &[FieldStep],
-        is_optional: bool,
-    ) -> Going {
+    fn item(&mut self, definition: &Definition, base: &Base, path: &str, rest: &[FieldStep], inside: Inside) -> Going {
         self.visits += 1;
         if self.leaves.len() == MAX_FIELDS || self.visits > MAX_VISITS {
             self.problems.push(self.too_many());
             return None;
         }
         let kind = match base {
-            Base::Message(name) => return self.nested(definition, name, path, rest, is_optional),
+            Base::Message(name) => return self.nested(definition, name, path, rest, inside),
             Base::Primitive(Primitive::Bool) => FieldKind::Bool,
             Base::Primitive(Primitive::Float32 | Primitive::Float64) => FieldKind::Real,
             Base::Primitive(Primitive::String(_) | Primitive::WString(_)) => FieldKind::Text,
@@ -181,19 +198,13 @@ impl Walk<'_, '_, '_, '_> {
             self.problems.push(self.problem(format!("`{path}` is {base} and has no field `{}`", step.name)));
             return Some(());
         }
-        let kind = if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind };
+        let kind = if inside.optional { FieldKind::Optional(Box::new(kind)) } else { kind };
+        let kind = if inside.list { FieldKind::List(Box::new(kind)) } else { kind };
         self.leaves.push(FlatField { path: path.to_owned(), kind });
         Some(())
     }
 
-    fn nested(
-        &mut self,
-        user: &Definition,
-        name: &TypeName,
-        path: &str,
-        rest: &[FieldStep],
-        is_optional: bool,
-    ) -> Going {
+    fn nested(&mut self, user: &Definition, name: &TypeName, path: &str, rest: &[FieldStep], inside: Inside) -> Going {
         let Flattening { packages, folders, named, table, .. } = *self.of;
         match packages.message(name, user, folders, named, table) {
             Ok(definition) if self.around.contains(&definition.path) => {
@@ -202,10 +213,8 @@ impl Walk<'_, '_, '_, '_> {
             }
             Ok(definition) => {
                 self.around.push(definition.path.clone());
-                let going = definition
-                    .parts
-                    .iter()
-                    .try_for_each(|part| self.message(&definition, part, path, rest, is_optional));
+                let going =
+                    definition.parts.iter().try_for_each(|part| self.message(&definition, part, path, rest, inside));
                 self.around.pop();
                 going
             }
@@ -222,16 +231,15 @@ impl Walk<'_, '_, '_, '_> {
         self.about.span.problem(message).with_label("here")
     }
 
-    /// The problem to report for arrays of unbounded length, if there are any.
+    /// The problem to report for lists of lists, if there are any.
     fn endless(&self) -> Option<Problem> {
         let (first, _) = self.endless.first()?;
         let names: Vec<String> = self.endless.iter().map(|(path, kind)| format!("`{path}` ({kind})")).collect();
         let (names, are) = match names.split_last()? {
-            (name, []) => (name.clone(), "is an array"),
-            (last, others) => (format!("{} and {last}", others.join(", ")), "are arrays"),
+            (name, []) => (name.clone(), "would be a list of lists"),
+            (last, others) => (format!("{} and {last}", others.join(", ")), "would be lists of lists"),
         };
-        let message = format!("{names} {are} of any length, but a message always has the same number of fields");
-        Some(self.problem(message).with_help(self.select(&format!("{first}[0]"))))
+        Some(self.problem(format!("{names} {are}")).with_help(self.select(&format!("{first}[0]"))))
     }
 
     fn too_many(&self) -> Problem {
@@ -255,11 +263,16 @@ fn join(path: &str, name: &str) -> String {
 fn steps(path: &str) -> Option<Vec<FieldStep>> {
     let step = |text: &str| {
         let Some((name, item)) = text.split_once('[') else {
-            return Some(FieldStep { name: text.to_owned(), item: None });
+            return Some(FieldStep { name: text.to_owned(), part: None });
         };
-        let (item, number) = (item.strip_suffix(']')?, item.strip_suffix(']')?.parse::<usize>().ok()?);
-        // Each path can be written in only one way.
-        (number.to_string() == item).then(|| FieldStep { name: name.to_owned(), item: Some(number) })
+        let item = item.strip_suffix(']')?;
+        let part = match item.parse::<usize>() {
+            Err(_) if item.is_empty() => Part::Every,
+            // Each path can be written in only one way.
+            Ok(number) if number.to_string() == item => Part::Item(number),
+            _ => return None,
+        };
+        Some(FieldStep { name: name.to_owned(), part: Some(part) })
     };
     path.split('.').map(|text| step(text).filter(|step| !step.name.is_empty())).collect()
 }

@@ -18,6 +18,9 @@ pub const KINDS: [(&str, &str); 5] = [
 /// Makes a kind optional: follows its name, or is the last item of a list.
 const OPTIONAL: &str = "?";
 
+/// Makes a kind that of the items of a list: follows its name.
+const LIST: &str = "[]";
+
 /// The kind that an item of a file names.
 pub(crate) fn read(item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Vec<Problem>> {
     if let Some(name) = item.as_text() {
@@ -30,7 +33,10 @@ pub(crate) fn read(item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Vec<
 }
 
 fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Problem> {
-    let (name, is_optional) = text.strip_suffix(OPTIONAL).map_or((text, false), |name| (name, true));
+    let (suffix, wrap): (_, fn(Box<FieldKind>) -> FieldKind) =
+        if text.ends_with(LIST) { (LIST, FieldKind::List) } else { (OPTIONAL, FieldKind::Optional) };
+    let wrapped = text.strip_suffix(suffix);
+    let name = wrapped.unwrap_or(text);
     let kind = match name {
         "bool" => FieldKind::Bool,
         "int" => FieldKind::Int,
@@ -46,11 +52,12 @@ fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Pr
         _ => {
             let names = KINDS.map(|(name, _)| name);
             let problem = item.span().problem(format!("unknown kind `{name}`")).with_label("not a kind");
-            let all = "bool, int, real, text, place; with `?` at the end if it may be missing; or a list of symbols";
+            let all = "bool, int, real, text, place; with `?` at the end if it may be missing, with `[]` for a list of \
+                       them; or symbols, such as [\"open\", \"closed\"]";
             return Err(problem.with_help(did_you_mean(name, names).unwrap_or_else(|| all.to_owned())));
         }
     };
-    Ok(if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind })
+    Ok(if wrapped.is_some() { wrap(Box::new(kind)) } else { kind })
 }
 
 /// An item of a list of symbols, if it may follow the items before it.

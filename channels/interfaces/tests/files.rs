@@ -208,6 +208,32 @@ fn a_file_selects_and_renames_fields_of_a_definition() {
 }
 
 #[test]
+fn arrays_become_lists() {
+    let text = r#"
+        [topics.scan]
+        ros = "x/msg/Scan.msg"
+        [topics.some]
+        ros = "x/msg/Scan.msg"
+        fields = { six = "six[]", deep = "inner[0].deep[]", first = "inner[].point[0]" }
+        [topics.own]
+        fields = { ranges = "real[]" }
+    "#;
+    let interface = load([
+        ("robot/arm.toml", text),
+        ("robot/x/msg/Scan.msg", "float32[] ranges\nint8[6] six\nInner[] inner\n"),
+        ("robot/x/msg/Inner.msg", "string name\nint8[2] point\nbool[<=9] deep"),
+    ]);
+    let interface = interface.unwrap();
+    let names = ["ranges: list of real", "six_0: int", "six_1: int"];
+    assert_eq!(fields(&interface.topics[0].fields)[..3], names);
+    let inner = ["inner_name: list of text", "inner_point_0: list of int", "inner_point_1: list of int"];
+    assert_eq!(fields(&interface.topics[0].fields)[7..10], inner);
+    let some = ["six: list of int", "deep: list of bool", "first: list of int"];
+    assert_eq!(fields(&interface.topics[1].fields), some);
+    assert_eq!(fields(&interface.topics[2].fields), ["ranges: list of real"]);
+}
+
+#[test]
 fn packages_are_searched_beside_above_and_where_the_file_says() {
     let text = "packages = ['/opt/ros/share']\n[topics.a]\nros = 'ros/nav/nav_msgs/msg/A.msg'\n\
                 [topics.b]\nros = 'std_msgs/msg/B.msg'\n[topics.alone]\nros = 'Alone.msg'\n";
@@ -238,7 +264,7 @@ fn what_cannot_be_flattened_is_refused_with_a_remedy() {
         ros = "x/msg/Scan.msg"
         [topics.picked]
         ros = "x/msg/Scan.msg"
-        fields = ["angel", "angle.x", "angle[0]", "six[6]", "ranges", "inner.deep", "a..b", "six[one]"]
+        fields = ["angel", "angle.x", "angle[0]", "six[6]", "inner[].deep", "nested[]", "a..b", "six[one]"]
         [topics.large]
         ros = "x/msg/Large.msg"
         [topics.endless]
@@ -267,7 +293,8 @@ fn what_cannot_be_flattened_is_refused_with_a_remedy() {
     "#;
     let problems = problems([
         ("robot/arm.toml", text),
-        ("robot/x/msg/Scan.msg", "float32 angle\nfloat32[] ranges\nint8[6] six\nInner[] inner\n"),
+        ("robot/x/msg/Scan.msg", "float32 angle\nfloat32[] ranges\nint8[6] six\nInner[] inner\nNested[] nested\n"),
+        ("robot/x/msg/Nested.msg", "int8[] deep\nInner[] inner\n"),
         ("robot/x/msg/Inner.msg", "int8 shallow"),
         ("robot/x/msg/Large.msg", "float64[4294967295] matrix"),
         ("robot/x/msg/Endless.msg", "Loop loop"),

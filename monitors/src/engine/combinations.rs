@@ -137,6 +137,7 @@ fn samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
             let none = Value::symbol(FieldKind::NONE);
             std::iter::once(none).chain(samples(kind, constants)).collect()
         }
+        FieldKind::List(_) => vec![Value::List([].into())],
     }
 }
 

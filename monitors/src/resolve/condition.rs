@@ -38,8 +38,25 @@ impl<'a> Resolver<'a> {
             ConditionKind::Compare { left, relation, right } => {
                 self.relate(condition.span, [left, right], *relation, channel)?
             }
+            ConditionKind::Items { every, condition: inside } => {
+                let mut guards = Vec::new();
+                let inside = self.items(inside, condition.span, channel, &mut guards)?;
+                let (counted, relation, number) = match every {
+                    true => (MessageCondition::Not(Box::new(inside)), Relation::Equal, 0),
+                    false => (inside, Relation::GreaterOrEqual, 1),
+                };
+                let counted = formula::Term::Count(Box::new(counted));
+                guards.push(MessageCondition::relating(counted, relation, formula::Term::Value(Value::Int(number))));
+                all(guards)
+            }
             ConditionKind::Remember { field, name } => {
                 let (position, mut guards) = self.position(field, channel?)?;
+                if position.is_list() || self.of_items {
+                    let problem = Problem::new("only a single value can be remembered").at(condition.span, "here");
+                    self.problems
+                        .push(problem.with_help("compare items where they are, with any(…), all(…) or count(…)"));
+                    return None;
+                }
                 guards.push(MessageCondition::Remember {
                     field: position.called(field),
                     name: name.text.as_str().into(),
@@ -47,6 +64,42 @@ impl<'a> Resolver<'a> {
                 all(guards)
             }
         })
+    }
+
+    /// A condition on the items of lists. Conditions that select the messages with these lists are added.
+    fn items(
+        &mut self,
+        condition: &Condition,
+        span: ByteRange,
+        channel: Option<ChannelId>,
+        guards: &mut Vec<MessageCondition>,
+    ) -> Option<MessageCondition> {
+        if self.of_items {
+            let problem = Problem::new("an item has no items").at(span, "inside another any(…), all(…) or count(…)");
+            self.problems.push(problem.with_help("combine the conditions on one item with `and` and `or`"));
+            return None;
+        }
+        self.of_items = true;
+        let inside = self.condition(condition, channel);
+        self.of_items = false;
+        let (inside, channel) = (inside?, channel?);
+        let mut fields: Vec<formula::MessageField> = Vec::new();
+        inside.fields(&mut |field| fields.push(field.clone()));
+        let mut has_list = false;
+        for field in fields {
+            let name = field.name.map_or(FieldName::Number(field.number), |name| FieldName::Named(name.to_string()));
+            let (position, distinguishing) = self.position(&Field { name, span }, channel)?;
+            if position.is_list() {
+                has_list = true;
+                guards.extend(distinguishing.into_iter().filter(|guard| !guards.contains(guard)).collect::<Vec<_>>());
+            }
+        }
+        if !has_list {
+            let problem = Problem::new("no field here is a list").at(span, "of which list?");
+            self.problems.push(problem.with_help("any(…), all(…) and count(…) are about the items of lists"));
+            return None;
+        }
+        Some(inside)
     }
 
     /// The comparison of two terms of any kind.
@@ -99,7 +152,16 @@ impl<'a> Resolver<'a> {
                 let field = Field { name: FieldName::Named(name.text.clone()), span: name.span };
                 self.term(&Term::Field(field), channel, guards)?
             }
-            Term::Operand(operand) => (formula::Term::Value(self.value(operand)?), None),
+            Term::Operand(operand) => {
+                let value = self.value(operand)?;
+                let kind = match &value {
+                    Value::Bool(_) => Some(&FieldKind::Bool),
+                    Value::Int(_) | Value::Real(_) => Some(&FieldKind::Real),
+                    Value::Text(_) => Some(&FieldKind::Text),
+                    Value::Symbol(_) | Value::List(_) => None,
+                };
+                (formula::Term::Value(value), kind.map(|kind| vec![kind]))
+            }
             Term::Arithmetic(left, operator, right) => {
                 let sides = [left, right].map(|side| (side.span(), self.term(side, channel, guards)));
                 for (span, side) in &sides {
@@ -115,6 +177,16 @@ impl<'a> Resolver<'a> {
                 let parts = || formula::Term::Arithmetic(Box::new(left.clone()), *operator, Box::new(right.clone()));
                 (whole.map_or_else(parts, formula::Term::Value), Some(vec![&FieldKind::Real]))
             }
+            Term::Call(function, terms, _) => {
+                let terms: Vec<_> = terms.iter().map(|term| (term.span(), self.term(term, channel, guards))).collect();
+                terms.iter().for_each(|(span, term)| self.check_number(*span, term.as_ref()));
+                let terms = terms.into_iter().map(|(_, term)| Some(term?.0)).collect::<Option<_>>()?;
+                (formula::Term::Call(*function, terms), Some(vec![&FieldKind::Real]))
+            }
+            Term::Count(condition, span) => {
+                let counted = self.items(condition, *span, channel, guards)?;
+                (formula::Term::Count(Box::new(counted)), Some(vec![&FieldKind::Int]))
+            }
         })
     }
 
@@ -126,6 +198,7 @@ impl<'a> Resolver<'a> {
     fn position(&mut self, field: &Field, channel: ChannelId) -> Option<(FieldPosition<'a>, Vec<MessageCondition>)> {
         let mut positions = self.positions(field, channel)?;
         let guards = match &positions[..] {
+            [position] if position.is_item() => Some(Vec::new()),
             [position] => {
                 let samples: Vec<Value> = position.kinds().map(|(_, kind)| sample(kind)).collect();
                 samples.iter().map(|sample| position.guard(sample)).collect::<Option<Vec<_>>>()
@@ -227,7 +300,8 @@ impl<'a> Resolver<'a> {
             self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
             return None;
         }
-        Some(FieldPosition { number, with: shapes.iter().collect(), without: Vec::new() })
+        let of_items = self.of_items;
+        Some(FieldPosition { number, with: shapes.iter().collect(), without: Vec::new(), of_items })
     }
 
     fn named(&mut self, name: &str, span: ByteRange, channel: ChannelId) -> Option<Vec<FieldPosition<'a>>> {
@@ -249,9 +323,10 @@ impl<'a> Resolver<'a> {
             self.problems.push(problem.with_help(nearest_or_all(name, "fields", &known)));
             return None;
         }
+        let of_items = self.of_items;
         let at = |number| {
             let (with, without) = shapes.iter().partition(|shape| position(shape) == Some(number));
-            FieldPosition { number, with, without }
+            FieldPosition { number, with, without, of_items }
         };
         Some(numbers.into_iter().map(at).collect())
     }
@@ -271,7 +346,7 @@ impl<'a> Resolver<'a> {
             MessageCondition::Compare { field, relation, value: value.clone() }
         };
         if let [position] = positions
-            && position.confused_with(value).next().is_none()
+            && (position.is_item() || position.confused_with(value).next().is_none())
         {
             return Some(compare(position, relation));
         }
@@ -338,6 +413,10 @@ fn never_equal(
         }
     }
     let (accepted, field) = (accepted.join(", or "), written(number));
+    if kinds.iter().any(|(_, kind)| matches!(kind, FieldKind::List(_))) {
+        let problem = Problem::new(format!("{field} is a list, and `{value}` is not")).at(span, "not a list");
+        return problem.with_help(format!("its items are compared with any({field} …), all(…) or count(…)"));
+    }
     let mut symbols = kinds.iter().flat_map(|(_, kind)| symbols_of(kind)).map(Symbol::name).peekable();
     match value {
         Value::Symbol(symbol) if symbols.peek().is_some() => {
@@ -359,6 +438,8 @@ struct FieldPosition<'a> {
     /// The shapes of messages that have the field there, and the others.
     with: Vec<&'a Shape>,
     without: Vec<&'a Shape>,
+    /// Whether a list stands for its items.
+    of_items: bool,
 }
 
 impl<'a> FieldPosition<'a> {
@@ -371,14 +452,30 @@ impl<'a> FieldPosition<'a> {
         formula::MessageField { number: self.number, name }
     }
 
+    /// Whether it is an item of a list. The messages with the list are selected where its items are looked at.
+    fn is_item(&self) -> bool {
+        self.of_items && self.is_list()
+    }
+
+    fn is_list(&self) -> bool {
+        self.with.iter().any(|shape| matches!(kind(shape, self.number), Some(FieldKind::List(_))))
+    }
+
+    fn kind(&self, shape: &'a Shape) -> Option<&'a FieldKind> {
+        match kind(shape, self.number)? {
+            FieldKind::List(items) if self.of_items => Some(items),
+            kind => Some(kind),
+        }
+    }
+
     /// The possible values of the field.
     fn kinds(&self) -> impl Iterator<Item = (usize, &'a FieldKind)> {
-        self.with.iter().filter_map(|shape| Some((self.number, kind(shape, self.number)?)))
+        self.with.iter().filter_map(|shape| Some((self.number, self.kind(shape)?)))
     }
 
     /// The shapes in which another field at this position can be compared with the value.
     fn confused_with(&self, value: &Value) -> impl Iterator<Item = &'a Shape> {
-        let compares = |shape: &&&Shape| kind(shape, self.number).is_some_and(|kind| kind.is_comparable_to(value));
+        let compares = |shape: &&&'a Shape| self.kind(shape).is_some_and(|kind| kind.is_comparable_to(value));
         self.without.iter().filter(compares).copied()
     }
 
@@ -445,6 +542,7 @@ fn type_name(value: &Value) -> &'static str {
         Value::Int(_) => "an integer",
         Value::Real(_) => "a real number",
         Value::Text(_) => "text",
+        Value::List(_) => "a list",
     }
 }
 
@@ -459,5 +557,6 @@ fn sample(kind: &FieldKind) -> Value {
         FieldKind::Int | FieldKind::Real => Value::Real(0.0),
         FieldKind::Text => Value::from(""),
         FieldKind::Optional(kind) => sample(kind),
+        FieldKind::List(_) => Value::List([].into()),
     }
 }

@@ -3,7 +3,7 @@
 use channels::Relation;
 use miette::SourceSpan;
 
-use crate::formula::{Arithmetic, Unit};
+use crate::formula::{Arithmetic, Function, Unit};
 
 /// A range of bytes of a file.
 ///
@@ -240,6 +240,8 @@ impl Condition {
         match &self.kind {
             ConditionKind::Remember { name, .. } => vec![name],
             ConditionKind::Not(a) => a.remembered(),
+            // A value of one item among several cannot be remembered; the resolver says so.
+            ConditionKind::Items { condition, .. } => condition.remembered(),
             ConditionKind::And(parts) | ConditionKind::Or(parts) => parts.iter().flat_map(Self::remembered).collect(),
             ConditionKind::Implies(a, b) => [a, b].into_iter().flat_map(|part| part.remembered()).collect(),
             ConditionKind::True | ConditionKind::False | ConditionKind::Compare { .. } | ConditionKind::Unreadable => {
@@ -264,6 +266,13 @@ pub enum ConditionKind {
         relation: Relation,
         /// The right term: a constant, usually.
         right: Term,
+    },
+    /// `any(c)` or `all(c)`: the condition holds with some item, or with every item, of the lists that it mentions.
+    Items {
+        /// Whether it is `all`.
+        every: bool,
+        /// c
+        condition: Box<Condition>,
     },
     /// `m[k] as name`: the message has the field, and its value is remembered.
     Remember {
@@ -293,6 +302,10 @@ pub enum Term {
     Operand(Operand),
     /// `term + term`, or another operator.
     Arithmetic(Box<Term>, Arithmetic, Box<Term>),
+    /// `distance(x, y, u, v)`, or another function.
+    Call(Function, Vec<Term>, ByteRange),
+    /// `count(c)`: the number of items with which the condition holds.
+    Count(Box<Condition>, ByteRange),
 }
 
 impl Term {
@@ -303,6 +316,7 @@ impl Term {
             Self::Field(field) => field.span,
             Self::Operand(operand) => operand.span(),
             Self::Arithmetic(left, _, right) => left.span().to(right.span()),
+            Self::Call(_, _, span) | Self::Count(_, span) => *span,
         }
     }
 }

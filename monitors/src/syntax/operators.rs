@@ -76,6 +76,20 @@ pub const OPERATORS: &[Operator] = &[
          a division by zero, compares like a missing field.",
         "always (BatteryReader, BatteryLevel, level / 100 <= 1)",
     ),
+    word(
+        "distance(X, Y, U, V)",
+        "angle(A, B) yaw(X, Y, Z, W)",
+        "In a condition, the distance between two points, the angle between two directions (0 to π), and the yaw of a \
+         quaternion (−π to π), in the unit of the fields and in radians.",
+        "always (World, Monitors, distance(x_m, y_m, 0, 0) < 5 m and angle(yaw_rad, 0) < 90 deg)",
+    ),
+    word(
+        "any(C)",
+        "all(C) count(C)",
+        "In a condition, it holds for some item of a list, for every item, or for so many. In C, each list stands for \
+         its item at the same place, up to the end of the longest. A message without these lists satisfies none of them.",
+        "always (Laser, Monitor, all(ranges > 0.2) or count(ranges < 1 m) <= 3)",
+    ),
     word("true", "⊤", "True of any message, at any time.", "always (BatteryReader, BatteryLevel, true)"),
     word("false", "⊥", "Never holds.", "always (E implies false)"),
     word("not", "¬ !", "The following does not hold.", "always not E"),

@@ -1,12 +1,12 @@
 //! Conditions on a message: the third part of an event.
 
-use diagnostics::Problem;
+use diagnostics::{Problem, nearest_or_all};
 
 use super::ast::{Condition, ConditionKind, Field, FieldName, Term};
 use super::boolean::Boolean;
 use super::parse::{MAX_OPERATORS, ParseResult, Parser, Stumbled};
 use super::token::{Keyword, TokenKind};
-use crate::formula::Arithmetic;
+use crate::formula::{Arithmetic, Function};
 
 const CONDITION: &str = "a condition compares a field of the message with a value: `m[1] = <ok>`";
 const REMEMBER: &str = "a value is remembered as `m.place as p`, and compared as `m.place = p`";
@@ -45,7 +45,70 @@ impl Parser {
                 return Ok(Condition { kind, span: start });
             }
         }
+        for (word, every) in [("any", false), ("all", true)] {
+            if self.at_call() && self.peek().as_name() == Some(word) {
+                let condition = Box::new(self.of_items()?);
+                return Ok(Condition {
+                    kind: ConditionKind::Items { every, condition },
+                    span: start.to(self.last_span()),
+                });
+            }
+        }
         self.comparison()
+    }
+
+    /// Whether a name with parentheses follows: `count(…)`.
+    fn at_call(&self) -> bool {
+        self.peek().as_name().is_some() && *self.peek_second() == TokenKind::Open
+    }
+
+    /// The condition in parentheses after `any`, `all` or `count`.
+    fn of_items(&mut self) -> ParseResult<Condition> {
+        self.advance();
+        self.advance();
+        // The operators inside are those of other comparisons.
+        let operators = self.operators;
+        let condition = self.deeper(Self::condition)?;
+        self.operators = operators;
+        if !self.take(&TokenKind::Close) {
+            return Err(self.expected("an operator or `)`", "the operators of conditions: and, or, implies"));
+        }
+        Ok(condition)
+    }
+
+    /// `count(c)`, `distance(x, y, u, v)`, or another function.
+    fn call(&mut self) -> ParseResult<Term> {
+        let start = self.span();
+        let name = self.peek().as_name().unwrap_or_default().to_owned();
+        if name == "count" {
+            let condition = Box::new(self.of_items()?);
+            return Ok(Term::Count(condition, start.to(self.last_span())));
+        }
+        let Some(function) = Function::ALL.into_iter().find(|function| function.signature().0 == name) else {
+            let known: Vec<&str> = Function::ALL.map(|function| function.signature().0).into_iter().collect();
+            let known = [&known[..], &["count", "any", "all"]].concat();
+            let problem = Problem::new(format!("unknown function `{name}`")).at(start, "not a function");
+            self.problems.push(problem.with_help(nearest_or_all(&name, "functions", &known)));
+            return Err(Stumbled);
+        };
+        self.advance();
+        self.advance();
+        let mut terms = vec![self.deeper(Self::sum)?];
+        while self.take(&TokenKind::Comma) {
+            terms.push(self.deeper(Self::sum)?);
+        }
+        let (_, wanted) = function.signature();
+        let usage = format!("it is written `{name}({})`", wanted.join(", "));
+        if !self.take(&TokenKind::Close) {
+            return Err(self.expected("an operator, `,` or `)`", &usage));
+        }
+        let span = start.to(self.last_span());
+        if terms.len() != wanted.len() {
+            let message = format!("`{name}` takes {} numbers, not {}", wanted.len(), terms.len());
+            self.problems.push(Problem::new(message).at(span, "here").with_help(usage));
+            return Err(Stumbled);
+        }
+        Ok(Term::Call(function, terms, span))
     }
 
     fn comparison(&mut self) -> ParseResult<Condition> {
@@ -80,7 +143,7 @@ impl Parser {
     /// The left side of a comparison. A name that stands alone there is a field.
     fn left_term(&mut self) -> ParseResult<Term> {
         let after = self.tokens.get(self.at + 1).map(|token| &token.kind);
-        let is_alone = !matches!(after, Some(TokenKind::Arithmetic(_) | TokenKind::Number(_)));
+        let is_alone = !matches!(after, Some(TokenKind::Arithmetic(_) | TokenKind::Number(_) | TokenKind::Open));
         if is_alone && !matches!(self.peek(), TokenKind::Open | TokenKind::Number(_)) {
             let field = self.field()?;
             return self.sum_from(Term::Field(field));
@@ -151,6 +214,9 @@ impl Parser {
             }
             return Ok(inside);
         }
+        if self.at_call() {
+            return self.call();
+        }
         let is_field =
             self.peek().as_name() == Some("m") && matches!(self.peek_second(), TokenKind::OpenIndex | TokenKind::Dot);
         if is_field { Ok(Term::Field(self.field()?)) } else { Ok(Term::Operand(self.operand()?)) }
@@ -163,7 +229,9 @@ impl Parser {
             match token.kind {
                 TokenKind::Open => depth += 1,
                 TokenKind::Close => depth = depth.saturating_sub(1),
-                TokenKind::End | TokenKind::Relation(_) | TokenKind::Comma => return false,
+                TokenKind::End => return false,
+                // Deeper ones are those of a function.
+                TokenKind::Relation(_) | TokenKind::Comma if depth == 1 => return false,
                 _ => {}
             }
             if depth == 0 {

@@ -164,6 +164,9 @@ impl Display for Condition {
             ConditionKind::True | ConditionKind::Unreadable => f.write_str("true"),
             ConditionKind::False => f.write_str("false"),
             ConditionKind::Compare { left, relation, right } => write!(f, "{left} {} {right}", ascii(*relation)),
+            ConditionKind::Items { every, condition } => {
+                write!(f, "{}({condition})", if *every { "all" } else { "any" })
+            }
             ConditionKind::Remember { field, name } => write!(f, "{field} as {name}"),
             ConditionKind::Not(part) => write!(f, "not {}", part.at(Precedence::Prefix)),
             ConditionKind::And(parts) => join(f, parts.iter().map(|part| part.at(Precedence::Until)), " and "),
@@ -198,6 +201,12 @@ impl Display for Term {
                 let left = Factor(left, operator.is_factor() && is_sum(left));
                 write!(f, "{left} {} {}", operator.sign(), Factor(right, true))
             }
+            Self::Call(function, terms, _) => {
+                write!(f, "{}(", function.signature().0)?;
+                join(f, terms.iter(), ", ")?;
+                f.write_str(")")
+            }
+            Self::Count(condition, _) => write!(f, "count({condition})"),
         }
     }
 }

@@ -132,7 +132,36 @@ fn term(term: &Term, message: &Message, names: &Names) -> Option<Value> {
         Term::Arithmetic(left, operator, right) => {
             calculated(&self::term(left, message, names)?, *operator, &self::term(right, message, names)?)
         }
+        Term::Count(condition) => counted(condition, message, names),
+        // Rounded here and there, so the numbers could differ: they have tests of their own.
+        Term::Call(..) => unreachable!("no condition is drawn that calls a function"),
     }
+}
+
+/// Literally: for each place in the lists that the condition mentions, the message with the items there in place of the
+/// lists.
+fn counted(condition: &MessageCondition, message: &Message, names: &Names) -> Option<Value> {
+    let mut mentioned = Vec::new();
+    condition.fields(&mut |field| mentioned.push(field.number));
+    let lists: Vec<&[Value]> = message
+        .fields()
+        .iter()
+        .zip(1..)
+        .filter_map(|(value, number)| match value {
+            Value::List(items) if mentioned.contains(&number) => Some(&**items),
+            _ => None,
+        })
+        .collect();
+    let longest = lists.iter().map(|items| items.len()).max()?;
+    let holds = |place: usize| {
+        // For what is missing, no relation holds but `!=`: nothing is compared with such a symbol.
+        let at = |value: &Value| match value {
+            Value::List(items) => items.get(place).cloned().unwrap_or_else(|| Value::symbol("(missing)")),
+            value => value.clone(),
+        };
+        satisfies(condition, &Message::new(message.fields().iter().map(at)), names)
+    };
+    Some(Value::Int((0..longest).filter(|place| holds(*place)).count() as i64))
 }
 
 /// The result of two integers is an integer of 64 bits, or none; every other result is a finite real, or none.

@@ -49,8 +49,12 @@ const REALS: [f64; 18] = [
 
 const JOINTS: usize = 8;
 
-/// Channels with eight reals, with integers of which one may be missing, and with two forms of messages, there and
-/// back. `A` also receives ticks.
+/// The indexes of the channels that carry messages of their own, not ticks, and that of the channel with lists.
+const TALKATIVE: [usize; 5] = [0, 1, 2, 3, LISTS];
+const LISTS: usize = 5;
+
+/// Channels with eight reals, with integers of which one may be missing, with two forms of messages, there and back,
+/// and with lists. `A` also receives ticks.
 pub(crate) fn topology() -> Arc<Topology> {
     let mut topology = Topology::default();
     let [a, b, c, d, ticks] = ["A", "B", "C", "D", "Ticks"].map(|name| topology.process(name).expect("a new process"));
@@ -59,12 +63,19 @@ pub(crate) fn topology() -> Arc<Topology> {
         Shape::new([("status", FieldKind::symbols(["ok"])), ("n", FieldKind::Int), ("x", FieldKind::Real)]),
         Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
     ]);
+    let list = |kind| FieldKind::List(Box::new(kind));
+    let real = FieldKind::Optional(Box::new(FieldKind::Real));
+    let lists = Domain::new([
+        Shape::new([("ranges", list(real)), ("levels", list(FieldKind::Int)), ("n", FieldKind::Int)]),
+        Shape::new([("off", FieldKind::Bool)]),
+    ]);
     for (from, to, domain) in [
         (a, b, Domain::new([Shape::new((1..=JOINTS).map(|joint| (format!("j{joint}"), FieldKind::Real)))])),
         (b, c, Domain::new([Shape::new([("stamp", FieldKind::Int), ("id", FieldKind::Int), ("item", item)])])),
         (c, d, forms.clone()),
         (d, a, forms),
         (ticks, a, Domain::new([TickGenerator::shape()])),
+        (a, c, lists),
     ] {
         topology.channel(from, to, Capacity::One, domain).expect("a new channel");
     }
@@ -133,6 +144,24 @@ fn relation_of_fields(dice: &mut Dice, fields: usize) -> MessageCondition {
     MessageCondition::Relate { left, relation, right }
 }
 
+/// `any(…)`, `all(…)` or `count(…)`, sometimes with a condition on the whole message.
+fn condition_on_lists(dice: &mut Dice) -> MessageCondition {
+    let inside = if dice.roll(4) == 0 { relation_of_fields(dice, 3) } else { condition(dice, 3, 1) };
+    let denied = MessageCondition::Not(Box::new(inside.clone()));
+    let (counted, relation, number) = match dice.roll(3) {
+        0 => (inside, Relation::GreaterOrEqual, 1.into()),
+        1 => (denied, Relation::Equal, 0.into()),
+        _ => (inside, relation(dice), (dice.roll(4) as i64).into()),
+    };
+    let right = if dice.roll(6) == 0 { Term::Field(3.into()) } else { Term::Value(number) };
+    let items = MessageCondition::Relate { left: Term::Count(Box::new(counted)), relation, right };
+    match dice.roll(4) {
+        0 => MessageCondition::And(vec![items, condition(dice, 3, 1)]),
+        1 => MessageCondition::Not(Box::new(items)),
+        _ => items,
+    }
+}
+
 /// The fields with numbers, and one of another kind.
 pub(crate) fn fields(topology: &Topology) -> Vec<(ChannelId, usize)> {
     let channels: Vec<ChannelId> = topology.channels().collect();
@@ -145,9 +174,13 @@ pub(crate) fn fields(topology: &Topology) -> Vec<(ChannelId, usize)> {
 pub(crate) fn events(dice: &mut Dice, topology: &Topology) -> Vec<EventAtom> {
     let channels: Vec<ChannelId> = topology.channels().collect();
     let event = |_| {
-        let index = dice.roll(4) as usize;
+        let index = *dice.pick(&TALKATIVE);
         let fields = if index == 0 { JOINTS } else { 3 };
-        let condition = if dice.roll(12) == 0 { relation_of_fields(dice, fields) } else { condition(dice, fields, 2) };
+        let condition = match dice.roll(12) {
+            _ if index == LISTS => condition_on_lists(dice),
+            0 => relation_of_fields(dice, fields),
+            _ => condition(dice, fields, 2),
+        };
         EventAtom { channel: channels[index], condition }
     };
     (0..3).map(event).collect()
@@ -171,7 +204,7 @@ pub(crate) fn formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formu
 
 /// A message on one of the channels.
 pub(crate) fn received(dice: &mut Dice, topology: &Topology) -> EventKind {
-    let index = dice.roll(4) as usize;
+    let index = *dice.pick(&TALKATIVE);
     let channel = topology.channels().nth(index).expect("a channel");
     EventKind::Received { channel, message: message(dice, index) }
 }
@@ -195,6 +228,15 @@ pub(crate) fn message(dice: &mut Dice, index: usize) -> Message {
         1 => {
             let item = if dice.roll(3) == 0 { Value::symbol(FieldKind::NONE) } else { int(dice) };
             Message::new([int(dice), int(dice), item])
+        }
+        LISTS if dice.roll(5) == 0 => Message::new([true.into()]),
+        LISTS => {
+            let ranges: Vec<Value> = (0..dice.roll(4))
+                .map(|_| if dice.roll(4) == 0 { Value::symbol(FieldKind::NONE) } else { real(dice) })
+                .collect();
+            let levels: Vec<Value> = (0..dice.roll(4)).map(|_| int(dice)).collect();
+            let number = if dice.roll(2) == 0 { Value::Int(dice.roll(4) as i64) } else { int(dice) };
+            Message::new([Value::List(ranges.into()), Value::List(levels.into()), number])
         }
         _ if dice.roll(3) == 0 => Message::new([Value::symbol("error"), "reason".into()]),
         _ => Message::new([Value::symbol("ok"), int(dice), real(dice)]),

@@ -271,7 +271,7 @@ fn event(
     decoded: &ros_messages::Value,
 ) -> Result<Option<(i64, Message)>, (Reason, String)> {
     for test in &entry.tests {
-        let value = value_at(decoded, &test.path, &test.text, Number::Plain)?;
+        let value = value_at(test.path.find(decoded), test.path.end, &test.text, Number::Plain)?;
         if !test.values.iter().any(|wanted| is_same(wanted, &value)) {
             return Ok(None);
         }
@@ -293,27 +293,41 @@ fn event(
     refused.map_or(Ok(Some((time_ns, message))), Err)
 }
 
+/// A value, or why its message is left out.
+type Fitting = Result<Value, (Reason, String)>;
+
 /// The value of a field.
-fn field(rule: &FieldRule, decoded: &ros_messages::Value) -> Result<Value, (Reason, String)> {
+fn field(rule: &FieldRule, decoded: &ros_messages::Value) -> Fitting {
     match rule {
         FieldRule::Constant(value) => Ok(value.clone()),
-        FieldRule::Path { path, text, number } => value_at(decoded, path, text, *number),
-        FieldRule::Symbols { path, text, symbols } => {
-            let value = value_at(decoded, path, text, Number::Plain)?;
+        FieldRule::Path { path, text, number } => {
+            each(path, decoded, &|found| value_at(found, path.end, text, *number))
+        }
+        FieldRule::Symbols { path, text, symbols } => each(path, decoded, &|found| {
+            let value = value_at(found, path.end, text, Number::Plain)?;
             let written = as_written(&value);
             match symbols.iter().find(|(known, _)| *known == written) {
                 Some((_, symbol)) => Ok(Value::Symbol(symbol.clone())),
                 // An item that the array does not have is not an unknown value.
-                None if path.find(decoded).is_none() => Ok(none()),
+                None if found.is_none() => Ok(none()),
                 None => Err((Reason::Symbol, format!("`{text}` is {written}"))),
             }
-        }
+        }),
     }
 }
 
-/// The value at a path; `<none>` if the array does not have the item, and for NaN.
-fn value_at(message: &ros_messages::Value, path: &Path, text: &str, number: Number) -> Result<Value, (Reason, String)> {
-    let value = match (path.find(message), path.end) {
+/// The value that is made of what the path leads to, or the list of them if it leads to every item.
+fn each(path: &Path, message: &ros_messages::Value, make: &dyn Fn(Option<&ros_messages::Value>) -> Fitting) -> Fitting {
+    if path.is_list() {
+        path.find_all(message).map(make).collect::<Result<_, _>>().map(Value::List)
+    } else {
+        make(path.find(message))
+    }
+}
+
+/// The value that was found at a path; `<none>` if the array does not have the item, and for NaN.
+fn value_at(found: Option<&ros_messages::Value>, end: End, text: &str, number: Number) -> Fitting {
+    let value = match (found, end) {
         (Some(ros_messages::Value::Bool(truth)), _) => Some(Value::Bool(*truth)),
         (Some(ros_messages::Value::Int(integer)), _) => {
             // `<none>` is neither less nor greater than any number, so it cannot stand for a large integer.

@@ -1,4 +1,4 @@
-//! Paths to fields: `pose.position.x`, `covariance[0]`, `status_list[-1].status`.
+//! Paths to fields: `pose.position.x`, `covariance[0]`, `status_list[-1].status`, `ranges[]`.
 
 use std::sync::Arc;
 
@@ -7,9 +7,20 @@ use ros_messages::{Base, Constant, Count, Layout, Primitive, Type, Value, Want};
 /// A path that leads to a field of a message type.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
-    /// The fields, each with an item if it is an array; negative items count from the end.
-    steps: Vec<(usize, Option<i64>)>,
+    steps: Vec<Step>,
     pub(crate) end: End,
+}
+
+/// The number of a field, and what of it if it is an array.
+type Step = (usize, Option<Part>);
+
+/// What a path takes of an array.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    /// One item; negative numbers count from the end.
+    Item(i64),
+    /// Every item: the path leads to a list.
+    Every,
 }
 
 /// The destination of a path.
@@ -37,8 +48,10 @@ impl Path {
         let mut end = Err(format!("`{text}` is not a path"));
         for part in text.split('.') {
             let (name, item) = match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+                Some((name, "")) => (name, Some(Part::Every)),
                 Some((name, item)) => {
-                    (name, Some(item.parse::<i64>().map_err(|_| format!("`{item}` is not the number of an item"))?))
+                    let number = item.parse().map_err(|_| format!("`{item}` is not the number of an item"))?;
+                    (name, Some(Part::Item(number)))
                 }
                 None => (part, None),
             };
@@ -50,10 +63,16 @@ impl Path {
             };
             let kind = &layout.fields[field].kind;
             let is_array = kind.count != Count::One;
-            if let (false, Some(item)) = (is_array, item) {
-                return Err(format!("`{name}` is not an array, so it has no item {item}"));
+            match item {
+                Some(Part::Item(item)) if !is_array => {
+                    return Err(format!("`{name}` is not an array, so it has no item {item}"));
+                }
+                Some(Part::Every) if !is_array => return Err(format!("`{name}` is not an array, so it has no items")),
+                Some(Part::Every) if steps.iter().any(|(_, part)| *part == Some(Part::Every)) => {
+                    return Err(format!("`{text}` would be a list of lists: name an item of one array"));
+                }
+                _ => steps.push((field, item)),
             }
-            steps.push((field, item));
             end = end_of(kind, item.is_some());
             at = match &kind.base {
                 Base::Message(layout) if !is_array || item.is_some() => Some(layout),
@@ -70,22 +89,44 @@ impl Path {
 
     /// Whether it leads through an item that an array may not have.
     pub(crate) fn may_be_missing(&self) -> bool {
-        self.steps.iter().any(|(_, item)| item.is_some())
+        self.steps.iter().any(|(_, part)| matches!(part, Some(Part::Item(_))))
     }
 
-    /// The value in a message of that type; none if an array does not have the item.
-    pub(crate) fn find<'v>(&self, message: &'v Value) -> Option<&'v Value> {
-        self.steps.iter().try_fold(message, |at, (field, item)| {
-            let Value::Message(fields) = at else { return None };
-            match (fields.get(*field)?, item) {
-                (Value::List(items), Some(item)) => {
-                    let index = if *item < 0 { items.len() as i64 + item } else { *item };
-                    items.get(usize::try_from(index).ok()?)
-                }
-                (value, _) => Some(value),
-            }
-        })
+    /// Whether it leads to every item of an array.
+    pub(crate) fn is_list(&self) -> bool {
+        self.steps.iter().any(|(_, part)| *part == Some(Part::Every))
     }
+
+    /// The value in a message of that type; none if an array does not have the item, or if the path leads to every item.
+    pub(crate) fn find<'v>(&self, message: &'v Value) -> Option<&'v Value> {
+        follow(&self.steps, message)
+    }
+
+    /// The values of every item of the array, each of them as [`Self::find`] returns it.
+    pub(crate) fn find_all<'v>(&self, message: &'v Value) -> impl Iterator<Item = Option<&'v Value>> {
+        let every = self.steps.iter().position(|(_, part)| *part == Some(Part::Every)).unwrap_or_default();
+        let (before, after) = self.steps.split_at(every);
+        let array = after.split_first().and_then(|((field, _), rest)| {
+            let Value::Message(fields) = follow(before, message)? else { return None };
+            let Value::List(items) = fields.get(*field)? else { return None };
+            Some(items.iter().map(move |item| follow(rest, item)))
+        });
+        array.into_iter().flatten()
+    }
+}
+
+fn follow<'v>(steps: &[Step], from: &'v Value) -> Option<&'v Value> {
+    steps.iter().try_fold(from, |at, (field, part)| {
+        let Value::Message(fields) = at else { return None };
+        match (fields.get(*field)?, part) {
+            (Value::List(items), Some(Part::Item(item))) => {
+                let index = if *item < 0 { items.len() as i64 + item } else { *item };
+                items.get(usize::try_from(index).ok()?)
+            }
+            (_, Some(Part::Every)) => None,
+            (value, _) => Some(value),
+        }
+    })
 }
 
 fn before(text: &str, part: &str) -> String {
@@ -101,7 +142,8 @@ fn end_of(kind: &Type<Arc<Layout>>, has_item: bool) -> Result<End, String> {
             Ok(End::Bytes)
         }
         _ if !is_one => {
-            Err("this is an array; name one of its items, such as `[0]`, or `[-1]` for the last".to_owned())
+            let items = "name one of its items, such as `[0]`, `[-1]` for the last, or all of them with `[]`";
+            Err(format!("this is an array; {items}"))
         }
         Base::Primitive(Primitive::Bool) => Ok(End::Bool),
         Base::Primitive(Primitive::Float32 | Primitive::Float64) => Ok(End::Real),
@@ -119,7 +161,7 @@ fn is_time(layout: &Layout) -> bool {
     layout.name.package.as_deref() == Some("builtin_interfaces") && layout.name.name == "Time"
 }
 
-fn want_below(steps: &[(usize, Option<i64>)], layout: &Layout, want: &mut Want) {
+fn want_below(steps: &[Step], layout: &Layout, want: &mut Want) {
     let Some(((field, _), rest)) = steps.split_first() else {
         *want = Want::All;
         return;

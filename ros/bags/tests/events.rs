@@ -122,6 +122,27 @@ fn integers_are_exact_or_left_out_and_a_missing_item_is_none() {
 }
 
 #[test]
+fn an_array_is_one_item_or_a_list_of_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let odd = |ms, items: &[(&str, f32)]| ("/odd", ODD, ms, odd(false, 1, 1, items));
+    let bag = bag_of(
+        folder.path(),
+        &[odd(1, &[("a", 1.0), ("b", f32::NAN), ("c", f32::INFINITY)]), odd(2, &[]), odd(3, &[("d", 2.0)])],
+    );
+    let text = "[[messages]]\ntopic = \"/odd\"\nfrom = \"a\"\nto = \"b\"\n[messages.fields]\nweights = \"items[].weight\"\n\
+                names = { path = \"items[].name\", symbols = { a = \"x\", b = \"y\", c = \"z\" } }\nids = \"id[]\"\n";
+    let (events, notes) = read_with(&bag, text);
+    let messages: Vec<&str> = events.iter().filter_map(|line| line.split_once("→ b ")).map(|(_, rest)| rest).collect();
+    assert_eq!(
+        messages,
+        ["[[1.0, <none>, inf], [<x>, <y>, <z>], [171, 0, 1, 255]]", "[[], [], [171, 0, 1, 255]]"],
+        "{events:?}"
+    );
+    // The third message has a name without a symbol.
+    assert_eq!(notes.len(), 1, "{notes:?}");
+}
+
+#[test]
 fn messages_that_do_not_fit_their_definition_are_counted() {
     let folder = tempfile::tempdir().expect("a folder");
     let wrong = ("std_msgs/msg/String", "float64[10] x\n");

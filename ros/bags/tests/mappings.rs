@@ -32,6 +32,8 @@ fn what_does_not_fit_the_bag_is_refused_at_its_place() {
         problems("/odd", "\"items[last].name\""),
         problems("/odd", "{ path = \"wide\", scale = 2 }"),
         problems("/odd", "\"mode\"\ntime = \"mode\""),
+        problems("/odd", "\"mode[]\""),
+        problems("/odd", "\"mode\"\nwhere = { \"items[].name\" = \"a\" }"),
         problems("/go", "\"goal_id.uuid\""),
     ];
     insta::assert_snapshot!(all.concat());

@@ -25,15 +25,19 @@ pub fn event_line(event: &Event, topology: &Topology) -> String {
 /// A message as the event log writes it: `[{"sym":"ok"},83.2]`. JSON has no number for infinity: `{"real":"-inf"}`.
 #[must_use]
 pub fn message_json(message: &Message) -> serde_json::Value {
-    let value = |value: &Value| match value {
+    message.fields().iter().map(value_json).collect()
+}
+
+fn value_json(value: &Value) -> serde_json::Value {
+    match value {
         Value::Symbol(symbol) => json!({ "sym": symbol.name() }),
         Value::Bool(truth) => json!(truth),
         Value::Int(number) => json!(number),
         Value::Real(number) if number.is_infinite() => json!({ "real": number.to_string() }),
         Value::Real(number) => json!(number),
         Value::Text(text) => json!(&**text),
-    };
-    message.fields().iter().map(value).collect()
+        Value::List(items) => items.iter().map(value_json).collect(),
+    }
 }
 
 /// Writes the event log as JSON Lines: one line that describes the run, then one line per communication, one per

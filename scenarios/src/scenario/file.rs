@@ -295,11 +295,13 @@ fn read_behavior(root: Table<'_>) -> Option<BehaviorEntry> {
         let skills = path(
             root,
             "skills",
-            "The folder of the SCXML machines that carry out the tree's leaves. Required unless there is a `base` or a \
-             `model`.",
+            "The folder of the SCXML machines that carry out the tree's leaves: those that `leaves` does not describe. By \
+             default, `skills` beside the file that names the tree.",
         );
-        let (tree, skills) = (tree.required(), skills.required());
-        Some(BehaviorFiles { tree: tree?, skills: skills? })
+        let (tree, skills) = (tree.required(), skills.optional());
+        let tree = tree?;
+        let beside = || Spanned { value: named("skills", &tree.span), span: tree.span.clone() };
+        Some(BehaviorFiles { skills: skills.unwrap_or_else(beside), tree })
     });
     model.map(BehaviorEntry::Model).or(files.map(BehaviorEntry::Files))
 }

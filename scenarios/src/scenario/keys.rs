@@ -18,7 +18,7 @@ impl ScenarioFile {
         dependent.insert("map".to_owned(), json!(["sites"]));
         // A file with a base inherits what is required.
         let whole = json!({
-            "required": ["tree", "skills"],
+            "required": ["tree"],
             "dependentRequired": dependent,
             "properties": {
                 "sites": { "required": ["start"] },

@@ -43,12 +43,23 @@ impl Stop {
             "When a property is violated: any (`true`), or one of those named. Without monitors, the run continues.",
         );
         let when_settled = table.boolean("when_settled").about("When every property has a final verdict.");
-        let after = table.seconds("after_s").about("How long the run continues after that, in seconds.");
+        let after =
+            table.seconds("after_s").about("How long the run continues after that, in seconds; 0 if not given.");
+        let ends = ["at", "on_violation", "when_settled"];
+        let after = after.spanned().optional();
+        if let Some(after) = &after
+            && !ends.into_iter().any(|key| table.has(key))
+        {
+            let problem =
+                after.span.problem("`stop.after_s` says how long to wait after something, but not after what");
+            let help = format!("add one of {}; the whole run is limited by `execution.max_time_s`", ends.join(", "));
+            table.report(problem.with_label("after what?").with_help(help));
+        }
         Self {
             at,
             on_violation: on_violation.rules(|| json!({ "default": false })).or(StopOnViolation::Never),
             when_settled: when_settled.default(false),
-            after: after.default(Duration::ZERO),
+            after: after.map_or(Duration::ZERO, |after| after.value),
         }
     }
 }

@@ -52,6 +52,8 @@ fn datum(value: &Value) -> Datum {
         Value::Int(number) => (*number as f64).into(),
         Value::Real(number) => (*number).into(),
         Value::Text(text) => Datum::Text(Arc::clone(text)),
+        // Only several megabytes are too large.
+        Value::List(items) => Datum::array(items.iter().map(datum)).unwrap_or_default(),
     }
 }
 
@@ -96,6 +98,9 @@ pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
         (FieldKind::Text, Datum::Text(text)) => Some(Value::Text(Arc::clone(text))),
         (FieldKind::Optional(_), Datum::Undefined) => Some(Value::symbol(FieldKind::NONE)),
         (FieldKind::Optional(kind), datum) => value(datum, kind),
+        (FieldKind::List(kind), Datum::Array(items)) => {
+            items.items().iter().map(|item| value(item, kind)).collect::<Option<_>>().map(Value::List)
+        }
         _ => None,
     }
 }

@@ -88,7 +88,7 @@ impl CompiledEntry {
     fn suit(&mut self, shape: &Shape, domain: &Domain) -> Result<(), i64> {
         let Some(theirs) = domain.shapes().iter().find(|theirs| fits(shape, theirs)) else { return Ok(()) };
         for (rule, (_, kind)) in self.fields.iter_mut().zip(theirs.fields()) {
-            let kind = if let FieldKind::Optional(kind) = kind { kind } else { kind };
+            let kind = of_values(kind);
             match rule {
                 FieldRule::Path { number: number @ Number::Plain, .. } if *kind == FieldKind::Real => {
                     *number = Number::Real
@@ -202,7 +202,7 @@ impl Mapping {
         let mut fields = FieldCompiler { layout: &layout, want: Want::Nothing, problems };
         let clock = fields.time(mapped.time.as_ref().unwrap_or(&self.time));
         let tests = mapped.tests.iter().filter_map(|(path, values)| {
-            Some(Test { path: fields.resolve(path)?, text: path.value.clone(), values: values.clone() })
+            Some(Test { path: fields.resolve_one(path)?, text: path.value.clone(), values: values.clone() })
         });
         let tests: Vec<Test> = tests.collect();
         let compiled = mapped.fields.iter().filter_map(|(name, source)| {
@@ -239,12 +239,23 @@ impl FieldCompiler<'_> {
         }
     }
 
+    /// The path, if it does not lead to a list.
+    fn resolve_one(&mut self, text: &Spanned<String>) -> Option<Path> {
+        let path = self.resolve(text)?;
+        if path.is_list() {
+            let problem = text.span.problem(format!("`{}` is a list", text.value)).with_label("one value is needed");
+            self.problems.push(problem.with_help("name an item of the array, such as `[0]`, or `[-1]` for the last"));
+            return None;
+        }
+        Some(path)
+    }
+
     fn time(&mut self, time: &Spanned<String>) -> Option<MessageTime> {
         match time.value.as_str() {
             "log" => Some(MessageTime::Log),
             "publish" => Some(MessageTime::Publish),
             _ => {
-                let path = self.resolve(time)?;
+                let path = self.resolve_one(time)?;
                 if path.end == End::Time {
                     return Some(MessageTime::Field(path));
                 }
@@ -265,6 +276,7 @@ impl FieldCompiler<'_> {
                 names.dedup();
                 let kind = FieldKind::Symbol(names);
                 let kind = if path.may_be_missing() { optional(kind) } else { kind };
+                let kind = if path.is_list() { FieldKind::List(Box::new(kind)) } else { kind };
                 Some((FieldRule::Symbols { path, text: text.value.clone(), symbols: symbols.clone() }, kind))
             }
             FieldSource::Path { path: text, symbols: None, scale } => {
@@ -283,7 +295,9 @@ impl FieldCompiler<'_> {
                 };
                 let number = scale.as_ref().map_or(Number::Plain, |scale| Number::Scaled(scale.value));
                 // NaN and a missing item become `<none>`.
-                Some((FieldRule::Path { path, text: text.value.clone(), number }, optional(kind)))
+                let kind = optional(kind);
+                let kind = if path.is_list() { FieldKind::List(Box::new(kind)) } else { kind };
+                Some((FieldRule::Path { path, text: text.value.clone(), number }, kind))
             }
         }
     }
@@ -296,6 +310,15 @@ fn kind_of(value: &Value) -> FieldKind {
         Value::Int(_) => FieldKind::Int,
         Value::Real(_) => FieldKind::Real,
         Value::Text(_) => FieldKind::Text,
+        Value::List(items) => FieldKind::List(Box::new(items.first().map_or(FieldKind::Real, kind_of))),
+    }
+}
+
+/// The kind of a field's values: of its items, if it is a list.
+fn of_values(kind: &FieldKind) -> &FieldKind {
+    match kind {
+        FieldKind::Optional(kind) | FieldKind::List(kind) => of_values(kind),
+        kind => kind,
     }
 }
 
@@ -365,6 +388,7 @@ fn may_be(ours: &FieldKind, theirs: &FieldKind) -> bool {
         (ours, FieldKind::Optional(theirs)) => may_be(ours, theirs),
         (FieldKind::Symbol(ours), FieldKind::Symbol(theirs)) => ours.iter().all(|symbol| theirs.contains(symbol)),
         (FieldKind::Int | FieldKind::Real, FieldKind::Real) => true,
+        (FieldKind::List(ours), FieldKind::List(theirs)) => may_be(ours, theirs),
         (ours, theirs) => ours == theirs,
     }
 }

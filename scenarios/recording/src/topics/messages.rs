@@ -19,8 +19,8 @@ pub(super) struct MessageType {
 
 /// A field of the type.
 struct TypeField {
-    /// Its name and kind in the domain.
-    of: (String, Primitive),
+    /// Its name in the domain, and the ROS type of its values.
+    of: (String, FieldType),
     /// Its name in ROS.
     name: String,
     /// Whether a message may lack it.
@@ -28,15 +28,21 @@ struct TypeField {
 }
 
 /// The ROS type for values of a kind, and whether there may be no value.
-fn ros_type(kind: &FieldKind) -> (Primitive, bool) {
+fn ros_type(kind: &FieldKind) -> (FieldType, bool) {
+    let one = |primitive| ((primitive, Count::One), false);
     match kind {
-        FieldKind::Bool => (Primitive::Bool, false),
-        FieldKind::Int => (Primitive::Int64, false),
-        FieldKind::Real => (Primitive::Float64, false),
-        FieldKind::Symbol(_) | FieldKind::Text => (Primitive::String(None), false),
+        FieldKind::Bool => one(Primitive::Bool),
+        FieldKind::Int => one(Primitive::Int64),
+        FieldKind::Real => one(Primitive::Float64),
+        FieldKind::Symbol(_) | FieldKind::Text => one(Primitive::String(None)),
         FieldKind::Optional(kind) => (ros_type(kind).0, true),
+        // ROS has no sequences of sequences, and no channel has lists of lists. An item that may be missing is left out.
+        FieldKind::List(kind) => ((ros_type(kind).0.0, Count::Any), false),
     }
 }
+
+/// A primitive type, alone or in a sequence.
+type FieldType = (Primitive, Count);
 
 /// The name of the field with the time of receipt.
 const MOMENT: &str = "event";
@@ -72,8 +78,10 @@ impl MessageType {
 
     pub(super) fn definition(&self) -> Bundle {
         let fields = self.fields.iter().map(|field| {
-            let count = if field.is_optional { Count::UpTo(1) } else { Count::One };
-            Field::new(&field.name, Type { base: Base::Primitive(field.of.1), count })
+            let (primitive, count) = field.of.1;
+            // A list that a message lacks is an empty sequence.
+            let count = if field.is_optional && count == Count::One { Count::UpTo(1) } else { count };
+            Field::new(&field.name, Type { base: Base::Primitive(primitive), count })
         });
         let fields = std::iter::once(Field::new(MOMENT, Moment::kind())).chain(fields).collect();
         let mut types = Vec::new();
@@ -95,7 +103,8 @@ impl MessageType {
                 matches!(kind, FieldKind::Optional(_)) && value.is_symbol(FieldKind::NONE)
             };
             let value = value.filter(|(kind, value)| !is_none(kind, value)).map(|(_, value)| value);
-            if field.is_optional {
+            let is_list = field.of.1.1 == Count::Any;
+            if is_list && value.is_none() || field.is_optional && !is_list {
                 cdr.length(usize::from(value.is_some()));
             }
             value.into_iter().for_each(|value| write_value(value, cdr));
@@ -110,6 +119,11 @@ fn write_value(value: &Value, cdr: &mut CdrWriter) {
         Value::Int(number) => number.write(cdr),
         Value::Real(number) => number.write(cdr),
         Value::Text(text) => cdr.text(text),
+        Value::List(items) => {
+            let items: Vec<&Value> = items.iter().filter(|item| !item.is_symbol(FieldKind::NONE)).collect();
+            cdr.length(items.len());
+            items.into_iter().for_each(|item| write_value(item, cdr));
+        }
     }
 }
 

@@ -123,7 +123,8 @@ impl DataKind {
             Value::Real(number) => (*number).into(),
             Value::Text(text) if self == Self::Any => serde_json::from_str(text).map(from_json).unwrap_or_default(),
             Value::Text(text) => Datum::Text(std::sync::Arc::clone(text)),
-            Value::Symbol(_) => Datum::Undefined,
+            // No message of a model has one.
+            Value::Symbol(_) | Value::List(_) => Datum::Undefined,
         }
     }
 

@@ -238,15 +238,21 @@ impl Content {
     /// Its value when this message was received.
     fn datum(&self, message: &Message) -> Datum {
         match self {
-            Self::Field(field) => message.field(*field).map_or(Datum::Undefined, |value| match value {
-                Value::Symbol(symbol) => symbol.name().into(),
-                Value::Bool(truth) => (*truth).into(),
-                Value::Int(number) => (*number as f64).into(),
-                Value::Real(number) => (*number).into(),
-                Value::Text(text) => Datum::Text(Arc::clone(text)),
-            }),
+            Self::Field(field) => message.field(*field).map_or(Datum::Undefined, datum),
             Self::Value(value) => value.clone(),
         }
+    }
+}
+
+fn datum(value: &Value) -> Datum {
+    match value {
+        Value::Symbol(symbol) => symbol.name().into(),
+        Value::Bool(truth) => (*truth).into(),
+        Value::Int(number) => (*number as f64).into(),
+        Value::Real(number) => (*number).into(),
+        Value::Text(text) => Datum::Text(Arc::clone(text)),
+        // Only several megabytes are too large.
+        Value::List(items) => Datum::array(items.iter().map(datum)).unwrap_or_default(),
     }
 }
 
