@@ -97,7 +97,8 @@ impl Path {
         self.steps.iter().any(|(_, part)| *part == Some(Part::Every))
     }
 
-    /// The value in a message of that type; none if an array does not have the item, or if the path leads to every item.
+    /// The value in a message of that type; none if an array does not have the item, or if the path leads to every
+    /// item.
     pub(crate) fn find<'v>(&self, message: &'v Value) -> Option<&'v Value> {
         follow(&self.steps, message)
     }

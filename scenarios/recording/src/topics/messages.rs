@@ -36,7 +36,8 @@ fn ros_type(kind: &FieldKind) -> (FieldType, bool) {
         FieldKind::Real => one(Primitive::Float64),
         FieldKind::Symbol(_) | FieldKind::Text => one(Primitive::String(None)),
         FieldKind::Optional(kind) => (ros_type(kind).0, true),
-        // ROS has no sequences of sequences, and no channel has lists of lists. An item that may be missing is left out.
+        // ROS has no sequences of sequences, and no channel has lists of lists. An item that may be missing is left
+        // out.
         FieldKind::List(kind) => ((ros_type(kind).0.0, Count::Any), false),
     }
 }
