@@ -26,7 +26,7 @@ use self::table::FindingsTable;
 use self::violation::Violation;
 use crate::interrupt;
 use crate::names::ScenarioName;
-use crate::output::{Text, note, print_json, print_wrapped};
+use crate::output::{Text, note, print, print_json, print_wrapped};
 use crate::progress::{ProgressForm, ProofProgress};
 use crate::run::select::select;
 
@@ -61,6 +61,11 @@ pub(crate) struct ProveArgs {
     /// detects
     #[arg(long, conflicts_with_all = ["messages", "unreached", "promela", "out", "replay"])]
     mutants: bool,
+    /// Prints the machine that may answer anything in place of this component, as SCXML to begin with, and proves
+    /// nothing
+    #[arg(long, value_name = "COMPONENT")]
+    #[arg(conflicts_with_all = ["mutants", "messages", "out", "replay", "unreached", "promela", "junit", "json"])]
+    stand_in: Option<String>,
     /// Shows all messages of a run that violates a property, not only those that the property is about
     #[arg(long)]
     messages: bool,
@@ -114,6 +119,10 @@ impl From<SearchOrder> for Order {
 pub(crate) fn prove(args: &ProveArgs) -> Result<ExitCode, Error> {
     let stop = interrupt::listen();
     let found = select(&args.scenarios, &[])?;
+    if let Some(component) = &args.stand_in {
+        found.iter().try_for_each(|found| args.show_stand_in(found, component))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut complaints = Complaints::default();
     let proofs: Vec<Proof> = found.iter().filter_map(|found| complaints.take(args.load(found))).collect();
     complaints.check()?;
@@ -226,6 +235,15 @@ impl ProveArgs {
 
     fn load(&self, found: &Found) -> Result<Proof, scenarios::Error> {
         Proof::new(Arc::new(Scenario::load_for_proof(found, &self.set)?), &self.properties)
+    }
+
+    /// Prints the machine that may answer anything in place of a component.
+    fn show_stand_in(&self, found: &Found, component: &str) -> Result<(), Error> {
+        let anything = format!("prove.components.{component:?}={{answers=\"anything\"}}");
+        let set = [self.set.as_slice(), &[anything]].concat();
+        let scenario = Scenario::load_for_proof(found, &set)?;
+        let machine = scenario.components.get(component).and_then(|component| component.machine());
+        print(machine.map_or("", |skill| skill.machine.file().text()))
     }
 
     fn limits(&self, proof: &Proof, stop: &'static AtomicBool) -> Limits {

@@ -42,6 +42,7 @@ mod schemas;
 mod scripts;
 mod skill_command;
 mod skill_errors;
+mod stand_ins;
 mod steward;
 mod stop;
 mod tree_command;

@@ -290,7 +290,7 @@ fn probes(key: &Key) -> Vec<Value> {
 
 /// Mistakes that only a reader can detect: a missing file, the contents of another file, a rule about two keys, a
 /// language inside a string.
-const ONLY_THE_READER: [&str; 33] = [
+const ONLY_THE_READER: [&str; 34] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
     "actions.NAME.result",
@@ -322,6 +322,7 @@ const ONLY_THE_READER: [&str; 33] = [
     "services.NAME.reply",
     "services.NAME.request",
     "services.NAME.ros",
+    "stop.after_s",
     "topics.NAME.fields",
     "topics.NAME.ros",
 ];

@@ -111,6 +111,13 @@ pub trait Process: ProcessState + Debug + Send + Sync {
         })
     }
 
+    /// What an internal transition that is offered now does, in words that continue the process's name. `None` if it is
+    /// not worth mentioning.
+    fn in_words(&self, transition: TransitionId) -> Option<String> {
+        let _ = transition;
+        None
+    }
+
     /// The current location in a word or two, for reports and pictures: `idle`, `waiting for Navigation`.
     fn location(&self) -> String;
 }

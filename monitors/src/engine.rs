@@ -26,6 +26,7 @@ pub(crate) use alphabet::{Alphabet, Letter, MAX_EVENTS};
 pub(crate) use anticipation::Anticipation;
 pub(crate) use automaton::{Automaton, AutomatonRun};
 pub(crate) use combinations::combinations;
+pub use combinations::samples;
 pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
 pub use limits::Limits;
 pub(crate) use obligations::{Clause, Obligation, Obligations};

@@ -237,7 +237,7 @@ pub mod syntax;
 mod synthesis;
 mod wording;
 
-pub use engine::{Limits, Symbol};
+pub use engine::{Limits, Symbol, samples};
 pub use explain::explain;
 pub use export::Format;
 pub use formula::{

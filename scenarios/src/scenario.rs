@@ -24,9 +24,11 @@ mod prove;
 mod ready_made;
 mod robot;
 pub mod schedule;
+mod scxml_text;
 mod settings;
 mod skill;
 mod snapshots;
+mod stand_in;
 mod stop;
 mod truth;
 mod world;
@@ -57,12 +59,13 @@ pub use model_entry::ModelEntry;
 pub use monitoring::{MachineMonitor, Monitoring, Watched};
 pub use premises::{Premises, PremisesEntry, Sites, Start};
 pub use prove::{
-    ALL_REACHED, AllowedFault, BatteryAssumption, Drained, FaultAssumption, GENERAL, MessageAssumption, PROGRESS,
-    Passes, ProofOutcome, ProveEntry, StandIn, TripAssumption,
+    ALL_REACHED, AllowedFault, BatteryAssumption, Conduct, Drained, FaultAssumption, GENERAL, MessageAssumption,
+    PROGRESS, Passes, ProofOutcome, ProveEntry, StandIn, TripAssumption,
 };
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;
 pub use skill::Skill;
+pub use stand_in::literals;
 pub use stop::{Stop, StopOnViolation};
 pub use truth::{Fact, Truths};
 pub use world::WorldBody;

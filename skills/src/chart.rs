@@ -41,6 +41,9 @@ pub(crate) const SCXML_PROCESSOR: &str = "http://www.w3.org/TR/scxml/#SCXMLEvent
 /// The name of the event I/O processor that sends messages on channels.
 pub const CHANNEL_PROCESSOR: &str = "channel";
 
+/// The event I/O processor that delivers one of the events that were sent to it: `<send type="choice" event="opens"/>`.
+pub const CHOICE_PROCESSOR: &str = "choice";
+
 /// The types of `<invoke>` that mean a machine (SCXML 6.4.2).
 pub(crate) const INVOKE_KINDS: [&str; 3] = ["scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml"];
 

@@ -18,8 +18,8 @@ use channels::{
 };
 use diagnostics::nearest_or_all;
 
-use crate::chart::Chart;
-use crate::event::Outgoing;
+use crate::chart::{CHOICE_PROCESSOR, Chart};
+use crate::event::{Event, Outgoing};
 use crate::machine::{Host, Machine, Note, Undelivered};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
@@ -152,6 +152,9 @@ impl SkillProcess {
 impl Host for Outside<'_> {
     fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
         let head = outgoing.event.as_deref().unwrap_or_default();
+        if &*outgoing.processor == CHOICE_PROCESSOR {
+            return self.adapter.choose(Event::external(head).with_data(outgoing.data.clone()));
+        }
         self.adapter.send(outgoing.target.as_deref(), head, &outgoing.data)
     }
 
@@ -199,6 +202,10 @@ impl Process for SkillProcess {
         self.journal.mishaps = Mishaps::default();
         self.machine.normalize(form)?;
         self.adapter.normalize(form)
+    }
+
+    fn in_words(&self, transition: TransitionId) -> Option<String> {
+        self.adapter.choice(transition).map(|event| format!("chooses `{}`", event.name))
     }
 
     /// The ids of the active states that have no children.

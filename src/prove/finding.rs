@@ -9,7 +9,7 @@ use reports::junit::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::json;
 
-use super::violation::Violation;
+use super::violation::{Violation, words};
 use crate::counted::counted;
 
 /// A property that was explored.
@@ -189,7 +189,7 @@ impl Findings {
         };
         let facts = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("assumptions", self.proof.assumptions().join(" ")),
+            ("assumptions", words(&self.proof.assumptions()).join(" ")),
         ];
         let cases = self.findings.iter().map(case).chain(self.unsearched.iter().map(Unsearched::as_case));
         Suite::new(&self.proof.scenario().name, facts, cases.collect())
@@ -205,7 +205,7 @@ impl Findings {
         let wrong = |Mistake { place, message }: &Mistake| json!({ "place": place, "message": message });
         json!({
             "scenario": self.proof.scenario().name,
-            "assumptions": self.proof.assumptions(),
+            "assumptions": words(&self.proof.assumptions()),
             "properties": properties.chain(self.unsearched.iter().map(Unsearched::as_json)).collect::<Vec<_>>(),
             "errors": Self::mistakes(&self.findings).into_iter().map(wrong).collect::<Vec<_>>(),
             "unreached": unreached.map(|found| found.iter().map(never).collect::<Vec<_>>()),

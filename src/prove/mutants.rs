@@ -9,6 +9,8 @@ use anstyle::Style;
 use campaigns::Error;
 use explorer::{Limits, Order, Outcome, Progress, Reduction};
 use proofs::{Answer, Mutant, Proof, Question, Subject};
+
+use super::violation::words;
 use reports::junit::{Case, CaseResult, Suite};
 use scenarios::scenario::ProofOutcome;
 use serde_json::{Value, json};
@@ -207,7 +209,7 @@ impl Mutants {
         let properties = self.proof.questions().iter().filter(counts).map(|question| &question.property);
         json!({
             "scenario": self.proof.scenario().name,
-            "assumptions": self.proof.assumptions(),
+            "assumptions": words(&self.proof.assumptions()),
             "properties": properties.collect::<Vec<_>>(),
             "mutants": self.mutants.iter().map(of).collect::<Vec<_>>(),
         })
@@ -227,7 +229,7 @@ impl Mutants {
         };
         let facts = vec![
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("assumptions", self.proof.assumptions().join(" ")),
+            ("assumptions", words(&self.proof.assumptions()).join(" ")),
         ];
         Suite::new(&self.proof.scenario().name, facts, self.mutants.iter().map(case).collect())
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use proofs::{Mistake, Proof, Question, Unreachable};
+use proofs::{Assumption, Mistake, Proof, Question, Unreachable};
 use scenarios::scenario::ProofOutcome;
 
 use super::finding::{self, Finding, Findings};
@@ -17,7 +17,7 @@ pub(super) fn head(proof: &Proof) -> Text {
     text.paint(HEAD, &proof.scenario().name, 0);
     // Writing to a string cannot fail.
     let _ = writeln!(text);
-    for assumption in proof.assumptions() {
+    for Assumption { words: assumption, .. } in proof.assumptions() {
         let _ = writeln!(text, "  {assumption}");
     }
     text

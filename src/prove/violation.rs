@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use campaigns::Error;
 use channels::{ChannelId, EnabledKind, EventKind, Message, Topology, Verdict};
-use explorer::{Damage, Outcome, Path, PathStep};
+use explorer::{Damage, Outcome, Path, PathStep, Replay};
 use monitors::scope_monitor;
-use proofs::{Answer, Proof, Question};
+use proofs::{Answer, Assumption, Proof, Question};
 use recording::message_json;
 use serde_json::json;
 
@@ -18,6 +18,8 @@ pub(crate) struct Violation {
     ticks: usize,
     /// Whether the replay confirms the search.
     pub(crate) is_replayed: bool,
+    /// The assumptions of which it makes use.
+    rests_on: Vec<String>,
 }
 
 /// Each event, with the tick after which it happened.
@@ -81,8 +83,9 @@ impl Violation {
             Outcome::Deadlock(_) => replay.system.enabled().is_empty(),
             _ => replay.comes_back,
         };
-        let lines = lines(path, &replay.events, replay.system.topology(), is_watched);
-        Ok(Some(Self { what, lines, ticks: path.ticks(), is_replayed }))
+        let lines = lines(path, &replay, is_watched);
+        let rests_on = words(&proof.assumptions_of(path, &replay));
+        Ok(Some(Self { what, lines, ticks: path.ticks(), is_replayed, rests_on }))
     }
 
     /// The tick in which it is decided.
@@ -115,6 +118,10 @@ impl Violation {
             (false, _) => "NOT as found: this is a bug in steward, please report it".to_owned(),
         };
         let _ = writeln!(text, "  replayed in the channel system: {replayed}");
+        if let [first, others @ ..] = &self.rests_on[..] {
+            let _ = writeln!(text, "  it rests on what is assumed:  {first}");
+            others.iter().for_each(|assumption| _ = writeln!(text, "{:32}{assumption}", ""));
+        }
         text
     }
 
@@ -136,18 +143,24 @@ impl Violation {
             "ticks": self.ticks,
             "decided_at_tick": self.tick(),
             "replayed": self.is_replayed,
+            "rests_on": self.rests_on,
             "steps": self.lines.iter().map(line).collect::<Vec<_>>(),
         })
     }
 }
 
+/// Assumptions in words.
+pub(super) fn words(assumptions: &[Assumption]) -> Vec<String> {
+    assumptions.iter().map(|assumption| assumption.words.clone()).collect()
+}
+
 /// The events of a run, in order.
 fn lines(
     path: &Path,
-    events: &[(usize, channels::Event)],
-    topology: &Topology,
+    Replay { events, internal, system, .. }: &Replay,
     is_watched: impl Fn(usize, ChannelId) -> bool,
 ) -> Vec<RunLine> {
+    let topology = system.topology();
     let mut lines = Vec::new();
     let mut tick = None;
     for (number, step) in path.steps().iter().enumerate() {
@@ -160,7 +173,9 @@ fn lines(
             tick = event.map(|event| event.tick);
         }
         let received = event.and_then(|event| received(event, topology, |channel| is_watched(number, channel)));
-        lines.extend(happening(step, topology).into_iter().chain(received).map(|what| RunLine { tick, what }));
+        let done = internal.iter().filter(|(at, _)| *at == number).map(|(_, words)| What::Environment(words.clone()));
+        let what = happening(step, topology).into_iter().chain(done).chain(received);
+        lines.extend(what.map(|what| RunLine { tick, what }));
     }
     lines
 }

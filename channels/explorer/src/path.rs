@@ -71,6 +71,8 @@ pub struct Replay {
     pub events: Vec<(usize, Event)>,
     /// The messages that were lost, held back or repeated, each with the number of its step.
     pub damaged: Vec<(usize, ChannelId, Message, Damage)>,
+    /// What processes did by themselves and is worth mentioning, in words, each with the number of its step.
+    pub internal: Vec<(usize, String)>,
     /// The monitor at the end.
     pub monitor: Option<Box<dyn Monitor>>,
     /// The system at the end.
@@ -142,7 +144,7 @@ impl Path {
     ) -> Result<Replay, ReplayError> {
         let mut system = model.start.fork();
         let mut monitor = monitor.map(Monitor::boxed_clone);
-        let (mut events, mut damaged) = (Vec::new(), Vec::new());
+        let (mut events, mut damaged, mut internal) = (Vec::new(), Vec::new(), Vec::new());
         let mut performer = Performer::of(model);
         let mut beginning = None;
         for (number, step) in self.steps.iter().enumerate() {
@@ -155,6 +157,7 @@ impl Path {
             if let (Some((channel, message)), PathStep::Take { damage, .. }) = (performed.damaged, step) {
                 damaged.push((number, channel, message, *damage));
             }
+            internal.extend(performed.internal.map(|words| (number, words)));
             if let Some(event) = performed.event {
                 if let Some(monitor) = &mut monitor {
                     monitor.observe(&event);
@@ -164,7 +167,7 @@ impl Path {
             look(number, &system);
         }
         let comes_back = beginning.is_none_or(|beginning| beginning.same_state(&in_normal_form(&system)));
-        Ok(Replay { events, damaged, monitor, system, comes_back })
+        Ok(Replay { events, damaged, internal, monitor, system, comes_back })
     }
 }
 
@@ -213,6 +216,8 @@ pub struct Performed {
     pub event: Option<Event>,
     /// The message that was lost, held back or repeated.
     pub damaged: Option<(ChannelId, Message)>,
+    /// What a process did by itself, in words, if it is worth mentioning.
+    pub internal: Option<String>,
 }
 
 impl Performer {
@@ -246,6 +251,13 @@ impl Performer {
                 return Ok((taken == *delivered).then_some(performed));
             }
             PathStep::Take { enabled, .. } if !system.enabled().contains(enabled) => return Ok(None),
+            PathStep::Take {
+                enabled: enabled @ Enabled { kind: EnabledKind::Internal, process, transition }, ..
+            } => {
+                let words = system.any_process(*process).and_then(|process| process.in_words(*transition));
+                performed.internal = words.map(|words| format!("{} {words}", system.topology().name(*process)));
+                performed.event = system.take(enabled)?;
+            }
             PathStep::Take { enabled, damage } => match (self.effect(*damage), &enabled.kind) {
                 (None, _) => performed.event = system.take(enabled)?,
                 (Some(effect), EnabledKind::Send(channel)) => {
@@ -321,7 +333,8 @@ impl Replay {
             };
             (step, format!("{}: {message} {what}", topology.describe(*channel)))
         });
-        let mut lines: Vec<(&usize, String)> = events.chain(damaged).collect();
+        let internal = self.internal.iter().map(|(step, words)| (step, words.clone()));
+        let mut lines: Vec<(&usize, String)> = events.chain(damaged).chain(internal).collect();
         lines.sort_by_key(|(step, _)| **step);
         lines.into_iter().map(|(_, line)| line).collect()
     }

@@ -17,14 +17,23 @@ pub(super) fn apply(root: &mut Node, assignment: &str) -> Result<(), Problem> {
     assign(root, &path, value)
 }
 
-/// The parts of a dotted key, each with its location.
+/// The parts of a dotted key, each with its location. A part in quotes may contain dots, and has no escapes.
 fn path(source: &Source, key: &str) -> Result<Vec<Span>, Problem> {
     let mut path = Vec::new();
     let mut start = 0;
-    for part in key.split('.') {
+    let mut is_quoted = false;
+    let ends_part = |sign: char| {
+        is_quoted ^= sign == '"';
+        sign == '.' && !is_quoted
+    };
+    for part in key.split(ends_part) {
         let blank = part.len() - part.trim_start().len();
-        let span = source.span(start + blank..start + blank + part.trim().len());
-        if part.trim().is_empty() {
+        let mut range = start + blank..start + blank + part.trim().len();
+        if part.trim().len() > 1 && part.trim().starts_with('"') && part.trim().ends_with('"') {
+            range = range.start + 1..range.end - 1;
+        }
+        let span = source.span(range);
+        if span.text().is_empty() {
             return Err(span.problem("an empty part in the key").with_label("a name is missing here"));
         }
         path.push(span);

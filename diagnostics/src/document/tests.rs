@@ -165,6 +165,10 @@ fn overrides_replace_values_and_make_tables() {
     assert_eq!((scenario.name.as_str(), scenario.record), ("rainy-day", true));
     let made = load("duration_s = 1", &["name=\"a b\"", "battery.charge_pct=1", "faults=[{kind='drop'}]"]).unwrap();
     assert_eq!((made.name.as_str(), made.faults), ("a b", vec![(FaultKind::Drop, None)]));
+    let quoted = load(SCENARIO, &["\"battery\" . \"charge_pct\" = 5"]).unwrap();
+    assert_eq!(quoted.charge_pct, 5.0);
+    let unknown = load(SCENARIO, &["battery.\"a.b\"=5"]).unwrap_err().plain();
+    assert!(unknown.contains("unknown key `a.b`"), "{unknown}");
 }
 
 #[test]

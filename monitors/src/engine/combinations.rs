@@ -116,8 +116,10 @@ impl FieldDomain<'_> {
     }
 }
 
-/// Values of a kind, one for each region that comparisons with the constants distinguish.
-fn samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
+/// Values of a kind, one for each region that comparisons with the constants distinguish: each symbol, number and text
+/// that is one of them, and one of the others. Of a list, only the empty one.
+#[must_use]
+pub fn samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
     match kind {
         FieldKind::Symbol(symbols) => {
             let (mentioned, others): (Vec<Value>, Vec<Value>) =

@@ -151,7 +151,32 @@ pub enum ConstraintKind {
     Unreadable,
 }
 
+impl File {
+    /// All literals that are constants, or with which a condition compares something.
+    #[must_use]
+    pub fn literals(&self) -> Vec<&Literal> {
+        let mut literals = Vec::new();
+        for item in &self.items {
+            match item {
+                Item::Constant(constant) => literals.push(&constant.value),
+                Item::Property(property) => property.constraint.literals(&mut literals),
+            }
+        }
+        literals
+    }
+}
+
 impl Constraint {
+    fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+        if let ConstraintKind::Event(event)
+        | ConstraintKind::TimeUntil { event, .. }
+        | ConstraintKind::Count { event, .. } = &self.kind
+        {
+            event.condition.literals(literals);
+        }
+        self.operands().into_iter().for_each(|part| part.literals(literals));
+    }
+
     /// Its immediate parts, in the order in which they are written.
     #[must_use]
     pub fn operands(&self) -> Vec<&Self> {
@@ -234,6 +259,21 @@ pub struct Condition {
 }
 
 impl Condition {
+    fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+        match &self.kind {
+            ConditionKind::Compare { left, right, .. } => {
+                [left, right].into_iter().for_each(|term| term.literals(literals))
+            }
+            ConditionKind::Not(a) | ConditionKind::Items { condition: a, .. } => a.literals(literals),
+            ConditionKind::And(parts) | ConditionKind::Or(parts) => {
+                parts.iter().for_each(|part| part.literals(literals));
+            }
+            ConditionKind::Implies(a, b) => [a, b].into_iter().for_each(|part| part.literals(literals)),
+            ConditionKind::True | ConditionKind::False | ConditionKind::Remember { .. } | ConditionKind::Unreadable => {
+            }
+        }
+    }
+
     /// The names that it gives to values.
     #[must_use]
     pub fn remembered(&self) -> Vec<&Name> {
@@ -309,6 +349,16 @@ pub enum Term {
 }
 
 impl Term {
+    fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+        match self {
+            Self::Field(_) | Self::Operand(Operand::Constant(_)) => {}
+            Self::Operand(Operand::Literal(literal, _)) => literals.push(literal),
+            Self::Arithmetic(left, _, right) => [left, right].into_iter().for_each(|term| term.literals(literals)),
+            Self::Call(_, terms, _) => terms.iter().for_each(|term| term.literals(literals)),
+            Self::Count(condition, _) => condition.literals(literals),
+        }
+    }
+
     /// Its span.
     #[must_use]
     pub fn span(&self) -> ByteRange {

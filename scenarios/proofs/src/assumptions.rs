@@ -1,50 +1,132 @@
 //! What a proof assumes, in words.
 
-use channels::ChannelSystem;
-use components::{BATTERY_READER, BatteryReader, NAVIGATION, Navigation};
+use channels::{ChannelSystem, EventKind};
+use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
+use explorer::{Path, PathStep, Replay};
 use recording::decimals;
 use runs::Switched;
 use scenarios::scenario::schedule::process_of;
 use scenarios::scenario::{
-    BatteryAssumption, Drained, MessageAssumption, Passes, Premises, ProveEntry, Scenario, TripAssumption,
+    BatteryAssumption, ComponentEntry, Conduct, Drained, MessageAssumption, Passes, Premises, ProveEntry, RunsEntry,
+    Scenario, StandIn, TripAssumption,
 };
 
 use super::faults;
 
-/// The assumptions of a proof of the scenario's properties, one sentence each.
-pub(super) fn in_words(scenario: &Scenario, system: &ChannelSystem, faults: &[Switched]) -> Vec<String> {
+/// Something that a proof assumes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assumption {
+    /// In words: a sentence.
+    pub words: String,
+    /// What it is about.
+    about: About,
+}
+
+/// What an assumption is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum About {
+    Battery,
+    Trips,
+    Messages,
+    Faults,
+    /// What is given for all runs.
+    Always,
+    /// The conduct of this component.
+    Component(String),
+}
+
+impl Assumption {
+    fn new(about: About, words: String) -> Self {
+        Self { words, about }
+    }
+}
+
+/// The assumptions of a proof of the scenario's properties.
+pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switched]) -> Vec<Assumption> {
     let ProveEntry { battery, trips, messages, drivers_anywhere, components, faults: allowed, .. } =
         &scenario.file.prove;
-    let mut words = Vec::new();
+    let mut all = Vec::new();
+    let mut add = |about: About, words: String| all.push(Assumption::new(about, words));
     if let (Some(premises), Some(_)) = (&scenario.premises, process_of::<BatteryReader>(system, BATTERY_READER)) {
-        words.extend(self::battery(battery, premises));
+        self::battery(battery, premises).into_iter().for_each(|words| add(About::Battery, words));
     }
     if process_of::<Navigation>(system, NAVIGATION).is_some() {
-        words.push(self::trips(trips));
+        add(About::Trips, self::trips(trips));
+    } else if process_of::<Localization>(system, LOCALIZATION).is_some() {
+        add(About::Trips, "The robot may be anywhere at any time.".to_owned());
     }
-    words.extend(self::messages(messages));
+    if let Some(words) = self::messages(messages) {
+        add(About::Messages, words);
+    }
     if !faults.is_empty() {
         let may = match allowed.count {
             1 => "1 fault may begin, and end again".to_owned(),
             count => format!("{count} faults may begin, and end again"),
         };
-        words.push(format!("At any time, {may}: {}.", faults::in_words(faults)));
+        add(About::Faults, format!("At any time, {may}: {}.", faults::in_words(faults)));
     }
     if scenario.premises.is_some() {
-        words.push(match drivers_anywhere {
-            true => "Drivers exchange data with their components at any time.".to_owned(),
-            false => "Drivers exchange data with their components between steps.".to_owned(),
-        });
+        let when = if *drivers_anywhere { "at any time" } else { "between steps" };
+        add(About::Always, format!("Drivers exchange data with their components {when}."));
     }
-    for stand_in in components {
-        words.push(format!("{} behaves as {} allows.", stand_in.component.value, stand_in.machine.value.display()));
+    for StandIn { component, conduct } in components {
+        if let Conduct::Machine(machine) = conduct {
+            let words = format!("{} behaves as {} allows.", component.value, machine.value.display());
+            add(About::Component(component.value.clone()), words);
+        }
+    }
+    for ComponentEntry { name, runs, .. } in &scenario.file.components {
+        if let RunsEntry::Anything { .. } = runs {
+            let interface = &scenario.components[&name.value].interface;
+            let has = [!interface.services.is_empty(), !interface.topics.is_empty(), !interface.actions.is_empty()];
+            let words = anything(&name.value, has);
+            add(About::Component(name.value.clone()), words);
+        }
     }
     match scenario.file.faults.len() {
         0 => {}
-        1 => words.push("The scenario's fault does not occur.".to_owned()),
-        faults => words.push(format!("The scenario's {faults} faults do not occur.")),
+        1 => add(About::Always, "The scenario's fault does not occur.".to_owned()),
+        faults => add(About::Always, format!("The scenario's {faults} faults do not occur.")),
     }
-    words
+    all
+}
+
+/// The assumptions of which a run makes use: what they allow happens in it.
+pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Switched]) -> Vec<Assumption> {
+    let words = run.steps().iter().filter_map(|step| match step {
+        PathStep::Environment { words, .. } => Some(words.as_str()),
+        _ => None,
+    });
+    // What the drivers report first is the start.
+    let moves: Vec<&str> = words.skip(1).collect();
+    let happens = |what: &[&str]| moves.iter().any(|words| what.iter().any(|what| words.contains(what)));
+    let topology = replay.system.topology();
+    let speaks = |name: &str| {
+        let is_from = |channel| topology.ends(channel).0 == name;
+        replay
+            .events
+            .iter()
+            .any(|(_, event)| matches!(event.kind, EventKind::Received { channel, .. } if is_from(channel)))
+    };
+    let is_used = |assumption: &&Assumption| match &assumption.about {
+        About::Battery => happens(&["the level is", "charging"]),
+        About::Trips => happens(&["the robot", "the trip"]),
+        About::Messages => !replay.damaged.is_empty(),
+        About::Faults => faults::changes(run, faults).iter().any(Option::is_some),
+        About::Component(name) => speaks(name),
+        About::Always => false,
+    };
+    all.iter().filter(is_used).cloned().collect()
+}
+
+/// What a component that answers anything may do, if it has services, topics and actions.
+fn anything(name: &str, [services, topics, actions]: [bool; 3]) -> String {
+    let answers = services.then_some("answers every request at once, with anything");
+    let publishes = topics.then_some("publishes anything or nothing once per tick");
+    let pursues = "does anything with one goal of each action at a time, and ends it when it is canceled";
+    let conduct: Vec<&str> = [answers, publishes, actions.then_some(pursues)].into_iter().flatten().collect();
+    let conduct = if conduct.is_empty() { "does nothing".to_owned() } else { conduct.join(", ") };
+    format!("{name} {conduct}.")
 }
 
 fn percent(number: f64) -> String {

@@ -108,6 +108,11 @@ impl RobotEnvironment {
 
     /// How the trip may continue.
     fn legs(&self, state: WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Leg> {
+        if self.trips.process.is_none() && self.localization.is_some() {
+            // Where a Navigation from a file drives, nobody knows.
+            let anywhere = std::iter::once(None).chain((0..self.places.len()).map(Some));
+            return anywhere.map(|at| Leg { at, elapsed: 0, status: None }).collect();
+        }
         let navigation: Option<&Navigation> = self.process(driven, self.trips.process);
         let trip = navigation.and_then(|navigation| Some((navigation.trip_place()?, navigation.trip_status()?)));
         let is_new = navigation.is_some_and(Navigation::has_orders);
@@ -146,7 +151,7 @@ impl RobotEnvironment {
     fn battery_updates(&self, state: WorldState, leg: Leg, instant: Instant) -> Vec<Option<BatteryUpdate>> {
         let Some(battery) = &self.battery else { return vec![None] };
         let is_docked = leg.at.is_some() && leg.at == self.station;
-        let is_driving = leg.status == Some(TripStatus::Running);
+        let is_driving = leg.status == Some(TripStatus::Running) || self.trips.process.is_none();
         let charge = state.has_begun.then_some(state.charge);
         battery.updates(charge, is_docked, is_driving, instant).into_iter().map(Some).collect()
     }

@@ -124,6 +124,10 @@ impl Process for Impaired {
         self.inner.normalize(form)
     }
 
+    fn in_words(&self, transition: TransitionId) -> Option<String> {
+        self.inner.in_words(transition)
+    }
+
     fn location(&self) -> String {
         self.inner.location()
     }

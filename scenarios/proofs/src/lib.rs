@@ -32,8 +32,8 @@ use std::sync::Arc;
 use channels::{ChannelId, ChannelSystem, Monitor};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
 use explorer::{
-    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Progress, Reduction, Refused,
-    Ticks,
+    Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Path, Progress, Reduction,
+    Refused, Replay, Ticks,
 };
 use monitors::scope_monitor;
 use robot::Streams;
@@ -45,6 +45,7 @@ use scenarios::scenario::{
 };
 use scenarios::{Complaints, Error};
 
+pub use self::assumptions::Assumption;
 use self::battery::{BatteryModel, Bounds};
 use self::concrete::Concretized;
 use self::coverage::Coverage;
@@ -171,6 +172,9 @@ impl Proof {
                 ));
             });
         }
+        for monitor in questions.iter().filter_map(|question| monitor_of(question, &monitoring)) {
+            subject::check_numbers(&scenario, &system, monitor, &mut complaints);
+        }
         complaints.check()?;
         let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
         // A search can take long: no property may be refused after that of another one.
@@ -200,10 +204,16 @@ impl Proof {
         &self.scenario
     }
 
-    /// The assumptions, one sentence each.
+    /// The assumptions.
     #[must_use]
-    pub fn assumptions(&self) -> Vec<String> {
-        assumptions::in_words(&self.scenario, &self.system, &self.faults)
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        assumptions::all(&self.scenario, &self.system, &self.faults)
+    }
+
+    /// The assumptions of which a run makes use: what they allow happens in it.
+    #[must_use]
+    pub fn assumptions_of(&self, run: &Path, replay: &Replay) -> Vec<Assumption> {
+        assumptions::used(&self.assumptions(), run, replay, &self.faults)
     }
 
     /// An ordinary monitor of a property, at its start; `None` for those that have none.

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use channels::{ChannelSystem, Use, Value};
+use channels::{ChannelId, ChannelSystem, FieldKind, Monitor, Relation, Use, Value};
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
-use devices::DeviceKind;
-use diagnostics::Problem;
+use monitors::scope_monitor;
 use scenarios::names::unknown;
-use scenarios::scenario::{BatteryAssumption, ComponentEntry, Passes, Premises, RunsEntry, Scenario};
+use scenarios::scenario::{BatteryAssumption, ComponentEntry, MachineMonitor, Passes, Premises, RunsEntry, Scenario};
 use scenarios::{Complaints, Error};
 
 use super::environment::Ground;
@@ -23,17 +22,16 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
         complaints.push(problem.with_label("this model").with_help(help));
     }
     for ComponentEntry { name, runs, .. } in &scenario.file.components {
-        let (what, place) = match runs {
-            RunsEntry::Program { command, .. } => ("is a program, whose possible behavior is unknown", &command.span),
-            RunsEntry::Device { settings, .. } if is_of_the_world(settings.value.kind()) => {
-                ("senses and changes the world, which does not exist in a proof", &settings.span)
-            }
-            RunsEntry::Machine(_) | RunsEntry::Device { .. } => continue,
+        let place = match runs {
+            RunsEntry::Program { command, .. } => &command.span,
+            RunsEntry::Machine(_) | RunsEntry::Anything { .. } | RunsEntry::Device { .. } => continue,
         };
+        let what = "is a program, whose possible behavior is unknown";
         let problem = place.problem(format!("the component {} cannot be explored: it {what}", name.value));
         let help = format!(
-            "replace it with a machine that allows all that it may do: `[prove.components.{}] machine = \"FILE.scxml\"`",
-            name.value
+            "assume that it may answer anything, `prove.components.{name}.answers = \"anything\"`, or replace it with a \
+             machine that allows all that it may do: `prove.components.{name}.machine = \"FILE.scxml\"`",
+            name = name.value
         );
         complaints.push(problem.with_label("this component").with_help(help));
     }
@@ -48,14 +46,6 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Error> {
             .push(problem.with_label("this tree").with_help("use a tree without nodes that measure speed or distance"));
     }
     complaints.check()
-}
-
-/// Whether devices of this kind depend on the world; others depend only on messages and time.
-fn is_of_the_world(kind: DeviceKind) -> bool {
-    match kind {
-        DeviceKind::Door | DeviceKind::People | DeviceKind::Tray => true,
-        DeviceKind::Speaker | DeviceKind::Button | DeviceKind::Microphone => false,
-    }
 }
 
 /// Checks that each assumption applies to something, and that they do not contradict each other.
@@ -84,10 +74,59 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
             complaints.push(unknown("place", name, premises.places.iter().map(|(name, _)| name)));
         }
     }
-    if !is_builtin(NAVIGATION) && is_builtin(LOCALIZATION) {
-        let problem = Problem::new(format!("{NAVIGATION} is from a file, and {LOCALIZATION} is built in"));
-        let help = "a proof cannot know where such a Navigation drives; replace Localization by a machine as well";
-        complaints.push(problem.with_help(help));
+}
+
+/// Reports a property that may distinguish more numbers of a component that answers anything than it answers: those
+/// with which machines and properties compare something.
+pub(super) fn check_numbers(
+    scenario: &Scenario,
+    system: &ChannelSystem,
+    monitor: &dyn Monitor,
+    complaints: &mut Complaints,
+) {
+    let topology = system.topology();
+    let literals = scenarios::scenario::literals(&scenario.properties);
+    for ComponentEntry { name, runs, .. } in &scenario.file.components {
+        let RunsEntry::Anything { place, .. } = runs else { continue };
+        let is_from = |channel: ChannelId| topology.ends(channel).0 == name.value;
+        let is_heard_by_machine = MachineMonitor::of(monitor)
+            .is_some_and(|machine| topology.channels().any(|id| is_from(id) && machine.watches(id)));
+        let mut is_followed = !is_heard_by_machine;
+        if let Some(scope) = scope_monitor(monitor) {
+            scope.formula().events(&mut |event| {
+                if is_from(event.channel) {
+                    let shapes = topology.get(event.channel).domain.shapes();
+                    let kinds =
+                        |field: usize| shapes.iter().filter_map(move |shape| shape.fields().get(field.checked_sub(1)?));
+                    let is_open = |field: usize| kinds(field).any(|(_, kind)| !is_enumerated(kind));
+                    event.condition.related_fields(&mut |field| is_followed &= !is_open(field));
+                    // A number that the property computes, `10 + 5`, is not among them.
+                    event.condition.comparisons(&mut |_, _, value| {
+                        let is_known = |known: &Value| Relation::Equal.holds(known, value);
+                        is_followed &= !value.is_number() || literals.iter().any(is_known);
+                    });
+                }
+            });
+        }
+        if !is_followed {
+            let message = format!(
+                "the property {} does more with what {} says than compare it with constants",
+                monitor.name(),
+                name.value
+            );
+            let problem = place.problem(message).with_label("this answers only what is compared");
+            let help = "compare it with constants only, or write a machine that stands for the component";
+            complaints.push(problem.with_help(help));
+        }
+    }
+}
+
+/// Whether a proof tries every value of the kind.
+fn is_enumerated(kind: &FieldKind) -> bool {
+    match kind {
+        FieldKind::Symbol(_) | FieldKind::Bool => true,
+        FieldKind::Optional(kind) => is_enumerated(kind),
+        FieldKind::Int | FieldKind::Real | FieldKind::Text | FieldKind::List(_) => false,
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use bt::Source;
 use channels::{
     ChannelId, ChannelSystem, Condition, FieldKind, Label, Monitor, ProcessId, ProgramGraph, Slot, Term, Topology,
     Value,
@@ -12,7 +11,6 @@ use diagnostics::Problem;
 use monitors::{ScopeMonitor, scope_monitor};
 use scenarios::Complaints;
 use scenarios::scenario::{MachineMonitor, Scenario};
-use skills::Datum;
 
 use super::levels::{Micros, micros};
 
@@ -29,14 +27,7 @@ pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> B
         if !asks(&skill.machine) {
             continue;
         }
-        let given: Vec<(&str, Datum)> = skill.data_of(&skill.machine).collect();
-        // Ports that read the blackboard.
-        let tree = scenario.tree();
-        let leaf = tree.and_then(|tree| Some((tree, tree.leaves().find(|leaf| leaf.process() == name)?)));
-        let ports = leaf.into_iter().flat_map(|(tree, leaf)| tree.ports(leaf.id()));
-        let open: Vec<&str> =
-            ports.filter(|port| matches!(port.source, Source::Entry(_))).map(|port| port.name).collect();
-        match skill.machine.thresholds(LEVEL, &given, &open) {
+        match skill.thresholds(name, scenario.tree().map(|tree| &**tree), LEVEL) {
             Ok(levels) => add(levels, &mut thresholds, complaints),
             Err(problems) => problems.into_iter().for_each(|problem| complaints.push(problem)),
         }

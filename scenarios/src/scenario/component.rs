@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use channels::Symbol;
 use devices::{DeviceKind, DeviceSettings};
-use diagnostics::Spanned;
+use diagnostics::{Problem, Span, Spanned};
 use interfaces::Interface;
 use maps::Places;
 use monitors::{MONITORS, WORLD};
@@ -14,9 +14,10 @@ use programs::{Limits, Program, Word};
 use recording::TREE;
 use skills::{Chart, Datum};
 
-use super::component_entry::RunsEntry;
+use super::component_entry::{ComponentEntry, RunsEntry};
 use super::data::Data;
 use super::file_reader::FileReader;
+use super::stand_in::Listeners;
 use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
 use crate::files::named;
@@ -70,20 +71,34 @@ impl Component {
 
 impl FileReader<'_> {
     /// The components that the scenario describes, by name; `None` after reporting problems. These places are the
-    /// values of fields of the kind `place`.
-    pub(super) fn components(&mut self, file: &ScenarioFile, places: &Places) -> Option<BTreeMap<String, Component>> {
+    /// values of fields of the kind `place`, and `listeners` may hear the components.
+    pub(super) fn components(
+        &mut self,
+        file: &ScenarioFile,
+        places: &Places,
+        listeners: &Listeners<'_>,
+    ) -> Option<BTreeMap<String, Component>> {
         let places: Vec<Symbol> = places.iter().map(|(name, _)| Symbol::new(name)).collect();
-        let mut components = BTreeMap::new();
+        let mut interfaces: BTreeMap<&str, Interface> = BTreeMap::new();
         for entry in &file.components {
-            let name = &entry.name;
-            // Unlike these, the built-in components can be replaced: their names are free.
-            if [TICK_GENERATOR, TREE, WORLD, MONITORS].contains(&name.value.as_str()) {
-                let problem = name.span.problem(format!("a component cannot be named `{}`", name.value));
-                let help = "that is the name of another process";
-                self.complaints.push(problem.with_label("this component").with_help(help));
-                continue;
+            if let Some(interface) = self.interface(entry, &places) {
+                interfaces.insert(&entry.name.value, interface);
             }
+        }
+        let mut components: BTreeMap<String, Component> = BTreeMap::new();
+        // What answers anything answers what the others distinguish, so it comes last.
+        let answers_anything = |entry: &&ComponentEntry| matches!(entry.runs, RunsEntry::Anything { .. });
+        let (last, first): (Vec<_>, Vec<_>) = file.components.iter().partition(answers_anything);
+        for entry in first.into_iter().chain(last) {
+            let name = &entry.name.value;
             let runs = match &entry.runs {
+                RunsEntry::Anything { place, asks } => {
+                    let tick_s = file.execution.tick.as_secs_f64();
+                    let machines = components.iter().filter_map(|(name, component)| Some((name, component.machine()?)));
+                    let made = listeners.stand_in((name, asks), &interfaces, machines.collect(), tick_s);
+                    let refused = |why| self.complaints.push(not_anything(name, place, why));
+                    made.map_err(refused).ok().map(Runs::Machine)
+                }
                 RunsEntry::Machine(path) => self.component_machine(path, &entry.data).map(Runs::Machine),
                 RunsEntry::Program { command, limits, asks } => {
                     self.check_asked(file, asks);
@@ -94,21 +109,33 @@ impl FileReader<'_> {
                     Some(Runs::Device(settings.value.clone()))
                 }
             };
-            let interface = match (&entry.interface, &entry.runs) {
-                (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
-                (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
-                (Some(file), _) => {
-                    let read = |path: &Path| self.files.read(path);
-                    let interface = Interface::load(&file.value, &places, &read);
-                    self.loaded(file, "interface", interface)
-                }
-            };
-            if let (Some(interface), Some(runs)) = (interface, runs) {
-                components.insert(name.value.clone(), Component { interface, runs });
+            if let (Some(interface), Some(runs)) = (interfaces.get(name.as_str()), runs) {
+                components.insert(name.clone(), Component { interface: interface.clone(), runs });
             }
         }
         // If some are missing, others would seem not to fit together.
         (components.len() == file.components.len()).then_some(components)
+    }
+
+    /// The interface of a component, if the component may have its name.
+    fn interface(&mut self, entry: &ComponentEntry, places: &[Symbol]) -> Option<Interface> {
+        let name = &entry.name;
+        // Unlike these, the built-in components can be replaced: their names are free.
+        if [TICK_GENERATOR, TREE, WORLD, MONITORS].contains(&name.value.as_str()) {
+            let problem = name.span.problem(format!("a component cannot be named `{}`", name.value));
+            let help = "that is the name of another process";
+            self.complaints.push(problem.with_label("this component").with_help(help));
+            return None;
+        }
+        match (&entry.interface, &entry.runs) {
+            (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
+            (None, _) => Some(entry.stands_for.map_or_else(Interface::default, DeviceKind::interface)),
+            (Some(file), _) => {
+                let read = |path: &Path| self.files.read(path);
+                let interface = Interface::load(&file.value, places, &read);
+                self.loaded(file, "interface", interface)
+            }
+        }
     }
 
     /// A program. Files that it names and that come with steward are written to disk when it starts.
@@ -182,4 +209,12 @@ impl FileReader<'_> {
         self.set_data(&mut skill, data);
         Some(skill)
     }
+}
+
+/// The problem of a component that cannot answer anything in a proof.
+fn not_anything(name: &str, place: &Span, why: String) -> Problem {
+    let problem = place.problem(format!("{name} cannot answer anything: {why}")).with_label("in a proof");
+    let help =
+        format!("write a machine that may do what it may do: `prove.components.{name}.machine = \"FILE.scxml\"`");
+    problem.with_help(help)
 }

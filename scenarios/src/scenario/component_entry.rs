@@ -30,6 +30,15 @@ pub struct ComponentEntry {
 }
 
 impl ComponentEntry {
+    /// Lets it do anything that its interface allows, as is said here.
+    pub(super) fn do_anything(&mut self, place: &Span) {
+        let asks = match &mut self.runs {
+            RunsEntry::Program { asks, .. } => std::mem::take(asks),
+            _ => Vec::new(),
+        };
+        self.runs = RunsEntry::Anything { place: place.clone(), asks };
+    }
+
     /// The kind of device, if it is one.
     pub(super) fn device(&self) -> Option<DeviceKind> {
         match &self.runs {
@@ -44,6 +53,13 @@ impl ComponentEntry {
 pub enum RunsEntry {
     /// The machine in this file.
     Machine(Spanned<PathBuf>),
+    /// In a proof: anything that its interface allows.
+    Anything {
+        /// Where that is said.
+        place: Span,
+        /// The components whose topics it reads.
+        asks: Vec<Spanned<String>>,
+    },
     /// A program.
     Program {
         /// Its command.
@@ -226,6 +242,7 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
         let runs = match &entry.runs {
             RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None),
+            RunsEntry::Anything { .. } => (None, None, None),
             RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone())),
             RunsEntry::Program { command, limits, asks } => {
                 let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
@@ -235,5 +252,7 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         };
         (entry.name.value.clone(), runs, data, interface)
     };
-    these.iter().map(said).eq(those.iter().map(said))
+    // What answers anything also depends on who asks.
+    let depends = |entry: &ComponentEntry| matches!(entry.runs, RunsEntry::Anything { .. });
+    !these.iter().any(depends) && these.iter().map(said).eq(those.iter().map(said))
 }

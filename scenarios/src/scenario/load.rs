@@ -15,6 +15,7 @@ use roaml::Model;
 use skills::Chart;
 
 use super::file_reader::FileReader;
+use super::stand_in::Listeners;
 use super::{
     Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMadeKind, Scenario,
     ScenarioFile, Skill, WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
@@ -161,8 +162,9 @@ impl<'a> Loader<'a> {
             Some((_, None)) => PlacesOfMap::Refused,
             Some((_, Some(places))) => PlacesOfMap::Read(places),
         };
+        let mut properties = self.properties(&file);
         let Parts { behavior, skills, components, driven_to } = match (&model, file.behavior.files()) {
-            (None, Some(files)) => self.parts(&file, files, places),
+            (None, Some(files)) => self.parts(&file, files, places, &properties),
             (Some(model), _) => Parts::of_model(model),
             (None, None) => Parts::default(),
         };
@@ -171,7 +173,6 @@ impl<'a> Loader<'a> {
         let machines = machines
             .map(|(skills, components)| self.reader.faulty_machines(&file, model.as_deref(), skills, components));
         self.check_fault_components(&file, components.as_ref());
-        let mut properties = self.properties(&file);
         if let Some(Ok(premises)) = &premises {
             properties.extend(self.zones_respected(&file, premises));
         }
@@ -220,10 +221,17 @@ impl<'a> Loader<'a> {
     }
 
     /// Tree, skills and components from files of the scenario's own.
-    fn parts(&mut self, file: &ScenarioFile, files: &BehaviorFiles, places: PlacesOfMap<'_>) -> Parts {
+    fn parts(
+        &mut self,
+        file: &ScenarioFile,
+        files: &BehaviorFiles,
+        places: PlacesOfMap<'_>,
+        properties: &[(String, String)],
+    ) -> Parts {
         let tree = self.tree(file, files);
         let skills = tree.as_ref().map(|tree| self.skills_of(file, files, tree));
-        let components = self.components_of(file, places);
+        let listeners = Listeners { tree: tree.as_deref(), skills: skills.as_ref(), properties };
+        let components = self.components_of(file, places, &listeners);
         let driven_to = match (&tree, &skills, &components) {
             (Some(tree), Some(skills), Some(components)) => self.check_machines(
                 file,
@@ -407,7 +415,12 @@ impl<'a> Loader<'a> {
         }
     }
 
-    fn components_of(&mut self, file: &ScenarioFile, places: PlacesOfMap<'_>) -> Option<BTreeMap<String, Component>> {
+    fn components_of(
+        &mut self,
+        file: &ScenarioFile,
+        places: PlacesOfMap<'_>,
+        listeners: &Listeners<'_>,
+    ) -> Option<BTreeMap<String, Component>> {
         let is_same = |like: &&Scenario| {
             self.shares(file, places_of) && component_entry::same_components(&like.file.components, &file.components)
         };
@@ -416,7 +429,7 @@ impl<'a> Loader<'a> {
             None => {
                 let none = Places::default();
                 let places = if let PlacesOfMap::Read(places) = places { places.places() } else { &none };
-                self.reader.components(file, places)
+                self.reader.components(file, places, listeners)
             }
         }
     }

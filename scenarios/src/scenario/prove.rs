@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use devices::DeviceKind;
 use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Span, Spanned};
 use serde_json::{Value, json};
@@ -178,13 +179,22 @@ impl AllowedFault {
     }
 }
 
-/// A machine that replaces a component in a proof.
+/// What takes the place of a component in a proof.
 #[derive(Clone, Debug)]
 pub struct StandIn {
     /// The component.
     pub component: Spanned<String>,
-    /// The machine's file.
-    pub machine: Spanned<PathBuf>,
+    /// What it does instead.
+    pub conduct: Conduct,
+}
+
+/// How a component behaves in a proof.
+#[derive(Clone, Debug)]
+pub enum Conduct {
+    /// As the machine in this file allows.
+    Machine(Spanned<PathBuf>),
+    /// It answers and publishes anything that its interface allows. Where that is said.
+    Anything(Span),
 }
 
 /// How much memory the proof of a property may use by default, in MiB.
@@ -278,11 +288,14 @@ impl ProveEntry {
     /// Replaces components by machines.
     pub(super) fn put_stand_ins(&self, components: &mut [ComponentEntry]) -> Result<(), Error> {
         let mut complaints = Complaints::default();
-        for StandIn { component, machine } in &self.components {
+        for StandIn { component, conduct } in &self.components {
             match components.iter_mut().find(|entry| entry.name.value == component.value) {
                 Some(entry) => {
                     entry.stands_for = entry.stands_for.or(entry.device());
-                    entry.runs = RunsEntry::Machine(machine.clone());
+                    match conduct {
+                        Conduct::Machine(machine) => entry.runs = RunsEntry::Machine(machine.clone()),
+                        Conduct::Anything(place) => entry.do_anything(place),
+                    }
                     entry.data.clear();
                 }
                 None => {
@@ -290,6 +303,12 @@ impl ProveEntry {
                     complaints.push(unknown("component", component, known));
                 }
             }
+        }
+        // These sense and change the world, which does not exist in a proof.
+        for entry in components.iter_mut().filter(|entry| entry.device().is_some_and(DeviceKind::needs_robot)) {
+            entry.stands_for = entry.device();
+            let place = entry.name.span.clone();
+            entry.do_anything(&place);
         }
         complaints.check()
     }
@@ -458,22 +477,41 @@ fn read_faults(prove: Table<'_>) -> FaultAssumption {
 }
 
 fn read_stand_ins(prove: Table<'_>) -> Vec<StandIn> {
-    let about = "Machines that replace components, by the name of the component.";
+    let about = "What takes the place of components, by the name of the component.";
     let Some(table) = prove.table("components").about(about).optional() else { return Vec::new() };
     let read = |(name, span): (&str, &Span)| {
-        let component = table.table(name).about("A component that a proof replaces by a machine.").optional()?;
+        let about = "What takes the place of a component. Doors, people sensors and trays answer anything by default.";
+        let stand_in = table.table(name).about(about).rules(one_conduct);
+        let stand_in = stand_in.optional()?;
         let machine = path(
-            component,
+            stand_in,
             "machine",
-            "The file of the machine. It has the component's interface, and may do everything that the component may \
-             do.",
+            "The file of a machine. It has the component's interface, and may do everything that the component may do.",
         );
-        Some(StandIn {
-            component: Spanned { value: name.to_owned(), span: span.clone() },
-            machine: machine.required()?,
-        })
+        let anything = stand_in.one_of("answers", &[("anything", ())]).about(
+            "Every request is answered at once with anything that the interface allows; once per tick, anything or \
+             nothing is published. Numbers and texts are those that machines and properties distinguish.",
+        );
+        let (machine, anything) = (machine.optional(), anything.spanned().optional());
+        let conduct = match (machine, anything) {
+            (Some(machine), None) => Conduct::Machine(machine),
+            (None, Some(Spanned { span, .. })) => Conduct::Anything(span),
+            _ => {
+                let problem = span.problem(format!("what takes the place of `{name}` must be one thing"));
+                let help = "give it a `machine`, or `answers = \"anything\"`";
+                table.report(problem.with_label("this component").with_help(help));
+                return None;
+            }
+        };
+        Some(StandIn { component: Spanned { value: name.to_owned(), span: span.clone() }, conduct })
     };
     table.names("NAME").filter_map(read).collect()
+}
+
+/// What takes the place of a component is a machine or anything, not both.
+fn one_conduct() -> Value {
+    let has = |key: &str| json!({ "required": [key] });
+    json!({ "anyOf": [has("machine"), has("answers")], "not": { "required": ["machine", "answers"] } })
 }
 
 fn read_expect(prove: Table<'_>) -> Vec<(Spanned<String>, ProofOutcome)> {

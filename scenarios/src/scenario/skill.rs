@@ -33,6 +33,20 @@ impl Skill {
         let has = |id: &str| machine.parameters().any(|known| known == id);
         self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
     }
+
+    /// The constants with which the machine of this process compares a quantity that messages carry in this field.
+    ///
+    /// # Errors
+    /// Everything else that it does with it.
+    pub fn thresholds(&self, process: &str, tree: Option<&Tree>, field: &str) -> Result<Vec<f64>, Vec<Problem>> {
+        let given: Vec<(&str, Datum)> = self.data_of(&self.machine).collect();
+        // Ports that read the blackboard.
+        let leaf = tree.and_then(|tree| Some((tree, tree.leaves().find(|leaf| leaf.process() == process)?)));
+        let ports = leaf.into_iter().flat_map(|(tree, leaf)| tree.ports(leaf.id()));
+        let open: Vec<&str> =
+            ports.filter(|port| matches!(port.source, Source::Entry(_))).map(|port| port.name).collect();
+        self.machine.thresholds(field, &given, &open)
+    }
 }
 
 /// Where a leaf's machine is looked up: the file that the scenario names, or otherwise those with the leaf's name and

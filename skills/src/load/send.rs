@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::xml::{Written, elements_named, name_span};
-use crate::chart::{ActionKind, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
+use crate::chart::{ActionKind, CHANNEL_PROCESSOR, CHOICE_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
 use crate::delay;
 
 /// The target of events for the machine's own internal queue.
@@ -57,13 +57,23 @@ impl Compiler<'_> {
                     self.problems.push(problem.with_help("use <param name=\"place\" expr=\"…\"/>"));
                 }
             }
+            Some(written) if written.value == CHOICE_PROCESSOR => {
+                if !has("event") && !has("eventexpr") {
+                    let problem = Problem::new("no event is sent").at(name_span(node), "`event` is missing");
+                    self.problems.push(problem.with_help("of all events that are sent to `choice`, one is delivered"));
+                }
+                if let Some(target) = Written::attribute(node, "target").or(Written::attribute(node, "targetexpr")) {
+                    let problem = Problem::new("a choice has no target").at(target.span(), "leave this out");
+                    self.problems.push(problem.with_help("a machine chooses among events for itself"));
+                }
+            }
             // An unknown processor is an error whenever the event is sent (SCXML 6.2), so the machine could run.
             Some(written) if ![SCXML_PROCESSOR, "scxml"].contains(&written.value) => {
                 let problem = Problem::new(format!("unknown event processor `{}`", written.value));
                 self.defer(
                     problem
                         .at(written.span(), "unknown type")
-                        .with_help(format!("use `{CHANNEL_PROCESSOR}` or `scxml`")),
+                        .with_help(format!("use `{CHANNEL_PROCESSOR}`, `{CHOICE_PROCESSOR}` or `scxml`")),
                 );
             }
             _ if !has("event") && !has("eventexpr") && has_content.is_none() => {

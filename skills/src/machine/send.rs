@@ -10,7 +10,9 @@ use super::macrostep::{Macrostep, OuterEvent};
 use super::timer::{Delivery, Spot, Timer};
 use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, Undelivered, no_room};
 use crate::Datum;
-use crate::chart::{ADDRESS, Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
+use crate::chart::{
+    ADDRESS, Attribute, CHANNEL_PROCESSOR, CHOICE_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source,
+};
 use crate::delay;
 use crate::load::INTERNAL_TARGET;
 
@@ -84,7 +86,7 @@ impl Macrostep<'_, '_> {
 
     /// The route of an event: by channel to another process, or by SCXML's own processor to this machine.
     fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Delivery, String> {
-        if &*outgoing.processor == CHANNEL_PROCESSOR {
+        if is_by_host(&outgoing) {
             return Ok(Delivery::Away(outgoing, Spot(span)));
         }
         if ![SCXML_PROCESSOR, "scxml"].contains(&&*outgoing.processor) {
@@ -146,7 +148,7 @@ impl Macrostep<'_, '_> {
             }
             Delivery::Away(outgoing, Spot(span)) => {
                 let send_id = outgoing.send_id.clone();
-                let result = if &*outgoing.processor == CHANNEL_PROCESSOR {
+                let result = if is_by_host(&outgoing) {
                     self.host.send(&outgoing)
                 } else {
                     self.send_to_machine(outgoing).map_err(Undelivered::Unfit)
@@ -205,6 +207,11 @@ impl Macrostep<'_, '_> {
             Err(reason) => self.abort(reason, span),
         }
     }
+}
+
+/// Whether the host delivers the event: to another process, or as a choice.
+fn is_by_host(outgoing: &Outgoing) -> bool {
+    [CHANNEL_PROCESSOR, CHOICE_PROCESSOR].contains(&&*outgoing.processor)
 }
 
 fn own_event(outgoing: Outgoing, kind: EventKind) -> Event {

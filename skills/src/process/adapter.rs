@@ -32,6 +32,20 @@ pub trait Adapter: AdapterState + Debug + Send + Sync {
     /// [`Undelivered`] if it cannot be sent.
     fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered>;
 
+    /// Adds an event to those of which the machine will get one: its transitions are offered next, and no others.
+    ///
+    /// # Errors
+    /// [`Undelivered`] if nobody chooses.
+    fn choose(&mut self, event: Event) -> Result<(), Undelivered> {
+        Err(Undelivered::Unfit(format!("nobody chooses `{}` here", event.name)))
+    }
+
+    /// The event that the machine gets if it takes this transition, if that is a choice.
+    fn choice(&self, transition: TransitionId) -> Option<&Event> {
+        let _ = transition;
+        None
+    }
+
     /// Completes what the machine has sent, now that it has come to rest.
     fn complete(&mut self, machine: &mut Machine) {
         let _ = machine;

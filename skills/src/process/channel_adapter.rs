@@ -29,6 +29,8 @@ pub struct ChannelAdapter {
     pub(super) wiring: Arc<Wiring>,
     /// Messages to be sent, by outgoing channel.
     outboxes: Vec<VecDeque<Envelope>>,
+    /// Events of which the process will get one.
+    choices: Vec<Event>,
     /// Unanswered requests of this process, by outgoing channel.
     asked: Vec<Open>,
     /// Unanswered requests to this process, by incoming channel.
@@ -71,6 +73,7 @@ impl ChannelAdapter {
             outboxes: vec![VecDeque::new(); wiring.outgoing.len()],
             asked: vec![Open::new(); wiring.outgoing.len()],
             pending: vec![Open::new(); wiring.incoming.len()],
+            choices: Vec::new(),
             wiring,
             last_request,
         }
@@ -82,9 +85,15 @@ impl ChannelAdapter {
         Self::on(Arc::clone(&self.wiring), self.last_request)
     }
 
-    /// Offers to receive on every channel, and to send what waits. Transitions are numbered by channel: incoming ones
-    /// first, then outgoing ones.
+    /// Offers to receive on every channel, and to send what waits; or else to choose, if there is a choice. Transitions
+    /// are numbered by channel: incoming ones first, then outgoing ones, then the choices.
     pub fn offers(&self, offers: &mut Vec<Offer>) {
+        if !self.choices.is_empty() {
+            let first = self.first_choice();
+            let numbers = (first..).take(self.choices.len()).map(|number| TransitionId(number as u32));
+            offers.extend(numbers.map(|transition| Offer { transition, action: Action::Internal }));
+            return;
+        }
         for (index, (incoming, pending)) in self.wiring.incoming.iter().zip(&self.pending).enumerate() {
             let pattern = if pending.is_empty() || incoming.is_client {
                 Pattern::Any
@@ -107,10 +116,19 @@ impl ChannelAdapter {
         }
     }
 
-    /// Takes one of the transitions. Returns the event that a received message becomes; `None` for a message that was
-    /// sent, and for an answer that nobody is waiting for anymore.
+    /// The number of the first choice.
+    fn first_choice(&self) -> usize {
+        self.wiring.incoming.len() + self.wiring.outgoing.len()
+    }
+
+    /// Takes one of the transitions. Returns the event that a received message becomes, or that is chosen; `None` for a
+    /// message that was sent, and for an answer that nobody is waiting for anymore.
     pub fn take(&mut self, transition: TransitionId, received: Option<&Envelope>) -> Option<Event> {
         let index = transition.0 as usize;
+        if let Some(choice) = index.checked_sub(self.first_choice()) {
+            // The others are gone.
+            return Some(std::mem::take(&mut self.choices).swap_remove(choice));
+        }
         match index.checked_sub(self.wiring.incoming.len()) {
             Some(out) => {
                 self.outboxes[out].pop_front();
@@ -265,6 +283,18 @@ impl Adapter for ChannelAdapter {
 
     fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
         self.send(target, head, data)
+    }
+
+    fn choose(&mut self, event: Event) -> Result<(), Undelivered> {
+        if self.choices.len() >= MAX_WAITING {
+            return Err(Undelivered::Unfit(format!("{MAX_WAITING} events are already to be chosen from")));
+        }
+        self.choices.push(event);
+        Ok(())
+    }
+
+    fn choice(&self, transition: TransitionId) -> Option<&Event> {
+        self.choices.get((transition.0 as usize).checked_sub(self.first_choice())?)
     }
 
     fn succeeding(&self) -> Box<dyn Adapter> {

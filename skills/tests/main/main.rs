@@ -7,6 +7,7 @@ mod between_machines;
 mod bombs;
 mod broken_machines;
 mod chance;
+mod choice;
 mod conversation;
 mod diagnostics;
 mod eighth_skill;

@@ -1,15 +1,14 @@
 //! The machine of a leaf that asks, written as SCXML.
 
-use std::collections::BTreeSet;
-use std::fmt::Write as _;
-
 use bt::{Kind, Node};
 use diagnostics::markup::attribute;
 use serde_json::Value;
 use skills::Datum;
+use std::collections::BTreeSet;
 
 use super::success::DATA;
 use super::{Argument, Asking, PATIENCE, Subject, Written};
+use crate::scenario::scxml_text::Text;
 
 /// The datum that says whether the last message of a topic means success.
 const HOLDS: &str = "holds__";
@@ -18,10 +17,7 @@ impl Asking {
     /// The machine of a leaf, as SCXML.
     pub fn scxml(&self, leaf: &Node) -> String {
         let mut text = Text::default();
-        text.open(&format!(
-            "scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\"",
-            attribute(leaf.label())
-        ));
+        text.open_machine(leaf.label());
         let is_condition = leaf.kind() == Kind::Condition;
         text.element("datamodel", |text| {
             self.data(is_condition).iter().for_each(|datum| text.line(&format!("<data id=\"{}\"/>", attribute(datum))));
@@ -31,8 +27,7 @@ impl Asking {
             (_, true) => self.ask_at_once(&mut text),
             (_, false) => self.ask_and_go_on(&mut text),
         }
-        text.close("scxml");
-        text.written
+        text.finish()
     }
 
     /// The machine's data: the ports that it reads, and the values of those that it writes.
@@ -266,53 +261,7 @@ impl Written {
     }
 }
 
-/// The text of a machine.
-#[derive(Default)]
-struct Text {
-    written: String,
-    depth: usize,
-}
-
 impl Text {
-    fn line(&mut self, line: &str) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.written, "{:1$}{line}", "", 2 * self.depth);
-    }
-
-    fn open(&mut self, tag: &str) {
-        self.line(&format!("<{tag}>"));
-        self.depth += 1;
-    }
-
-    fn close(&mut self, name: &str) {
-        self.depth -= 1;
-        self.line(&format!("</{name}>"));
-    }
-
-    /// An element with this content, if there is any.
-    fn element(&mut self, tag: &str, content: impl FnOnce(&mut Self)) {
-        let before = self.written.len();
-        self.open(tag);
-        let inside = self.written.len();
-        content(self);
-        if self.written.len() > inside {
-            self.close(tag.split(' ').next().unwrap_or_default());
-        } else {
-            self.written.truncate(before);
-            self.depth -= 1;
-            self.line(&format!("<{tag}/>"));
-        }
-    }
-
-    fn state(&mut self, id: &str, content: impl FnOnce(&mut Self)) {
-        self.element(&format!("state id=\"{id}\""), content);
-    }
-
-    /// An element with a line for each item.
-    fn filled<T>(&mut self, tag: &str, items: &[T], line: impl Fn(&T) -> String) {
-        self.element(tag, |text| items.iter().for_each(|item| text.line(&line(item))));
-    }
-
     /// An answer to the tree, with the values of output ports.
     fn send_to_tree(&mut self, answer: &str, outputs: &[Written], value: impl Fn(&Written) -> String) {
         self.filled(&format!("send type=\"channel\" target=\"BT\" event=\"{answer}\""), outputs, |written| {

@@ -1,0 +1,250 @@
+//! The machine of a component that may say anything, written as SCXML.
+
+use channels::{FieldKind, Value};
+use diagnostics::markup::attribute;
+use interfaces::{
+    ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, OK, REASON, REJECTED,
+    SUCCEEDED, Service,
+};
+
+use crate::scenario::scxml_text::Text;
+
+/// The values of a field that anything distinguishes, or why they cannot be listed.
+type Samples<'s> = dyn Fn(&Field) -> Result<Vec<Value>, String> + 's;
+
+/// Whoever asked last.
+const CLIENT: &str = "client";
+
+/// With more different messages of one kind than this, a proof would take too long. Chosen, not measured.
+const MOST: usize = 200;
+
+/// A message: what it begins with, and its fields.
+type Answer = (String, Vec<(String, Value)>);
+
+/// Something that happens by itself, at most once per tick: the publication of a topic, or progress of an action.
+struct Turn<'i> {
+    /// The action, if it is one.
+    action: Option<&'i Action>,
+    messages: Vec<Answer>,
+}
+
+/// Everything that a component may say, from its interface.
+pub(super) struct Repertoire<'i> {
+    turns: Vec<Turn<'i>>,
+    /// Each service with its answers.
+    services: Vec<(&'i Service, Vec<Answer>)>,
+    actions: Vec<Course<'i>>,
+}
+
+/// What becomes of the goals of an action.
+struct Course<'i> {
+    action: &'i Action,
+    rejected: Vec<Answer>,
+    /// Its ends once it is canceled.
+    ends: Vec<Answer>,
+}
+
+impl<'i> Repertoire<'i> {
+    /// Everything that a component with this interface may say. `samples` gives the values of a field that anything
+    /// distinguishes.
+    ///
+    /// # Errors
+    /// Why it cannot be listed, in words.
+    pub(super) fn of(interface: &'i Interface, samples: &Samples<'_>) -> Result<Self, String> {
+        let messages = |head: &str, fields: &[Field]| all(head, fields, samples);
+        let refusals = |head: &str| messages(head, &[Field { name: REASON.to_owned(), kind: FieldKind::Text }]);
+        let (mut turns, mut services, mut actions) = (Vec::new(), Vec::new(), Vec::new());
+        for topic in &interface.topics {
+            turns.push(Turn { action: None, messages: messages(&topic.name, &topic.fields)? });
+        }
+        for service in &interface.services {
+            services.push((service, [messages(OK, &service.reply)?, refusals(ERROR)?].concat()));
+        }
+        for action in &interface.actions {
+            let of = |part: &str| format!("{}.{part}", action.name);
+            let feedback = messages(&of(FEEDBACK), &action.feedback)?;
+            let own_ends = [messages(&of(SUCCEEDED), &action.result)?, refusals(&of(ABORTED))?].concat();
+            let ends = [messages(&of(CANCELED), &[])?, own_ends.clone()].concat();
+            turns.push(Turn { action: Some(action), messages: [feedback, own_ends].concat() });
+            actions.push(Course { action, rejected: refusals(&of(REJECTED))?, ends });
+        }
+        Ok(Self { turns, services, actions })
+    }
+
+    /// The machine of a component that answers every request at once, with anything, publishes anything or nothing once
+    /// per tick, and pursues one goal of each action at a time. It ignores what is `heard`.
+    pub(super) fn scxml(&self, name: &str, heard: &[String], tick_s: f64) -> String {
+        let mut text = Text::default();
+        text.open_machine(name);
+        let pursued = self.actions.iter().map(|course| pursued(course.action));
+        let data: Vec<String> = [CLIENT.to_owned()].into_iter().chain(pursued).collect();
+        text.filled("datamodel", &data, |datum| format!("<data id=\"{}\" expr=\"''\"/>", attribute(datum)));
+        text.state("any", |text| {
+            let again = format!("<send event=\"again\" delay=\"{tick_s}s\"/>");
+            if !self.turns.is_empty() {
+                text.element("onentry", |text| text.line(&again));
+                text.element("transition event=\"again\"", |text| {
+                    text.line(&again);
+                    text.line("<raise event=\"turn.0\"/>");
+                });
+            }
+            for (number, turn) in self.turns.iter().enumerate() {
+                let next = (number + 1 < self.turns.len()).then(|| format!("<raise event=\"turn.{}\"/>", number + 1));
+                turn.write(number, next.as_slice(), text);
+            }
+            for (service, answers) in &self.services {
+                let choice = format!("choice.{}", service.name);
+                answer(text, &choice, answers, &[]);
+                text.element(&format!("transition event=\"{}\"", attribute(&service.name)), |text| {
+                    ask(text);
+                    choose(text, &choice, answers, false);
+                });
+            }
+            self.actions.iter().for_each(|course| course.write(text));
+            heard.iter().for_each(|event| text.line(&format!("<transition event=\"{}\"/>", attribute(event))));
+        });
+        text.finish()
+    }
+}
+
+/// All messages that begin with this symbol.
+fn all(head: &str, fields: &[Field], samples: &Samples<'_>) -> Result<Vec<Answer>, String> {
+    let mut messages: Vec<Answer> = vec![(head.to_owned(), Vec::new())];
+    for field in fields {
+        let values = samples(field)?;
+        let with = |(head, before): &Answer, value: &Value| {
+            let field = (field.name.clone(), value.clone());
+            (head.clone(), before.iter().cloned().chain([field]).collect())
+        };
+        messages = messages.iter().flat_map(|message| values.iter().map(move |value| with(message, value))).collect();
+        if messages.len() > MOST {
+            return Err(format!("there are more than {MOST} different messages `{head}`"));
+        }
+    }
+    Ok(messages)
+}
+
+/// The datum that holds the client whose goal of this action is pursued.
+fn pursued(action: &Action) -> String {
+    let word: String = action.name.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
+    format!("{word}__")
+}
+
+fn set(text: &mut Text, datum: &str, expr: &str) {
+    text.line(&format!("<assign location=\"{datum}\" expr=\"{expr}\"/>"));
+}
+
+/// Notes who has asked.
+fn ask(text: &mut Text) {
+    set(text, CLIENT, "_event.origin");
+}
+
+/// The names of the events that stand for these messages. They begin with the choice's name and a number, and end with
+/// words for people.
+fn names<'a>(choice: &'a str, messages: &'a [Answer]) -> impl Iterator<Item = String> + 'a {
+    messages.iter().enumerate().map(move |(number, (head, fields))| {
+        let values = fields.iter().map(|(_, value)| value.to_string());
+        let words = std::iter::once(head.clone()).chain(values).map(|word| {
+            let plain =
+                word.chars().map(|sign| if sign.is_ascii_alphanumeric() || "-.".contains(sign) { sign } else { '_' });
+            plain.take(20).collect::<String>().trim_matches('_').to_owned()
+        });
+        format!("{choice}.{number}.{}", words.collect::<Vec<_>>().join("_"))
+    })
+}
+
+/// Chooses among these messages, or nothing.
+fn choose(text: &mut Text, choice: &str, messages: &[Answer], or_nothing: bool) {
+    let nothing = or_nothing.then(|| format!("{choice}.nothing"));
+    for event in names(choice, messages).chain(nothing) {
+        text.line(&format!("<send type=\"choice\" event=\"{}\"/>", attribute(&event)));
+    }
+}
+
+/// The transition of each choice of a message to the client, and what follows it.
+fn answer(text: &mut Text, choice: &str, answers: &[Answer], then: &[String]) {
+    for (event, message) in names(choice, answers).zip(answers) {
+        text.element(&format!("transition event=\"{}\"", attribute(&event)), |text| {
+            send(text, Some(CLIENT), message);
+            then.iter().for_each(|line| text.line(line));
+        });
+    }
+}
+
+/// Sends a message to a process that this datum names, or publishes it.
+fn send(text: &mut Text, to: Option<&str>, (head, fields): &Answer) {
+    let to = to.map_or_else(String::new, |to| format!(" targetexpr=\"{to}\""));
+    let there: Vec<_> = fields.iter().filter(|(_, value)| !value.is_symbol(FieldKind::NONE)).collect();
+    text.filled(&format!("send type=\"channel\"{to} event=\"{}\"", attribute(head)), &there, |(name, value)| {
+        format!("<param name=\"{}\" expr=\"{}\"/>", attribute(name), attribute(&literal(value)))
+    });
+}
+
+/// A value in ECMAScript.
+fn literal(value: &Value) -> String {
+    match value {
+        Value::Symbol(symbol) => serde_json::Value::from(symbol.name()).to_string(),
+        Value::Text(text) => serde_json::Value::from(&**text).to_string(),
+        Value::Real(number) if number.is_infinite() => format!("{}Infinity", if *number < 0.0 { "-" } else { "" }),
+        other => other.to_string(),
+    }
+}
+
+impl Turn<'_> {
+    /// What may happen in this turn, or nothing; then it is the `next` one's turn, if there is one.
+    fn write(&self, number: usize, next: &[String], text: &mut Text) {
+        let choice = format!("choice.turn.{number}");
+        let go_on = |text: &mut Text| next.iter().for_each(|line| text.line(line));
+        let client = self.action.map(pursued);
+        for (event, message) in names(&choice, &self.messages).zip(&self.messages) {
+            text.element(&format!("transition event=\"{}\"", attribute(&event)), |text| {
+                send(text, client.as_deref(), message);
+                let ends = self.action.is_some_and(|action| message.0 != format!("{}.{FEEDBACK}", action.name));
+                if let Some(client) = client.as_ref().filter(|_| ends) {
+                    set(text, client, "''");
+                }
+                go_on(text);
+            });
+        }
+        text.element(&format!("transition event=\"{choice}.nothing\""), go_on);
+        let cond = client.map_or_else(String::new, |client| format!(" cond=\"{client} != ''\""));
+        text.element(&format!("transition event=\"turn.{number}\"{cond}"), |text| {
+            choose(text, &choice, &self.messages, true);
+        });
+        if self.action.is_some() {
+            text.element(&format!("transition event=\"turn.{number}\""), go_on);
+        }
+    }
+}
+
+impl Course<'_> {
+    /// Goals, and requests to cancel one, which is then at an end.
+    fn write(&self, text: &mut Text) {
+        let Self { action, rejected, ends } = self;
+        let (name, pursued) = (&action.name, pursued(action));
+        let part = |part: &str| attribute(&format!("{name}.{part}"));
+        let forget = format!("<assign location=\"{pursued}\" expr=\"''\"/>");
+        let begin = format!("<assign location=\"{pursued}\" expr=\"{CLIENT}\"/>");
+        let (goal, cancel) = (format!("choice.{name}.{GOAL}"), format!("choice.{name}.{CANCEL}"));
+        // A client that sends a goal again has given up its last one.
+        answer(text, &format!("{goal}.no"), rejected, std::slice::from_ref(&forget));
+        let accepted = [(format!("{name}.{ACCEPTED}"), Vec::new())];
+        answer(text, &format!("{goal}.yes"), &accepted, &[begin]);
+        answer(text, &format!("{goal}.other"), rejected, &[]);
+        answer(text, &cancel, ends, &[forget]);
+        let free = format!("{pursued} == '' || {pursued} == _event.origin");
+        text.element(&format!("transition event=\"{}\" cond=\"{free}\"", part(GOAL)), |text| {
+            ask(text);
+            choose(text, &format!("{goal}.yes"), &accepted, false);
+            choose(text, &format!("{goal}.no"), rejected, false);
+        });
+        text.element(&format!("transition event=\"{}\"", part(GOAL)), |text| {
+            ask(text);
+            choose(text, &format!("{goal}.other"), rejected, false);
+        });
+        text.element(&format!("transition event=\"{}\" cond=\"{pursued} == _event.origin\"", part(CANCEL)), |text| {
+            ask(text);
+            choose(text, &cancel, ends, false);
+        });
+    }
+}

@@ -1,0 +1,180 @@
+//! Components that may answer anything in a proof, and machines that choose.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+/// An arm, which is a program, and a bell.
+const SCENARIO: &str = r#"
+tree = "tree.xml"
+[components.Arm]
+program = ["python3", "arm.py"]
+interface = "arm.toml"
+asks = ["Bell"]
+[components.Bell]
+builtin = "button"
+pressed_s = [3]
+[leaves.Pick]
+action = "Arm.pick"
+arguments.what = "cup"
+success_when = "result.grams > 20"
+timeout_s = 5
+[leaves.Rang]
+topic = "Bell.pressed"
+[expect.satisfied]
+light = "always ((Arm, Pick, status = <pick.succeeded>) implies (Arm, Pick, grams < 1000))"
+rung_first = "always ((Pick, Arm, request = <pick.goal>) implies once (Bell, Rang, topic = <pressed>))"
+rung_twice = "always (Bell, Rang, false)"
+[prove]
+components.Arm.answers = "anything"
+components.Bell.answers = "anything"
+"#;
+
+const ARM: &str = r#"
+[actions.pick]
+goal = { what = "text" }
+feedback = { share = "real" }
+result = { grams = "real", colour = ["red", "blue", "?"] }
+[services.weigh]
+reply = { grams = "real[]" }
+"#;
+
+const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main"><Sequence><Condition ID="Rang"/><Action ID="Pick"/></Sequence></BehaviorTree>
+</root>"#;
+
+fn application(scenario: &str) -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let arm = ARM.replace("real[]", "real");
+    for (name, text) in [("arms.toml", scenario), ("arm.toml", &arm), ("tree.xml", TREE)] {
+        fs::write(folder.path().join(name), text).expect("room for a file");
+    }
+    folder
+}
+
+fn at(folder: &Path, name: &str) -> String {
+    folder.join(name).display().to_string()
+}
+
+fn prove(folder: &Path, arguments: &[&str]) -> Value {
+    let output = steward(&[&["prove", "--json", &at(folder, "arms.toml")], arguments].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_ne!(output.status.code(), Some(2), "{said}");
+    serde_json::from_slice(&output.stdout).expect("the results are JSON")
+}
+
+fn outcome(results: &Value, property: &str) -> String {
+    let properties = results["properties"].as_array().expect("there are properties");
+    let found = properties.iter().find(|it| it["property"] == property).expect("it was asked");
+    found["result"].as_str().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_component_may_answer_anything_at_any_tick() {
+    let folder = application(SCENARIO);
+    let results = prove(folder.path(), &[]);
+    let outcomes = ["light", "rung_first", "rung_twice", "progress"].map(|property| outcome(&results, property));
+    assert_eq!(outcomes, ["violated", "proved", "violated", "proved"]);
+    let run = &results["properties"][0]["run"];
+    assert_eq!(run["replayed"], true);
+    let steps = run["steps"].to_string();
+    assert!(steps.contains("Arm chooses `choice.turn.0.") && steps.contains("pick.succeeded_1000"), "{steps}");
+    assert_eq!(
+        run["rests_on"],
+        serde_json::json!([
+            "Arm answers every request at once, with anything, does anything with one goal of each action at a time, and \
+             ends it when it is canceled.",
+            "Bell answers every request at once, with anything, publishes anything or nothing once per tick.",
+        ])
+    );
+    // The run can be followed: its scenario has the same stand-ins.
+    let out = at(folder.path(), "out");
+    prove(folder.path(), &["--property", "light", "--out", &out]);
+    let output = steward(&["run", &format!("{out}/light/counterexample.toml"), "--no-snapshots", "--out", &out]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+}
+
+/// The stand-in as a component of its own: what is proved of it holds in its runs, and what is violated is in some.
+#[test]
+fn in_runs_the_scheduler_chooses() {
+    let folder = application(SCENARIO);
+    let scenario = at(folder.path(), "arms.toml");
+    let mut own = SCENARIO.to_owned();
+    for name in ["Arm", "Bell"] {
+        let output = steward(&["prove", &scenario, "--stand-in", name]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::write(folder.path().join(format!("{name}.scxml")), output.stdout).expect("room for a file");
+    }
+    own = own
+        .replace("program = [\"python3\", \"arm.py\"]", "machine = \"Arm.scxml\"")
+        .replace("asks = [\"Bell\"]\n", "");
+    own = own.replace("builtin = \"button\"\npressed_s = [3]", "machine = \"Bell.scxml\"\ninterface = \"bell.toml\"");
+    fs::write(
+        folder.path().join("bell.toml"),
+        "[topics.pressed]\n[services.get_press]\nreply = { pressed = 'bool' }\n",
+    )
+    .expect("room for a file");
+    fs::write(folder.path().join("own.toml"), own + "[execution]\nmax_time_s = 6\n").expect("room for a file");
+    let violated = |seed: u64, property: &str| {
+        let arguments = [
+            "run",
+            &at(folder.path(), "own.toml"),
+            "--no-snapshots",
+            "--out",
+            &at(folder.path(), "out"),
+            "--json",
+            "--seed",
+            &seed.to_string(),
+        ];
+        let output = steward(&arguments);
+        let results: Value = serde_json::from_slice(&output.stdout).expect("the results are JSON");
+        results["monitors"]
+            .as_array()
+            .is_some_and(|monitors| monitors.iter().any(|it| it["name"] == property && it["verdict"] == "violated"))
+    };
+    let light: Vec<bool> = (1..=12).map(|seed| violated(seed, "light")).collect();
+    assert!(light.contains(&true) && light.contains(&false), "{light:?}");
+    assert!(!(1..=8).any(|seed| violated(seed, "rung_first")));
+}
+
+#[test]
+fn numbers_that_cannot_be_followed_are_refused() {
+    let refused = |from: &str, to: &str| {
+        let folder = application(&SCENARIO.replace(from, to));
+        refusal(&["prove", &at(folder.path(), "arms.toml")])
+    };
+    for computed in ["grams < 500 + 500", "grams as g) implies (Arm, Pick, grams < g + 1"] {
+        let said = refused("grams < 1000", computed);
+        assert!(said.contains("the property light does more with what Arm says than compare it"), "{said}");
+    }
+    let said = refused("result.grams > 20", "result.grams * 2 > 20");
+    assert!(said.contains("Arm cannot answer anything: of its field `grams`, the machine computes with"), "{said}");
+    let said = refused("components.Arm.answers = \"anything\"\n", "");
+    assert!(said.contains("prove.components.Arm.answers = \"anything\""), "{said}");
+    let said = refused("components.Arm.answers", "components.Arm.machine = \"arm.scxml\"\ncomponents.Arm.answers");
+    assert!(said.contains("what takes the place of `Arm` must be one thing"), "{said}");
+    let folder = application(SCENARIO);
+    fs::write(folder.path().join("arm.toml"), ARM).expect("room for a file");
+    let said = refusal(&["prove", &at(folder.path(), "arms.toml")]);
+    assert!(said.contains("its field `grams` is a list of real"), "{said}");
+}
+
+#[test]
+fn a_door_may_stick_and_a_visitor_may_be_anywhere() {
+    let machine = |component: &str| {
+        let output = steward(&["prove", "guide", "--stand-in", component]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let door = machine("Door");
+    for answer in ["open.0.ok", "open.1.error", "get_state.0.ok_open", "get_state.1.ok_closed", "get_state.2.ok_moving"]
+    {
+        assert!(door.contains(&format!("event=\"choice.{answer}")), "{answer}: {door}");
+    }
+    let sensor = machine("VisitorSensor");
+    assert!(sensor.contains("<param name=\"count\" expr=\"0\"/>") && sensor.contains("nearest_m"), "{sensor}");
+}
