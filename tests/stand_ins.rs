@@ -178,3 +178,20 @@ fn a_door_may_stick_and_a_visitor_may_be_anywhere() {
     let sensor = machine("VisitorSensor");
     assert!(sensor.contains("<param name=\"count\" expr=\"0\"/>") && sensor.contains("nearest_m"), "{sensor}");
 }
+
+#[test]
+fn where_a_navigation_of_ones_own_drives_nobody_knows() {
+    let folder = tempdir().expect("a folder");
+    let state = "state = ['running', 'success', 'failure', 'stopped', 'idle']";
+    let services = ["start_navigation", "get_status", "stop_navigation"]
+        .map(|name| format!("services.{name} = {{ request = {{ place = 'place' }}, reply = {{ {state} }} }}\n"));
+    fs::write(folder.path().join("nav.toml"), services.concat()).expect("room for a file");
+    let scenario = "base = 'nominal'\n[components.Navigation]\nprogram = ['nav']\ninterface = 'nav.toml'\n\
+                    [prove]\ncomponents.Navigation.answers = 'anything'\nproperties = ['phi1']\n\
+                    expect = { phi1 = 'violated' }\n";
+    fs::write(folder.path().join("arms.toml"), scenario).expect("room for a file");
+    let results = prove(folder.path(), &[]);
+    assert_eq!(["phi1", "progress"].map(|property| outcome(&results, property)), ["violated", "proved"]);
+    let rests_on = results["properties"][0]["run"]["rests_on"].to_string();
+    assert!(rests_on.contains("The robot may be anywhere at any time."), "{rests_on}");
+}
