@@ -182,8 +182,13 @@ fn where_nothing_shows_what_is_true_the_property_is_refused() {
     );
     // A proof knows only what is told.
     let own = folder("base = \"nominal\"\n[expect]", property);
-    let said = refusal(&["prove", &at(&own.path().join("own.toml"))]);
+    let own = at(&own.path().join("own.toml"));
+    let said = refusal(&["prove", &own, "--property", "level"]);
     assert!(said.contains("the property level speaks of the world"), "{said}");
+    // Where none is named, it says what it leaves out.
+    let proof = steward(&["prove", &own]);
+    let said = String::from_utf8_lossy(&proof.stdout);
+    assert!(said.contains("level speaks of the world and is not proved.") && said.contains("progress"), "{said}");
     // Names are suggested, of all fields.
     let own = folder("base = \"nominal\"\n[expect]", "property p := always (World, Monitors, levle_pct >= 31)");
     let said = refusal(&["run", &at(&own.path().join("own.toml"))]);

@@ -93,3 +93,13 @@ fn what_a_zone_makes_impossible_is_refused() {
     assert!(check("", "faults = [{ kind = \"zone_ignored\", at_s = 0 }]\n").contains("there are no zones"));
     assert!(check("", "monitors = [{ zone = \"Destination\" }]\n").contains("zone"));
 }
+
+/// A loaded robot that drives at the limit is faster by the last bit of a number when its load falls off.
+#[test]
+fn rounding_is_no_violation() {
+    let folder = tempdir().unwrap();
+    let report = run(folder.path(), RESPECTED, &["--set", "execution.max_time_s=2"]);
+    let mut monitors = report["monitors"].as_array().unwrap().iter();
+    let narrow = monitors.find(|monitor| monitor["name"] == "respects_Narrow").unwrap();
+    assert!(narrow["property"].as_str().unwrap().contains("speed_mps <= 0.201"), "{narrow}");
+}

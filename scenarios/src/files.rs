@@ -253,6 +253,21 @@ pub enum Kind {
     Places,
 }
 
+/// The path of the shipped file that people mean if they write its name instead: `maps/house.yaml` for the map `house`.
+pub(crate) fn shipped_as(what: &str, written: &str) -> Option<String> {
+    let kind = match what {
+        "tree" => Kind::Tree,
+        "machine" => Kind::Skill,
+        "property file" => Kind::Properties,
+        "map" => Kind::Map,
+        "places" => Kind::Places,
+        _ => return None,
+    };
+    let (folder, ending) = kind.place();
+    let path = format!("{folder}{}{ending}", written.trim_matches(['"', '\'']));
+    shipped(Path::new(&path)).map(|_| path)
+}
+
 impl Kind {
     /// The folder of the shipped files of the kind, and the ending of their names.
     fn place(self) -> (&'static str, &'static str) {

@@ -91,6 +91,16 @@ pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switche
     all
 }
 
+/// That properties that speak of the world are not proved; `None` if there are none.
+pub(super) fn left_out(names: &[String]) -> Option<Assumption> {
+    let words = match names {
+        [] => return None,
+        [name] => format!("{name} speaks of the world and is not proved."),
+        [others @ .., last] => format!("{} and {last} speak of the world and are not proved.", others.join(", ")),
+    };
+    Some(Assumption::new(About::Always, words))
+}
+
 /// The assumptions of which a run makes use: what they allow happens in it.
 pub(super) fn used(all: &[Assumption], run: &Path, replay: &Replay, faults: &[Switched]) -> Vec<Assumption> {
     let words = run.steps().iter().filter_map(|step| match step {

@@ -71,6 +71,8 @@ pub struct Proof {
     /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
+    /// The properties that speak of the world and were not asked for.
+    left_out: Vec<String>,
 }
 
 /// The result for a property.
@@ -161,22 +163,29 @@ impl Proof {
             if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
         let damaged = damaged(&scenario, &system, &mut complaints);
         let faults = faults::of(&scenario, &system, &mut complaints);
-        let questions = questions::of(&scenario, &monitoring, only, &mut complaints);
-        if let Some(Truths { channel, .. }) = &wired.truths {
-            let asked = questions.iter().filter_map(|question| monitor_of(question, &monitoring));
-            asked.filter(|monitor| watches(*monitor, *channel)).for_each(|monitor| {
-                let problem = diagnostics::Problem::new(format!("the property {} speaks of the world", monitor.name()));
-                complaints.push(problem.with_help(
-                    "a proof does not know what is true, only what the components tell: prove that, or judge runs with \
-                     `steward run` and `steward campaign`",
-                ));
-            });
+        let truths = wired.truths.as_ref().map(|Truths { channel, .. }| *channel);
+        let all = monitoring.monitors().iter().map(|(_, monitor)| monitor.as_ref());
+        let of_world = all.filter(|monitor| truths.is_some_and(|channel| watches(*monitor, channel)));
+        let of_world: Vec<&str> = of_world.map(Monitor::name).collect();
+        let questions = questions::of(&scenario, &monitoring, &of_world, only, &mut complaints);
+        let is_asked = |name: &&&str| questions.iter().any(|question| question.property == **name);
+        for name in of_world.iter().filter(is_asked) {
+            let problem = diagnostics::Problem::new(format!("the property {name} speaks of the world"));
+            complaints.push(problem.with_help(
+                "a proof does not know what is true, only what the components tell: prove that, or judge runs with \
+                 `steward run` and `steward campaign`",
+            ));
         }
+        // Whoever names properties knows what is left out.
+        let names_none = only.is_empty() && scenario.file.prove.properties.is_empty();
+        let left_out: Vec<String> =
+            of_world.iter().filter(|name| names_none && !is_asked(name)).map(|name| (*name).to_owned()).collect();
         for monitor in questions.iter().filter_map(|question| monitor_of(question, &monitoring)) {
             subject::check_numbers(&scenario, &system, monitor, &mut complaints);
         }
         complaints.check()?;
-        let proof = Self { scenario, ids: wired.ids, monitoring, thresholds, damaged, faults, questions, system };
+        let ids = wired.ids;
+        let proof = Self { scenario, ids, monitoring, thresholds, damaged, faults, questions, left_out, system };
         // A search can take long: no property may be refused after that of another one.
         let has_robot = proof.ids.robot.is_some();
         if has_robot {
@@ -207,7 +216,9 @@ impl Proof {
     /// The assumptions.
     #[must_use]
     pub fn assumptions(&self) -> Vec<Assumption> {
-        assumptions::all(&self.scenario, &self.system, &self.faults)
+        let mut all = assumptions::all(&self.scenario, &self.system, &self.faults);
+        all.extend(assumptions::left_out(&self.left_out));
+        all
     }
 
     /// The assumptions of which a run makes use: what they allow happens in it.

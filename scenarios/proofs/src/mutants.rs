@@ -91,6 +91,7 @@ impl Proof {
             thresholds,
             damaged: self.damaged.clone(),
             faults: self.faults.clone(),
+            left_out: self.left_out.clone(),
             questions: self.questions.clone(),
         })
     }

@@ -28,10 +28,12 @@ pub enum Subject {
     AllReached,
 }
 
-/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for.
+/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for. If it does
+/// not name any, those that speak of the world are left out.
 pub(super) fn of(
     scenario: &Scenario,
     monitoring: &Monitoring,
+    of_world: &[&str],
     only: &[String],
     complaints: &mut Complaints,
 ) -> Vec<Question> {
@@ -51,7 +53,8 @@ pub(super) fn of(
     // What is never reached is shown after every complete proof without a monitor; that it is a question of its own,
     // and may fail, must be asked for.
     let is_asked = |name: &str, subject| match (only, subject) {
-        ([], Subject::Monitor(_)) => prove.properties.is_empty() || is_named(name),
+        ([], Subject::Monitor(_)) if prove.properties.is_empty() => !of_world.contains(&name),
+        ([], Subject::Monitor(_)) => is_named(name),
         ([], Subject::Progress) => true,
         ([], Subject::AllReached) => is_named(name) || expected(name).is_some(),
         (only, _) => only.iter().any(|asked| asked == name),

@@ -6,7 +6,7 @@ use diagnostics::{Problem, Span, Spanned};
 
 use super::schedule::Schedule;
 use crate::error::Complaints;
-use crate::files::Files;
+use crate::files::{Files, shipped_as};
 
 /// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {
@@ -50,5 +50,7 @@ pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
     let help = "a path is looked up beside the file that names it (with `--set` on a shipped scenario, in the current folder), \
                 and then among the shipped files";
+    let shipped = shipped_as(what, span.text());
+    let help = shipped.map_or_else(|| help.to_owned(), |shipped| format!("the shipped {what} is `{shipped}`"));
     problem.with_label("named here").with_help(help)
 }

@@ -129,12 +129,17 @@ impl Premises {
         let Zone { keep_out, speed_mps, .. } = self.places.zones().iter().find(|known| known.name == zone)?;
         let here = self.truths().into_iter().find(|field| field.fact == Fact::At(zone.to_owned()))?.name;
         let keeps_out = keep_out.then(|| format!("{here} = false"));
+        // Driving at the limit exactly, the simulated robot is faster now and then by the last bit of a number.
         let is_slow = speed_mps
+            .map(|limit| limit + SLACK_MPS)
             .map(|limit| format!("({here} = true implies speed_mps <= {limit:?} and speed_mps >= -{limit:?})"));
         let rules: Vec<String> = keeps_out.into_iter().chain(is_slow).collect();
         Some(format!("always ({WORLD}, {MONITORS}, {})", rules.join(" and ")))
     }
 }
+
+/// A robot counts as slow enough in a zone up to this much more than the zone's limit. Chosen, not measured.
+const SLACK_MPS: f64 = 0.001;
 
 /// A name with which a field's name can begin or end.
 fn as_word(name: &str) -> String {

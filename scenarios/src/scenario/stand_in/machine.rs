@@ -155,8 +155,9 @@ fn names<'a>(choice: &'a str, messages: &'a [Answer]) -> impl Iterator<Item = St
 
 /// Chooses among these messages, or nothing.
 fn choose(text: &mut Text, choice: &str, messages: &[Answer], or_nothing: bool) {
+    // First, so that a shortest run prefers it.
     let nothing = or_nothing.then(|| format!("{choice}.nothing"));
-    for event in names(choice, messages).chain(nothing) {
+    for event in nothing.into_iter().chain(names(choice, messages)) {
         text.line(&format!("<send type=\"choice\" event=\"{}\"/>", attribute(&event)));
     }
 }
