@@ -219,3 +219,22 @@ fn a_scenario_can_expect_what_is_true_without_a_file_of_properties() {
     let said = refusal(&["check", scenario.to_str().unwrap()]);
     assert!(said.contains("expect.satisfied.still") && said.contains("speed_mps"), "{said}");
 }
+
+#[test]
+fn a_counterexample_leaves_out_what_speaks_of_the_world() {
+    let text = "base = \"nominal\"\n[[monitors]]\nzone = \"Wet\"\n[expect.satisfied]\n\
+                slow = 'always (World, Monitors, speed_mps < 0.46)'\n[expect]\nslow = \"satisfied\"\n\
+                [stop]\non_violation = \"slow\"\n";
+    let own = folder("", "");
+    let places = std::fs::read_to_string("maps/house.places.toml").expect("it is shipped");
+    let wet = places + "\n[Wet]\ncorners_m = [[1.4, 4.0], [3.7, 4.0], [3.7, 5.9], [1.4, 5.9]]\nspeed_mps = 0.2\n";
+    std::fs::write(own.path().join("wet.places.toml"), wet).unwrap();
+    let scenario = own.path().join("own.toml");
+    std::fs::write(&scenario, format!("places = \"wet.places.toml\"\n{text}")).unwrap();
+    let out = own.path().join("out").display().to_string();
+    let proof = steward(&["prove", scenario.to_str().unwrap(), "--property", "phi2", "--out", &out, "--quiet"]);
+    assert_eq!(proof.status.code(), Some(0), "{}", String::from_utf8_lossy(&proof.stderr));
+    let run = steward(&["run", &format!("{out}/phi2/counterexample.toml"), "--no-snapshots", "--out", &out]);
+    let said = String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.success() && said.contains("phi2") && !said.contains("slow"), "{said}");
+}

@@ -66,9 +66,9 @@
 //!   of `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
 //!   the sender: `Arm.pick.feedback`. All messages of a goal carry its number. A cancel is answered by the end of its
 //!   goal, whatever that is; one that arrives after the end is dropped.
-//! - A *choice* is open: of all events that a machine has sent to `<send type="choice" event="opens"/>`, it gets one,
-//!   with the parameters as `_event.data`, before anything else happens to it. The others are gone. Whatever schedules
-//!   the processes chooses; with a `delay`, an event can be chosen only then.
+//! - A *choice* is open: of the events that a machine sends with `<send type="choice" event="opens"/>` and that are
+//!   due at the same time, it gets one, with the parameters as `_event.data`, before anything else happens to it. The
+//!   others are gone. Whatever schedules the processes chooses.
 //! - A *topic* is published by a `<send>` without a target, and is received by every process with a channel that
 //!   carries it. While a message waits, a newer one of the same topic takes its place.
 //! - The values that a leaf's ports read from the tree's blackboard come with each request: `_event.data.place` is the

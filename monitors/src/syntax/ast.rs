@@ -168,13 +168,18 @@ impl File {
 
 impl Constraint {
     fn literals<'f>(&'f self, literals: &mut Vec<&'f Literal>) {
+        self.events(&mut |event| event.condition.literals(literals));
+    }
+
+    /// Calls `visit` with each event in it.
+    pub fn events<'f>(&'f self, visit: &mut dyn FnMut(&'f Event)) {
         if let ConstraintKind::Event(event)
         | ConstraintKind::TimeUntil { event, .. }
         | ConstraintKind::Count { event, .. } = &self.kind
         {
-            event.condition.literals(literals);
+            visit(event);
         }
-        self.operands().into_iter().for_each(|part| part.literals(literals));
+        self.operands().into_iter().for_each(|part| part.events(visit));
     }
 
     /// Its immediate parts, in the order in which they are written.

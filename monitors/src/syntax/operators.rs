@@ -77,8 +77,8 @@ pub const OPERATORS: &[Operator] = &[
         "always (BatteryReader, BatteryLevel, level / 100 <= 1)",
     ),
     word(
-        "distance(X, Y, U, V)",
-        "angle(A, B) yaw(X, Y, Z, W)",
+        "distance(X,Y,U,V)",
+        "angle(A,B) yaw(X,Y,Z,W)",
         "In a condition, the distance between two points, the angle between two directions (0 to π), and the yaw of a \
          quaternion (−π to π), in the unit of the fields and in radians.",
         "always (World, Monitors, distance(x_m, y_m, 0, 0) < 5 m and angle(yaw_rad, 0) < 90 deg)",

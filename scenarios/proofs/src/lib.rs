@@ -71,8 +71,10 @@ pub struct Proof {
     /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
-    /// The properties that speak of the world and were not asked for.
-    left_out: Vec<String>,
+    /// The properties that speak of the world.
+    of_world: Vec<String>,
+    /// Whether no property is named: then those that speak of the world are left out.
+    names_none: bool,
 }
 
 /// The result for a property.
@@ -176,16 +178,15 @@ impl Proof {
                  `steward run` and `steward campaign`",
             ));
         }
-        // Whoever names properties knows what is left out.
+        let of_world: Vec<String> = of_world.into_iter().map(str::to_owned).collect();
         let names_none = only.is_empty() && scenario.file.prove.properties.is_empty();
-        let left_out: Vec<String> =
-            of_world.iter().filter(|name| names_none && !is_asked(name)).map(|name| (*name).to_owned()).collect();
         for monitor in questions.iter().filter_map(|question| monitor_of(question, &monitoring)) {
             subject::check_numbers(&scenario, &system, monitor, &mut complaints);
         }
         complaints.check()?;
         let ids = wired.ids;
-        let proof = Self { scenario, ids, monitoring, thresholds, damaged, faults, questions, left_out, system };
+        let proof =
+            Self { scenario, ids, monitoring, thresholds, damaged, faults, questions, of_world, names_none, system };
         // A search can take long: no property may be refused after that of another one.
         let has_robot = proof.ids.robot.is_some();
         if has_robot {
@@ -217,7 +218,8 @@ impl Proof {
     #[must_use]
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = assumptions::all(&self.scenario, &self.system, &self.faults);
-        all.extend(assumptions::left_out(&self.left_out));
+        // Whoever names properties knows what is left out.
+        all.extend(assumptions::left_out(&self.of_world).filter(|_| self.names_none));
         all
     }
 

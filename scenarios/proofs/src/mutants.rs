@@ -91,7 +91,8 @@ impl Proof {
             thresholds,
             damaged: self.damaged.clone(),
             faults: self.faults.clone(),
-            left_out: self.left_out.clone(),
+            of_world: self.of_world.clone(),
+            names_none: self.names_none,
             questions: self.questions.clone(),
         })
     }

@@ -28,8 +28,8 @@ pub enum Subject {
     AllReached,
 }
 
-/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for. If it does
-/// not name any, those that speak of the world are left out.
+/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for. If it
+/// does not name any, those that speak of the world are left out.
 pub(super) fn of(
     scenario: &Scenario,
     monitoring: &Monitoring,

@@ -81,7 +81,9 @@ impl Proof {
         text += &self.based_on_it(about, &self.long_enough(duration(run) + self.scenario.file.execution.tick));
         // Writing to a string cannot fail.
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
-        for (watched, monitor) in self.monitoring.monitors() {
+        // A schedule takes the place of the world, of which some properties speak.
+        let all = self.monitoring.monitors().iter();
+        for (watched, monitor) in all.filter(|(watched, _)| !self.of_world.contains(&watched.name)) {
             let Some(monitor) = run.replay(&answer.model, Some(monitor.as_ref())).ok().and_then(|it| it.monitor) else {
                 continue;
             };

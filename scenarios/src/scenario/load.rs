@@ -8,7 +8,7 @@ use bt::Tree;
 use components::NAVIGATION;
 use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile, Zone};
-use monitors::syntax;
+use monitors::{WORLD, syntax};
 use nav::Reach;
 use recording::Origin;
 use roaml::Model;
@@ -16,8 +16,9 @@ use skills::Chart;
 
 use super::file_reader::FileReader;
 use super::stand_in::Listeners;
+use super::stop::StopOnViolation;
 use super::{
-    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMadeKind, Scenario,
+    Behavior, BehaviorFiles, Component, Found, Monitoring, Premises, PremisesEntry, ReadyMade, ReadyMadeKind, Scenario,
     ScenarioFile, Skill, WatchingMachine, component_entry, declaration, leaves, model, places, robot, world,
 };
 use crate::error::{Complaints, Error, Recorded};
@@ -121,6 +122,49 @@ fn property(name: &str, formula: &str) -> String {
     format!("property {name} := {formula}")
 }
 
+/// Leaves out the properties that speak of the world, whose place a schedule takes, and what is expected of them.
+fn leave_out_world(file: &mut ScenarioFile, properties: &mut [(String, String)]) {
+    let mut gone: Vec<String> = Vec::new();
+    for (_, text) in properties.iter_mut().filter(|(_, text)| text.contains(WORLD)) {
+        let parsed = syntax::parse_file(text);
+        if parsed.problems.iter().any(diagnostics::Problem::is_error) {
+            continue;
+        }
+        let mut kept = parsed.file;
+        kept.items.retain(|item| match item {
+            syntax::Item::Property(property) if speaks_of_world(&property.constraint) => {
+                gone.push(property.name.text.clone());
+                false
+            }
+            _ => true,
+        });
+        *text = kept.to_string();
+    }
+    file.monitors.retain(|entry| match &entry.kind {
+        ReadyMadeKind::Zone(zone) => {
+            gone.push(zone_property(entry, zone));
+            false
+        }
+        _ => true,
+    });
+    file.expect.satisfied.retain(|(name, _)| !gone.contains(&name.value));
+    file.expect.outcomes.retain(|(name, _)| !gone.contains(&name.value));
+    if let StopOnViolation::Of(names) = &mut file.stop.on_violation {
+        names.retain(|name| !gone.contains(&name.value));
+    }
+}
+
+fn speaks_of_world(constraint: &syntax::Constraint) -> bool {
+    let mut speaks = false;
+    constraint.events(&mut |event| speaks |= event.source.name().is_some_and(|name| name.text == WORLD));
+    speaks
+}
+
+/// The name of the property that a zone is respected.
+fn zone_property(entry: &ReadyMade, zone: &Spanned<String>) -> String {
+    entry.name.as_ref().map_or_else(|| format!("respects_{}", zone.value), |name| name.value.clone())
+}
+
 /// What decides in a scenario, as far as it could be loaded.
 #[derive(Default)]
 struct Parts {
@@ -168,6 +212,10 @@ impl<'a> Loader<'a> {
             (Some(model), _) => Parts::of_model(model),
             (None, None) => Parts::default(),
         };
+        // Only now: what answers anything answers what all of them distinguish, as in the proof.
+        if file.execution.schedule.is_some() {
+            leave_out_world(&mut file, &mut properties);
+        }
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to).ok_or(Recorded));
         let machines = skills.as_ref().zip(components.as_ref());
         let machines = machines
@@ -468,8 +516,7 @@ impl<'a> Loader<'a> {
                 self.reader.complaints.push(unknown("zone", zone, names));
                 continue;
             };
-            let name =
-                entry.name.as_ref().map_or_else(|| format!("respects_{}", zone.value), |name| name.value.clone());
+            let name = zone_property(entry, zone);
             properties.push((format!("monitors.{name}"), property(&name, &formula)));
         }
         properties
