@@ -163,6 +163,15 @@ fn numbers_that_cannot_be_followed_are_refused() {
     assert!(said.contains("its field `grams` is a list of real"), "{said}");
 }
 
+/// A machine tells 0 from other numbers without comparing it.
+#[test]
+fn a_number_may_be_0() {
+    let folder = application(&SCENARIO.replace("result.grams > 20", "!result.grams"));
+    let output = steward(&["prove", &at(folder.path(), "arms.toml"), "--stand-in", "Arm"]);
+    let machine = String::from_utf8_lossy(&output.stdout);
+    assert!(machine.contains("<param name=\"grams\" expr=\"0.0\"/>"), "{machine}");
+}
+
 #[test]
 fn a_door_may_stick_and_a_visitor_may_be_anywhere() {
     let machine = |component: &str| {

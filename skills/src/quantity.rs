@@ -170,8 +170,10 @@ impl<'a> Following<'a> {
     /// All numbers that the expression may be; `None` if that is not known.
     fn constants(&self, expr: &Expr) -> Option<Vec<f64>> {
         match expr {
-            Expr::Constant(Datum::Number(number)) => Some(vec![*number]),
-            Expr::Constant(_) => Some(Vec::new()),
+            // A number is compared with a string or a Boolean as with the number that it converts to (7.2.13).
+            Expr::Constant(constant) => {
+                Some(vec![constant.to_number()].into_iter().filter(|it| !it.is_nan()).collect())
+            }
             Expr::Unary(UnaryOp::Minus, part) => {
                 Some(self.constants(part)?.into_iter().map(|number| -number).collect())
             }
@@ -327,6 +329,13 @@ mod tests {
         let mut found = thresholds(data, body).expect("nothing but comparisons");
         found.sort_by(f64::total_cmp);
         assert_eq!(found, [12.5, 25.0, 30.0, 40.0]);
+    }
+
+    #[test]
+    fn a_string_or_a_boolean_is_compared_as_the_number_that_it_converts_to() {
+        let body = r#"<transition event="a" cond="_event.data.level == '20' || _event.data.level &lt; true"/>
+            <transition event="b" cond="_event.data.level &gt; null || _event.data.level == 'full'"/>"#;
+        assert_eq!(thresholds("", body).expect("nothing but comparisons"), [20.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -72,7 +72,9 @@ impl Listeners<'_> {
 
     /// The numbers with which machines or properties compare a field.
     fn numbers(&self, field: &Field, known: &Known<'_>) -> Result<Vec<Value>, String> {
-        let mut numbers: Vec<Value> = known.literals.iter().filter(|value| value.is_number()).cloned().collect();
+        // As a condition, a number is false if it is 0.
+        let mut numbers = vec![Value::Int(0)];
+        numbers.extend(known.literals.iter().filter(|value| value.is_number()).cloned());
         for (process, skill) in &known.machines {
             let compared = skill.thresholds(process, self.tree, &field.name).map_err(|problems| {
                 let what = problems.first().map_or_else(String::new, |problem| problem.message().to_owned());
