@@ -180,15 +180,6 @@ fn where_nothing_shows_what_is_true_the_property_is_refused() {
         refusal(&["verify", &record, "--property", &at(&own.path().join("world.scope"))]).contains(why),
         "a recording"
     );
-    // A proof knows only what is told.
-    let own = folder("base = \"nominal\"\n[expect]", property);
-    let own = at(&own.path().join("own.toml"));
-    let said = refusal(&["prove", &own, "--property", "level"]);
-    assert!(said.contains("the property level speaks of the world"), "{said}");
-    // Where none is named, it says what it leaves out.
-    let proof = steward(&["prove", &own]);
-    let said = String::from_utf8_lossy(&proof.stdout);
-    assert!(said.contains("level speaks of the world and is not proved.") && said.contains("progress"), "{said}");
     // Names are suggested, of all fields.
     let own = folder("base = \"nominal\"\n[expect]", "property p := always (World, Monitors, levle_pct >= 31)");
     let said = refusal(&["run", &at(&own.path().join("own.toml"))]);
@@ -237,4 +228,61 @@ fn a_counterexample_leaves_out_what_speaks_of_the_world() {
     let run = steward(&["run", &format!("{out}/phi2/counterexample.toml"), "--no-snapshots", "--out", &out]);
     let said = String::from_utf8_lossy(&run.stdout);
     assert!(run.status.success() && said.contains("phi2") && !said.contains("slow"), "{said}");
+}
+
+/// What a proof says of these properties of `nominal`, and what it prints.
+fn proved(properties: &str, more: &[&str]) -> (Vec<(String, String)>, Value) {
+    let own = folder("base = \"nominal\"\n[expect]\n[prove]\nexpect = {}", properties);
+    let output = steward(&[&["prove", own.path().join("own.toml").to_str().unwrap(), "--json"], more].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_ne!(output.status.code(), Some(2), "{said}");
+    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |it: &Value, key: &str| it[key].as_str().unwrap().to_owned();
+    let all = results["properties"].as_array().unwrap();
+    (all.iter().map(|it| (text(it, "property"), text(it, "result"))).collect(), results)
+}
+
+/// The told level is one of the true ones: whatever is proved of the true level holds of the told one, too.
+#[test]
+fn a_proof_knows_the_true_level() {
+    for level in ["0", "19", "20", "20.5", "31"] {
+        let text = format!(
+            "property truly := always (World, Monitors, level_pct >= {level})
+            property told := always (BatteryReader, BatteryLevel, level >= {level})"
+        );
+        let (found, results) = proved(&text, &["--property", "truly", "--property", "told"]);
+        let [truly, told] = [&found[0].1, &found[1].1];
+        assert!(truly == "violated" || told == "proved", "{level}: {found:?}");
+        assert_eq!(truly == "proved", matches!(level, "0" | "19" | "20"), "{level}: {found:?}");
+        let run = &results["properties"][0]["run"];
+        assert!(truly == "proved" || run["replayed"] == true, "{level}: {run:#}");
+    }
+}
+
+#[test]
+fn a_proof_knows_the_true_place_where_nobody_asks() {
+    let text = "property once := always (World, Monitors, at_Destination = true implies at_RechargingStation = false)
+        property never := always (World, Monitors, at_Destination = false)
+        property charged_there := always (World, Monitors, charging = true implies at_RechargingStation = true)";
+    let (found, results) = proved(text, &[]);
+    let outcomes: Vec<&str> = found.iter().map(|(_, result)| result.as_str()).collect();
+    assert_eq!(outcomes, ["proved", "violated", "proved", "proved"], "{found:?}");
+    let said = results["assumptions"].to_string();
+    assert!(said.contains("The true level and place of the robot are those that the components are told."), "{said}");
+}
+
+#[test]
+fn what_a_proof_does_not_know_of_the_world_is_left_out_or_refused() {
+    let text = "property fast := always (World, Monitors, speed_mps < 1)
+        property soon := always ((World, Monitors, level_pct < 50) implies time_until (World, Monitors, charging = true) < 9)
+        property level := always (World, Monitors, level_pct >= 0)";
+    let (found, results) = proved(text, &[]);
+    assert_eq!(found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["level", "progress"]);
+    let said = results["assumptions"].to_string();
+    let expected = "Not proved: fast (speaks of more than the level and the place), soon (counts messages or measures \
+                    time, and speaks of the world).";
+    assert!(said.contains(expected), "{said}");
+    let own = folder("base = \"nominal\"\n[expect]\n[prove]\nexpect = {}", text);
+    let said = refusal(&["prove", own.path().join("own.toml").to_str().unwrap(), "--property", "fast"]);
+    assert!(said.contains("the property fast speaks of more than the level and the place"), "{said}");
 }

@@ -6,7 +6,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Process, ProcessId};
+use channels::{ChannelId, Message, Process, ProcessId};
 use smallvec::SmallVec;
 
 /// Drives a system from outside: the world around it changes between its steps.
@@ -32,8 +32,14 @@ pub trait Environment: fmt::Debug + Send + Sync {
     /// The same moves in words: `the level falls below 30 %`. Empty where nothing worth mentioning changes.
     fn words(&self, state: &Self::State, driven: &[&dyn Process], instant: Instant) -> Vec<String>;
 
-    /// Whether a move may enable a process that could not move. If not, the search leaves out the moves that are
-    /// possible while time stands still.
+    /// The message that monitors are shown when its state changes so, on a channel between processes outside the
+    /// system.
+    fn shown(&self, _before: &Self::State, _after: &Self::State) -> Option<(ChannelId, Message)> {
+        None
+    }
+
+    /// Whether a move may enable a process that could not move, or shows monitors something. If not, the search leaves
+    /// out the moves that are possible while time stands still.
     fn may_stir(&self, _state: &Self::State, _driven: &[&dyn Process]) -> bool {
         true
     }
@@ -190,6 +196,10 @@ impl<E: Environment> Environment for Erased<E> {
 
     fn words(&self, state: &EnvironmentState, driven: &[&dyn Process], instant: Instant) -> Vec<String> {
         self.0.words(self.typed(state), driven, instant)
+    }
+
+    fn shown(&self, before: &EnvironmentState, after: &EnvironmentState) -> Option<(ChannelId, Message)> {
+        self.0.shown(self.typed(before), self.typed(after))
     }
 
     fn may_stir(&self, state: &EnvironmentState, driven: &[&dyn Process]) -> bool {

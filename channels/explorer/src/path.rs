@@ -34,6 +34,8 @@ pub enum PathStep {
         update: Update,
         /// Its state afterwards.
         state: EnvironmentState,
+        /// The message that monitors are shown, on a channel outside the system.
+        shown: Option<(ChannelId, Message)>,
     },
     /// Time passes; timers that are due at its end fire.
     Wait(Duration),
@@ -239,7 +241,10 @@ impl Performer {
     pub fn perform(&mut self, step: &PathStep, system: &mut ChannelSystem) -> Result<Option<Performed>, RunError> {
         let mut performed = Performed::default();
         match step {
-            PathStep::Environment { update, .. } => drive(system, &self.driven, update, self.now),
+            PathStep::Environment { update, shown, .. } => {
+                drive(system, &self.driven, update, self.now);
+                performed.event = shown.clone().map(|(channel, message)| system.show(channel, message));
+            }
             PathStep::Wait(span) => {
                 self.now += *span;
                 system.advance(self.now);

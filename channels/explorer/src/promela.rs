@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use channels::{Envelope, Monitor, Verdict};
 
+use crate::environment::Instant;
 use crate::error::Refused;
 use crate::local::{Local, Step, UNKNOWN, entry};
 use crate::model::Model;
@@ -45,6 +46,14 @@ pub enum NotExported {
         /// What ended the search.
         limit: Limit,
     },
+    /// The environment shows the monitor something that no process receives.
+    #[error(
+        "the property {property} also observes what the environment shows, and an export has only what is received"
+    )]
+    Shown {
+        /// The property.
+        property: String,
+    },
     /// Promela counts with 32 bits.
     #[error("times of up to {longest:?} are multiples of no more than {unit:?}: too many for Promela's integers")]
     TimesTooFine {
@@ -73,6 +82,12 @@ pub fn promela(
     let states = found.states;
     if let Some(limit) = found.limit {
         return Err(NotExported::Incomplete { states, limit });
+    }
+    let moves = [Instant::Between, Instant::Tick].map(|instant| found.semantics.tables.sorted_moves(instant));
+    if let Some(property) = property
+        && moves.iter().flatten().flat_map(|(_, moves)| *moves).any(|moved| moved.shown.is_some())
+    {
+        return Err(NotExported::Shown { property: property.name().to_owned() });
     }
     let period = model.ticks.map(|ticks| ticks.period);
     let unit = unit(&found.semantics.tables, period.into_iter().chain([found.semantics.hold]))?;

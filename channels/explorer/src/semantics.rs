@@ -310,7 +310,7 @@ impl Semantics {
         Ok(())
     }
 
-    /// The monitor observes a message as it is received.
+    /// The monitor observes a message as it is received, or shown.
     fn observe(&self, draft: &mut Draft<'_>, channel: usize, content: u32) -> Result<Fate, Gap> {
         if !self.has_monitor || self.tables.links[channel].is_internal {
             return Ok(Fate::GoOn);

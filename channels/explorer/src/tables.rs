@@ -68,6 +68,8 @@ pub(crate) struct Link {
 pub(crate) struct Moved {
     pub(crate) state: u32,
     effect: u32,
+    /// The message that monitors are shown: its channel, and its number there.
+    pub(crate) shown: Option<(u32, u32)>,
 }
 
 /// What a move does to the driven processes: those that change, with their steps.
@@ -259,13 +261,14 @@ impl Tables {
     /// A move of the environment as a step of a run.
     pub(crate) fn moved(&self, key: &[u32], instant: Instant, index: usize) -> PathStep {
         let Move { state, reports } = self.possible(key, instant).swap_remove(index);
+        let shown = self.environment.shown(self.environments.get(key[0]), &state);
         let words = self.words(key, instant).swap_remove(index);
         let environment = Arc::clone(&self.environment);
         let update = move |id: ProcessId, process: &mut dyn Process, now: Duration| {
             let index = environment.driven().iter().position(|driven| *driven == id);
             index.into_iter().for_each(|index| environment.report(id, reports[index], process, now));
         };
-        PathStep::Environment { words, update: Arc::new(update), state }
+        PathStep::Environment { words, update: Arc::new(update), state, shown }
     }
 
     /// The driven processes that a move changes, with their steps.
@@ -347,7 +350,9 @@ pub(crate) fn same_number(_: ChannelId, number: RequestNumber) -> RequestNumber 
 fn shakes_hands(topology: &Topology, process: ProcessId) -> bool {
     let is_composed = topology.processes().any(|part| part != process && topology.whole(part) == process);
     let mut channels = topology.channels().map(|id| topology.get(id));
+    // One outside the system never moves.
     !is_composed
+        && !topology.is_outside(process)
         && channels.any(|channel| channel.capacity == Capacity::Zero && topology.is_part_of(process, channel.source))
 }
 

@@ -141,7 +141,8 @@ pub(crate) fn enumerate(
     let mut findings = Findings::default();
     let mut edges: Vec<Vec<Edge>> = Vec::new();
     let mut add = |state: State, layer: u64, states: &mut Vec<(State, u64)>| {
-        for id in state.system.topology().processes() {
+        let topology = state.system.topology();
+        for id in topology.processes().filter(|id| !topology.is_outside(*id)) {
             let process = state.system.clone_process(id).expect("a process");
             findings.locations.insert((id.index(), location(process.as_ref())));
         }
@@ -237,8 +238,7 @@ fn successors(
         return (successors, true);
     };
     let is_tick = tick == Some(span);
-    for (environment, system) in moves(state, environment, if is_tick { Instant::Tick } else { Instant::Between }) {
-        let mut next = State { environment, system, ..state.fork() };
+    for mut next in moves(state, environment, if is_tick { Instant::Tick } else { Instant::Between }) {
         next.system.advance(NormalForm::NOW + span);
         next.until_tick = next.until_tick.saturating_sub(span);
         next.held.iter_mut().for_each(|until| *until = until.saturating_sub(span));
@@ -252,9 +252,17 @@ fn successors(
         }
         successors.push((next, is_alive));
     }
-    for (environment, system) in moves(state, environment, Instant::Between) {
-        let mut next = State { environment, system, ..state.fork() };
-        if !next.system.enabled().is_empty() {
+    for mut next in moves(state, environment, Instant::Between) {
+        let after = next.monitor.clone().map(|mut monitor| {
+            monitor.normalize().expect("a normal form");
+            monitor
+        });
+        let is_seen = state
+            .monitor
+            .iter()
+            .zip(&after)
+            .any(|(before, after)| before.verdict() != after.verdict() || !before.same_state(after.as_ref()));
+        if is_seen || !next.system.enabled().is_empty() {
             successors.push((next, true));
         }
     }
@@ -273,8 +281,8 @@ fn damaged(state: &State, send: &Enabled, channel: ChannelId, effect: Effect) ->
     system
 }
 
-/// The environment's effect on the system.
-fn moves(state: &State, environment: &AnyEnvironment, instant: Instant) -> Vec<(EnvironmentState, ChannelSystem)> {
+/// The states after the environment's moves, which may have shown the monitor something.
+fn moves(state: &State, environment: &AnyEnvironment, instant: Instant) -> Vec<State> {
     let driven: Vec<Box<dyn Process>> =
         environment.driven().iter().map(|id| state.system.clone_process(*id).expect("a process")).collect();
     let driven: Vec<&dyn Process> = driven.iter().map(AsRef::as_ref).collect();
@@ -286,7 +294,10 @@ fn moves(state: &State, environment: &AnyEnvironment, instant: Instant) -> Vec<(
             environment.report(*id, report, process.as_mut(), NormalForm::NOW);
             system.replace(*id, process).expect("the same channels");
         }
-        (choice.state, system)
+        let shown = environment.shown(&state.environment, &choice.state);
+        let mut next = State { environment: choice.state, system, ..state.fork() };
+        shown.into_iter().for_each(|(channel, message)| next.observe(EventKind::Received { channel, message }));
+        next
     };
     moves.into_iter().map(apply).collect()
 }

@@ -60,6 +60,12 @@ fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> S
             }
         }
     }
+    // Some environments also show the level to the monitor, which no process hears.
+    let shown = rng.random_bool(0.2).then(|| {
+        let [sky, eyes] = ["Sky", "Eyes"].map(|name| topology.outside(name).expect("a new name"));
+        let level = Domain::new([Shape::new([("level", FieldKind::Int)])]);
+        topology.channel(sky, eyes, Capacity::Zero, level).expect("a new channel")
+    });
     let watched: Vec<ChannelId> = topology.channels().collect();
     let mut processes: Vec<(ProcessId, Box<dyn Process>)> = vec![
         (generator, Box::new(TickGenerator::new(ticks))),
@@ -90,7 +96,7 @@ fn varied(seed: u64, patience_s: impl Fn(u64) -> u64, another: Option<u64>) -> S
         monitor: rng.random_bool(0.7).then(|| monitor(rng, &watched)),
         system,
         ticks: Ticks { generator, period: PERIOD, first, step: Duration::ZERO },
-        environment: Weather { sensor }.erased(),
+        environment: Weather { sensor, shown }.erased(),
     }
 }
 
@@ -316,6 +322,8 @@ impl Process for Sensor {
 #[derive(Debug)]
 struct Weather {
     sensor: ProcessId,
+    /// Where the monitor is shown the level.
+    shown: Option<ChannelId>,
 }
 
 impl Environment for Weather {
@@ -345,6 +353,11 @@ impl Environment for Weather {
     fn report(&self, _id: ProcessId, report: u32, process: &mut dyn Process, _now: Duration) {
         let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
         (sensor.level, sensor.waits) = (i64::from(report / 2), sensor.waits || report % 2 == 1);
+    }
+
+    fn shown(&self, before: &i64, after: &i64) -> Option<(ChannelId, Message)> {
+        let channel = self.shown.filter(|_| before != after)?;
+        Some((channel, Message::new([Value::Int(*after)])))
     }
 
     fn words(&self, state: &i64, driven: &[&dyn Process], instant: Instant) -> Vec<String> {

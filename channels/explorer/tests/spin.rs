@@ -52,7 +52,11 @@ fn compare(seeds: impl Iterator<Item = u64>) -> (usize, usize) {
             model = model.with_interleaved_drivers();
         }
         let limits = Limits { reduction: Reduction::Off, ..Limits::default() };
-        let exported = promela(&model, property, &limits, &mut |_| ()).expect("a finite model");
+        let exported = match promela(&model, property, &limits, &mut |_| ()) {
+            // Promela has only what is received.
+            Err(NotExported::Shown { .. }) => continue,
+            exported => exported.expect("a finite model"),
+        };
         if exported.states > 40_000 {
             continue;
         }
@@ -66,6 +70,9 @@ fn compare(seeds: impl Iterator<Item = u64>) -> (usize, usize) {
     (asked, violated)
 }
 
+/// How many random systems are tried.
+const SYSTEMS: u64 = 140;
+
 #[test]
 #[ignore = "long: .ci/run runs it"]
 fn spin_stores_as_many_states_and_gives_the_same_verdicts() {
@@ -74,12 +81,16 @@ fn spin_stores_as_many_states_and_gives_the_same_verdicts() {
         return;
     }
     let halves = std::thread::scope(|scope| {
-        let threads = [0, 1].map(|half| scope.spawn(move || compare((0..120).filter(|seed| seed % 2 == half))));
+        let threads = [0, 1].map(|half| scope.spawn(move || compare((0..SYSTEMS).filter(|seed| seed % 2 == half))));
         threads.map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     let (asked, violated) = (halves[0].0 + halves[1].0, halves[0].1 + halves[1].1);
     assert!(asked >= 100 && violated > 20 && asked - violated > 20, "{asked} checked, {violated} violated");
-    println!("ran: spin on {asked} systems, {violated} of them violated; {} were too large", 120 - asked);
+    println!(
+        "ran: spin on {asked} systems, {violated} of them violated; {} were too large, or show \
+        their property something",
+        SYSTEMS - asked as u64
+    );
 }
 
 #[test]

@@ -91,14 +91,16 @@ pub(super) fn all(scenario: &Scenario, system: &ChannelSystem, faults: &[Switche
     all
 }
 
-/// That properties that speak of the world are not proved; `None` if there are none.
-pub(super) fn left_out(names: &[String]) -> Option<Assumption> {
-    let words = match names {
-        [] => return None,
-        [name] => format!("{name} speaks of the world and is not proved."),
-        [others @ .., last] => format!("{} and {last} speak of the world and are not proved.", others.join(", ")),
-    };
-    Some(Assumption::new(About::Always, words))
+/// That a proof knows no other level and place than those that are told.
+pub(super) fn told() -> Assumption {
+    let words = "The true level and place of the robot are those that the components are told.".to_owned();
+    Assumption::new(About::Always, words)
+}
+
+/// That some properties are not proved, with the reasons; `None` if there are none.
+pub(super) fn left_out(beyond: &[(String, String)]) -> Option<Assumption> {
+    let each: Vec<String> = beyond.iter().map(|(name, why)| format!("{name} ({why})")).collect();
+    (!each.is_empty()).then(|| Assumption::new(About::Always, format!("Not proved: {}.", each.join(", "))))
 }
 
 /// The assumptions of which a run makes use: what they allow happens in it.

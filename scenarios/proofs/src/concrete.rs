@@ -11,7 +11,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Process, ProcessId};
+use channels::{Message, Process, ProcessId, Value};
 use components::BatteryReader;
 use explorer::{Path, PathStep};
 use robot::BatteryState;
@@ -57,10 +57,16 @@ pub(super) enum Concretized {
     Spurious,
 }
 
-/// Gives a run concrete levels. If no battery can have them, the classes are refined, so that another search does not
-/// find this run: counterexample-guided abstraction refinement.
-pub(super) fn concretize(path: &mut Path, levels: &mut Levels, bounds: &Bounds) -> Concretized {
-    if let Some(possible) = run(path, levels, bounds) {
+/// Gives a run concrete levels, also in the field with this index of what monitors are shown. If no battery can have
+/// them, the classes are refined, so that another search does not find this run: counterexample-guided abstraction
+/// refinement.
+pub(super) fn concretize(
+    path: &mut Path,
+    levels: &mut Levels,
+    bounds: &Bounds,
+    shown_as: Option<usize>,
+) -> Concretized {
+    if let Some(possible) = run(path, levels, bounds, shown_as) {
         *path = possible;
         return Concretized::Possible;
     }
@@ -74,7 +80,7 @@ pub(super) fn concretize(path: &mut Path, levels: &mut Levels, bounds: &Bounds) 
 }
 
 /// The run with concrete levels. `None` if no battery can have them.
-fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
+fn run(path: &Path, levels: &Levels, bounds: &Bounds, shown_as: Option<usize>) -> Option<Path> {
     let steps = path.steps();
     let moment = |(step, taken): (usize, &PathStep)| {
         let PathStep::Environment { state, .. } = taken else { return None };
@@ -95,7 +101,12 @@ fn run(path: &Path, levels: &Levels, bounds: &Bounds) -> Option<Path> {
     let found = solved(&own).or_else(|| solved(&alike))?;
     let mut steps = steps.to_vec();
     for (Moment { step, class, is_charging, .. }, level_pct) in moments.into_iter().zip(found) {
-        let PathStep::Environment { words, update, .. } = &mut steps[step] else { continue };
+        let PathStep::Environment { words, update, shown, .. } = &mut steps[step] else { continue };
+        if let (Some((_, message)), Some(field)) = (shown, shown_as) {
+            let fields = message.fields().iter().enumerate();
+            let own = |(index, value): (usize, &Value)| if index == field { level_pct.into() } else { value.clone() };
+            *message = Message::new(fields.map(own).collect::<Vec<_>>());
+        }
         *words = words.replace(&levels.words(class), &format!("{} %", recording::decimals(level_pct, 6)));
         let with_class = Arc::clone(update);
         *update = Arc::new(move |id: ProcessId, process: &mut dyn Process, now: Duration| {

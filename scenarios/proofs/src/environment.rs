@@ -3,10 +3,11 @@
 
 use std::time::Duration;
 
-use channels::{Process, ProcessId};
+use channels::{ChannelId, Message, Process, ProcessId, Value};
 use components::{BatteryReader, Localization, Navigation, TripStatus};
 use explorer::{Environment, Instant, Move};
 use scenarios::scenario::schedule::DriverData;
+use scenarios::scenario::{Fact, Truths};
 
 use super::battery::{BatteryModel, BatteryUpdate, Charge};
 use super::faults::{inside, is_out};
@@ -25,6 +26,8 @@ pub(crate) struct RobotEnvironment {
     known: Vec<String>,
     station: Option<Spot>,
     start: Option<Spot>,
+    /// What monitors are shown of the world, if the property speaks of it.
+    world: Option<Truths>,
 }
 
 /// The statuses of a trip, by number.
@@ -66,6 +69,8 @@ pub(super) struct WorldState {
     elapsed: i64,
     /// The battery, if its level is bounded.
     charge: Charge,
+    /// The class of the battery's level, and whether it is being charged, if monitors are shown the world.
+    shown: Option<(Class, bool)>,
 }
 
 impl WorldState {
@@ -93,7 +98,24 @@ impl RobotEnvironment {
     ) -> Self {
         let battery_reader = battery.as_ref().map(|battery| battery.process);
         let driven = [battery_reader, localization, trips.process].into_iter().flatten().collect();
-        Self { driven, battery, localization, trips, places, known, station, start }
+        Self { driven, battery, localization, trips, places, known, station, start, world: None }
+    }
+
+    /// The same, with monitors that are shown the world.
+    pub(crate) fn with_world(self, world: Option<Truths>) -> Self {
+        Self { world, ..self }
+    }
+
+    /// What is so in a state: what is told of the level and the place. Nobody asks for anything else.
+    fn value(&self, fact: &Fact, state: &WorldState) -> Value {
+        let (class, is_charging) = state.shown.unwrap_or_default();
+        match fact {
+            Fact::Level => self.battery.as_ref().map_or(0.0, |battery| battery.levels.level_pct(class)).into(),
+            Fact::Charging => is_charging.into(),
+            Fact::At(place) => state.at.is_some_and(|at| self.places[at] == *place).into(),
+            Fact::Touching | Fact::Carried(_) => false.into(),
+            _ => 0.0.into(),
+        }
     }
 
     fn process<'p, P: Process>(&self, driven: &[&'p dyn Process], id: Option<ProcessId>) -> Option<&'p P> {
@@ -169,7 +191,9 @@ impl RobotEnvironment {
 
     fn made(&self, leg: Leg, update: Option<BatteryUpdate>) -> Move<WorldState> {
         let charge = update.map(|update| update.charge).unwrap_or_default();
-        let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge };
+        let battery = update.map(|BatteryUpdate { class, is_charging, .. }| (class, is_charging));
+        let shown = self.world.as_ref().map(|_| battery.unwrap_or_default());
+        let state = WorldState { has_begun: true, at: leg.at, elapsed: leg.elapsed, charge, shown };
         let reports = [
             update.map(|BatteryUpdate { class, is_charging, .. }| 2 * class as u32 + u32::from(is_charging)),
             self.localization.map(|_| leg.at.map_or(0, |at| 1 + at as u32)),
@@ -233,7 +257,7 @@ impl Environment for RobotEnvironment {
     }
 
     fn start(&self) -> WorldState {
-        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default() }
+        WorldState { has_begun: false, at: self.start, elapsed: 0, charge: Charge::default(), shown: None }
     }
 
     fn moves(&self, state: &WorldState, driven: &[&dyn Process], instant: Instant) -> Vec<Move<WorldState>> {
@@ -264,12 +288,21 @@ impl Environment for RobotEnvironment {
         choices.map(|(leg, update)| self.in_words(*state, leg, update, &known)).collect()
     }
 
+    /// As in a run, monitors are shown what has changed.
+    fn shown(&self, before: &WorldState, after: &WorldState) -> Option<(ChannelId, Message)> {
+        let Truths { channel, facts } = self.world.as_ref()?;
+        let message = |state: &WorldState| Message::new(facts.iter().map(|fact| self.value(fact, state)));
+        let now = message(after);
+        (!before.has_begun || message(before) != now).then_some((*channel, now))
+    }
+
     /// Components move when they receive a request or have an answer to send.
     fn may_stir(&self, _state: &WorldState, driven: &[&dyn Process]) -> bool {
-        driven.iter().map(|process| inside(*process).as_any()).any(|process| {
-            process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)
-                && process.downcast_ref::<Localization>().is_none_or(Localization::is_asked)
-                && process.downcast_ref::<Navigation>().is_none_or(Navigation::is_asked)
-        })
+        self.world.is_some()
+            || driven.iter().map(|process| inside(*process).as_any()).any(|process| {
+                process.downcast_ref::<BatteryReader>().is_none_or(BatteryReader::is_asked)
+                    && process.downcast_ref::<Localization>().is_none_or(Localization::is_asked)
+                    && process.downcast_ref::<Navigation>().is_none_or(Navigation::is_asked)
+            })
     }
 }

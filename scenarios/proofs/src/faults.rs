@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, ChannelId, ChannelSystem, Envelope, NoNormalForm, NormalForm, Offer, Process, ProcessId, RequestNumber,
-    Topology, TransitionId, Use,
+    Action, ChannelId, ChannelSystem, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId,
+    RequestNumber, Topology, TransitionId, Use,
 };
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use explorer::{AnyEnvironment, Environment, EnvironmentState, Instant, Move, Path, PathStep};
@@ -337,6 +337,10 @@ impl Environment for WithFaults {
         let words = self.inner.words(&state.inner, &driven[..self.inner.driven().len()], instant);
         let with = |inner: &String| changes.iter().map(|change| self.in_words(inner, *change)).collect::<Vec<_>>();
         words.iter().flat_map(with).collect()
+    }
+
+    fn shown(&self, before: &FaultyState, after: &FaultyState) -> Option<(ChannelId, Message)> {
+        self.inner.shown(&before.inner, &after.inner)
     }
 
     fn may_stir(&self, state: &FaultyState, driven: &[&dyn Process]) -> bool {

@@ -41,7 +41,7 @@ use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
 use scenarios::scenario::schedule::process_of;
 use scenarios::scenario::{
-    BatteryAssumption, Drained, MachineMonitor, Monitoring, Passes, ProofOutcome, Scenario, Truths,
+    BatteryAssumption, Drained, Fact, MachineMonitor, Monitoring, Passes, ProofOutcome, Scenario, Truths,
 };
 use scenarios::{Complaints, Error};
 
@@ -71,9 +71,11 @@ pub struct Proof {
     /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
-    /// The properties that speak of the world.
-    of_world: Vec<String>,
-    /// Whether no property is named: then those that speak of the world are left out.
+    /// What the world shows to monitors, if a property speaks of it.
+    truths: Option<Truths>,
+    /// The properties that speak of what a proof does not know of the world, each with the reason.
+    beyond: Vec<(String, String)>,
+    /// Whether no property is named: then these are left out.
     names_none: bool,
 }
 
@@ -165,28 +167,36 @@ impl Proof {
             if has_battery(&system) { thresholds::of_machines(&scenario, &mut complaints) } else { BTreeSet::new() };
         let damaged = damaged(&scenario, &system, &mut complaints);
         let faults = faults::of(&scenario, &system, &mut complaints);
-        let truths = wired.truths.as_ref().map(|Truths { channel, .. }| *channel);
-        let all = monitoring.monitors().iter().map(|(_, monitor)| monitor.as_ref());
-        let of_world = all.filter(|monitor| truths.is_some_and(|channel| watches(*monitor, channel)));
-        let of_world: Vec<&str> = of_world.map(Monitor::name).collect();
-        let questions = questions::of(&scenario, &monitoring, &of_world, only, &mut complaints);
-        let is_asked = |name: &&&str| questions.iter().any(|question| question.property == **name);
-        for name in of_world.iter().filter(is_asked) {
-            let problem = diagnostics::Problem::new(format!("the property {name} speaks of the world"));
+        let truths = wired.truths;
+        let beyond = beyond(&monitoring, truths.as_ref(), has_battery(&system));
+        let left_out: Vec<&str> = beyond.iter().map(|(name, _)| name.as_str()).collect();
+        let questions = questions::of(&scenario, &monitoring, &left_out, only, &mut complaints);
+        for (name, why) in beyond.iter().filter(|(name, _)| questions.iter().any(|asked| asked.property == *name)) {
+            let problem = diagnostics::Problem::new(format!("the property {name} {why}"));
             complaints.push(problem.with_help(
-                "a proof does not know what is true, only what the components tell: prove that, or judge runs with \
-                 `steward run` and `steward campaign`",
+                "of the world, a proof knows `level_pct`, `charging` and the places, and shows them when they change: \
+                 judge runs with `steward run` and `steward campaign`",
             ));
         }
-        let of_world: Vec<String> = of_world.into_iter().map(str::to_owned).collect();
         let names_none = only.is_empty() && scenario.file.prove.properties.is_empty();
         for monitor in questions.iter().filter_map(|question| monitor_of(question, &monitoring)) {
             subject::check_numbers(&scenario, &system, monitor, &mut complaints);
         }
         complaints.check()?;
         let ids = wired.ids;
-        let proof =
-            Self { scenario, ids, monitoring, thresholds, damaged, faults, questions, of_world, names_none, system };
+        let proof = Self {
+            scenario,
+            ids,
+            monitoring,
+            thresholds,
+            damaged,
+            faults,
+            questions,
+            truths,
+            beyond,
+            names_none,
+            system,
+        };
         // A search can take long: no property may be refused after that of another one.
         let has_robot = proof.ids.robot.is_some();
         if has_robot {
@@ -218,8 +228,10 @@ impl Proof {
     #[must_use]
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = assumptions::all(&self.scenario, &self.system, &self.faults);
+        let asked = self.questions.iter().filter_map(|question| self.monitor(question));
+        all.extend(asked.filter_map(|monitor| self.truths_for(Some(monitor))).next().map(|_| assumptions::told()));
         // Whoever names properties knows what is left out.
-        all.extend(assumptions::left_out(&self.of_world).filter(|_| self.names_none));
+        all.extend(assumptions::left_out(&self.beyond).filter(|_| self.names_none));
         all
     }
 
@@ -252,7 +264,7 @@ impl Proof {
         let mut rounds: Vec<Round> = Vec::new();
         loop {
             let coverage = Arc::new(Coverage::new(self.scenario.tree(), &self.system));
-            let model = self.model(battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
+            let model = self.model(monitor, battery.clone()).with_onlooker(Arc::clone(&coverage) as Arc<dyn Onlooker>);
             let levels = battery.as_ref().map(|battery| battery.levels.len());
             let first = rounds.len() + 1;
             let round = |progress: &Progress| {
@@ -264,7 +276,11 @@ impl Proof {
             rounds.extend(exploration.earlier.iter().chain([&exploration.progress]).map(round));
             let concretized = match (&mut exploration.outcome, &mut battery) {
                 (Outcome::Violated(path), Some(BatteryModel { levels, bounds: Some(bounds), .. })) => {
-                    concrete::concretize(path, levels, bounds)
+                    let shown_as = self
+                        .truths
+                        .as_ref()
+                        .and_then(|truths| truths.facts.iter().position(|fact| *fact == Fact::Level));
+                    concrete::concretize(path, levels, bounds, shown_as)
                 }
                 _ => Concretized::Possible,
             };
@@ -283,9 +299,9 @@ impl Proof {
     }
 
     /// The system, its environment, and the ticks.
-    fn model(&self, battery: Option<BatteryModel>) -> Model {
+    fn model(&self, monitor: Option<&dyn Monitor>, battery: Option<BatteryModel>) -> Model {
         let environment = match self.ids.robot {
-            Some(_) => self.environment(battery).erased(),
+            Some(_) => self.environment(monitor, battery).erased(),
             None => explorer::Closed.erased(),
         };
         let execution = &self.scenario.file.execution;
@@ -313,10 +329,17 @@ impl Proof {
         if self.scenario.file.prove.drivers_anywhere { model.with_interleaved_drivers() } else { model }
     }
 
-    fn environment(&self, battery: Option<BatteryModel>) -> RobotEnvironment {
+    /// What the world shows to a monitor that hears it.
+    fn truths_for(&self, monitor: Option<&dyn Monitor>) -> Option<&Truths> {
+        let truths = self.truths.as_ref()?;
+        watches(monitor?, truths.channel).then_some(truths)
+    }
+
+    fn environment(&self, monitor: Option<&dyn Monitor>, battery: Option<BatteryModel>) -> RobotEnvironment {
         let Self { scenario, system, .. } = self;
         let prove = &scenario.file.prove;
-        let ground = subject::ground(scenario, system);
+        let truths = self.truths_for(monitor);
+        let ground = subject::ground(scenario, system, truths);
         let spot = |name: &str| ground.places.iter().position(|place| place == name);
         let passes = match &prove.trips.passes {
             Passes::Any => (0..ground.places.len()).collect(),
@@ -329,7 +352,7 @@ impl Proof {
             passes,
         };
         let localization = process_of::<Localization>(system, LOCALIZATION);
-        RobotEnvironment::new(battery, localization, trips, ground)
+        RobotEnvironment::new(battery, localization, trips, ground).with_world(truths.cloned())
     }
 
     /// The battery, if there is one, with levels divided as finely as the machines and the monitor distinguish them.
@@ -338,7 +361,8 @@ impl Proof {
         let mut complaints = Complaints::default();
         let mut thresholds = self.thresholds.clone();
         if let Some(monitor) = monitor {
-            thresholds::of_monitor(monitor, &self.system, process, &mut thresholds, &mut complaints);
+            let shown = self.truths.as_ref().map(|truths| truths.channel);
+            thresholds::of_monitor(monitor, &self.system, (process, shown), &mut thresholds, &mut complaints);
         }
         complaints.check()?;
         let many = "the compared levels and the drain give too many classes of levels";
@@ -370,6 +394,16 @@ impl Proof {
         let start = (exact(*start.start())?, exact(*start.end())?);
         Ok(Bounds { rates, start, is_full_from: exact(sim.recharge_below_pct)? })
     }
+}
+
+/// The properties that speak of what a proof does not know of the world, each with the reason.
+fn beyond(monitoring: &Monitoring, truths: Option<&Truths>, has_battery: bool) -> Vec<(String, String)> {
+    let Some(truths) = truths else { return Vec::new() };
+    let monitors = monitoring.monitors().iter().map(|(_, monitor)| monitor.as_ref());
+    let of_world = monitors.filter(|monitor| watches(*monitor, truths.channel));
+    let beyond = of_world
+        .filter_map(|monitor| Some((monitor.name().to_owned(), subject::beyond(monitor, truths, has_battery)?)));
+    beyond.collect()
 }
 
 fn has_battery(system: &ChannelSystem) -> bool {

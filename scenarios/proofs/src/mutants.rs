@@ -91,7 +91,8 @@ impl Proof {
             thresholds,
             damaged: self.damaged.clone(),
             faults: self.faults.clone(),
-            of_world: self.of_world.clone(),
+            truths: self.truths.clone(),
+            beyond: self.beyond.clone(),
             names_none: self.names_none,
             questions: self.questions.clone(),
         })

@@ -58,7 +58,7 @@ impl Proof {
         let scenario = Scenario::load_for_proof(found, &all)?;
         let mut expected = self.after_ticks(answer, run)?.into_iter();
         let mut run = Run::new(scenario.into(), self.scenario.file.seed, true)?;
-        let places = subject::ground(&self.scenario, &self.system).places;
+        let places = subject::ground(&self.scenario, &self.system, None).places;
         let watched = run.properties().position(|name| name == question.property);
         let (mut violated_at, mut difference) = (None, None);
         while violated_at.is_none() && run.time() < end {

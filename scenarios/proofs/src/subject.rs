@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use channels::{ChannelId, ChannelSystem, FieldKind, Monitor, Relation, Use, Value};
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
-use monitors::scope_monitor;
+use monitors::{Bound, Formula, scope_monitor};
 use scenarios::names::unknown;
-use scenarios::scenario::{BatteryAssumption, ComponentEntry, MachineMonitor, Passes, Premises, RunsEntry, Scenario};
+use scenarios::scenario::{
+    BatteryAssumption, ComponentEntry, Fact, MachineMonitor, Passes, Premises, RunsEntry, Scenario, Truths,
+};
 use scenarios::{Complaints, Error};
 
 use super::environment::Ground;
@@ -76,6 +78,48 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     }
 }
 
+/// Why a property that speaks of the world cannot be proved, in words; `None` if it can: a proof knows the level and
+/// the place, and shows them when they change. How often the world is shown in between is not known.
+pub(super) fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<String> {
+    let Some(scope) = scope_monitor(monitor) else { return Some("is a machine".to_owned()) };
+    let mut unknown = None;
+    scope.formula().events(&mut |event| {
+        if event.channel == truths.channel {
+            event.condition.fields(&mut |field| match truths.facts.get(field.number - 1) {
+                Some(Fact::At(_)) => {}
+                Some(Fact::Level | Fact::Charging) if has_battery => {}
+                _ => unknown = Some(()),
+            });
+        }
+    });
+    match unknown {
+        Some(()) => Some("speaks of more than the level and the place".to_owned()),
+        None if !is_steady(scope.formula()) => {
+            Some("counts messages or measures time, and speaks of the world".to_owned())
+        }
+        None => None,
+    }
+}
+
+/// Whether it makes no difference how often a formula is checked while nothing changes, and when.
+fn is_steady(formula: &Formula) -> bool {
+    let all = |parts: &[Formula]| parts.iter().all(is_steady);
+    let is_unbounded = |bound: &Bound| *bound == Bound::NONE;
+    match formula {
+        Formula::True | Formula::False | Formula::Event(_) => true,
+        Formula::Not(a) | Formula::Always(a) | Formula::Eventually(a) => is_steady(a),
+        Formula::And(parts) | Formula::Or(parts) => all(parts),
+        Formula::Implies(a, b) | Formula::Until(a, b) => is_steady(a) && is_steady(b),
+        Formula::Once(bound, a) | Formula::Historically(bound, a) => is_unbounded(bound) && is_steady(a),
+        Formula::Since(bound, a, b) => is_unbounded(bound) && is_steady(a) && is_steady(b),
+        Formula::TimeUntil { .. }
+        | Formula::Next(_)
+        | Formula::Previous(..)
+        | Formula::Count { .. }
+        | Formula::Timed(_) => false,
+    }
+}
+
 /// Reports a property that may distinguish more numbers of a component that answers anything than it answers: those
 /// with which machines and properties compare something.
 pub(super) fn check_numbers(
@@ -131,7 +175,8 @@ fn is_enumerated(kind: &FieldKind) -> bool {
 }
 
 /// The places that matter: those that some part asks about, drives to, or passes.
-pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
+/// Those that the `truths` name are among them.
+pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem, truths: Option<&Truths>) -> Ground {
     let Premises { places, start, entry, .. } = scenario.premises.as_ref().expect("only a robot has places");
     let known: Vec<String> = places.iter().map(|(name, _)| name.to_owned()).collect();
     let mut meant: BTreeSet<String> = BTreeSet::new();
@@ -153,6 +198,10 @@ pub(super) fn ground(scenario: &Scenario, system: &ChannelSystem) -> Ground {
             None => meant.extend(known.iter().cloned()),
         }
     }
+    meant.extend(truths.into_iter().flat_map(|truths| truths.facts.iter()).filter_map(|fact| match fact {
+        Fact::At(place) => Some(place.clone()),
+        _ => None,
+    }));
     match &scenario.file.prove.trips.passes {
         Passes::Any => meant.extend(known.iter().cloned()),
         Passes::These(names) => meant.extend(names.iter().map(|name| name.value.clone())),

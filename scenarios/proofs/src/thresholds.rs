@@ -35,15 +35,16 @@ pub(super) fn of_machines(scenario: &Scenario, complaints: &mut Complaints) -> B
     thresholds
 }
 
-/// Adds the levels with which a property's monitor compares the battery's.
+/// Adds the levels with which a property's monitor compares the battery's: the one that is told, and that which the
+/// world has `shown` on a channel.
 pub(super) fn of_monitor(
     monitor: &dyn Monitor,
     system: &ChannelSystem,
-    battery_reader: ProcessId,
+    (battery_reader, shown): (ProcessId, Option<ChannelId>),
     thresholds: &mut BTreeSet<Micros>,
     complaints: &mut Complaints,
 ) {
-    let is_of_reader = |channel| system.topology().get(channel).source == battery_reader;
+    let is_of_reader = |channel| system.topology().get(channel).source == battery_reader || Some(channel) == shown;
     let levels = match (MachineMonitor::of(monitor), scope_monitor(monitor), monitor.graph()) {
         (Some(machine), ..) => of_machine(machine, is_of_reader, complaints),
         (_, Some(scope), _) => of_property(scope, system.topology(), is_of_reader, complaints),

@@ -83,7 +83,7 @@ impl Proof {
         let _ = writeln!(text, "faults = []\nexecution.schedule = {}", quoted(SCHEDULE));
         // A schedule takes the place of the world, of which some properties speak.
         let all = self.monitoring.monitors().iter();
-        for (watched, monitor) in all.filter(|(watched, _)| !self.of_world.contains(&watched.name)) {
+        for (watched, monitor) in all.filter(|(_, monitor)| self.truths_for(Some(monitor.as_ref())).is_none()) {
             let Some(monitor) = run.replay(&answer.model, Some(monitor.as_ref())).ok().and_then(|it| it.monitor) else {
                 continue;
             };

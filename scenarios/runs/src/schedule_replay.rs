@@ -108,7 +108,7 @@ impl ScheduleReplay {
                 }
                 let (data, known) = (moved.data.clone(), Arc::clone(&self.known));
                 let update: Update = Arc::new(move |_, process, _| data.update(process, &known));
-                PathStep::Environment { words: String::new(), update, state: EnvironmentState::new(()) }
+                PathStep::Environment { words: String::new(), update, state: EnvironmentState::new(()), shown: None }
             }
             ScheduleStep::Wait(span) => PathStep::Wait(*span),
             ScheduleStep::Tick(delivered) => {

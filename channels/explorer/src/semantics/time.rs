@@ -125,7 +125,7 @@ impl Semantics {
         let mut vector = mem::take(&mut out.moved);
         state.clone_into(&mut vector);
         for (index, moved) in self.moves(state, Instant::Between, out)?.iter().enumerate() {
-            if self.tables.effect(*moved).is_empty() && !self.anywhere {
+            if self.tables.effect(*moved).is_empty() && moved.shown.is_none() && !self.anywhere {
                 continue;
             }
             let begin = out.changes.len();
@@ -133,7 +133,8 @@ impl Semantics {
             let fate = self.apply(&mut draft, *moved)?;
             let changes = &out.changes[begin..];
             changes.iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
-            let counts = if self.anywhere { vector != state } else { self.is_busy(&vector, *moved, out)? };
+            let is_seen = vector[self.slots.monitor as usize] != state[self.slots.monitor as usize];
+            let counts = if self.anywhere { vector != state } else { is_seen || self.is_busy(&vector, *moved, out)? };
             for (slot, _) in &out.changes[begin..] {
                 vector[*slot as usize] = state[*slot as usize];
             }
@@ -189,8 +190,12 @@ impl Semantics {
     fn apply(&self, draft: &mut Draft<'_>, moved: Moved) -> Result<Fate, Gap> {
         draft.set(self.slots.environment, moved.state);
         let steps = self.tables.effect(moved).iter();
-        steps
+        let fate = steps
             .map(|(process, step)| self.follow(draft, *process as usize, *step))
-            .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))
+            .try_fold(Fate::GoOn, |fate, next| Ok(fate.and(next?)))?;
+        match moved.shown {
+            Some((channel, content)) => Ok(fate.and(self.observe(draft, channel as usize, content)?)),
+            None => Ok(fate),
+        }
     }
 }

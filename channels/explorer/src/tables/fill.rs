@@ -289,8 +289,12 @@ impl Tables {
                 let is_same = step == Step { next: *state, renaming: 0 };
                 effect.extend((!is_same).then_some((process as u32, step)));
             }
+            let shown = self.environment.shown(self.environments.get(key[0]), &choice.state);
+            let shown = shown.map(|(channel, message)| {
+                (channel.index() as u32, self.content(channel.index(), Some(message.into())))
+            });
             let state = self.environments.intern(choice.state);
-            list.push(Moved { state, effect: self.effects.intern(effect) });
+            list.push(Moved { state, effect: self.effects.intern(effect), shown });
         }
         self.move_count += list.len();
         let may_stir = self.may_stir(key);
