@@ -206,7 +206,7 @@ impl FileReader<'_> {
         let text = self.text(&path.span, "machine", &path.value)?;
         let machine = self.complaints.note(Chart::load(&path.value.display().to_string(), &text))?;
         let mut skill = Skill { path: path.value.clone(), machine, data: BTreeMap::new() };
-        self.set_data(&mut skill, data);
+        skill.set_data(data).into_iter().for_each(|problem| self.complaints.push(problem));
         Some(skill)
     }
 }

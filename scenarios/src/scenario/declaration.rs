@@ -1,6 +1,7 @@
 //! The processes and channels of a scenario: which component a skill asks, and with which messages.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ptr;
 use std::sync::Arc;
 
 use bt::Tree;
@@ -12,6 +13,7 @@ use maps::Places;
 use recording::TREE;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
+use super::leaves::entry_of;
 use super::{Component, LeafEntry, Runs, Scenario, Skill};
 use crate::error::Complaints;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
@@ -125,8 +127,12 @@ pub(crate) fn check_machines(
         return BTreeMap::new();
     }
     check_replies(parts.components, &clients, complaints);
-    for LeafEntry { leaf, asking, .. } in parts.leaves {
-        asking.iter().for_each(|asking| asking.check_fields(&leaf.value, &topology, complaints));
+    for entry in parts.leaves {
+        // All leaves with the same entry have the same channels.
+        let leaf = parts.tree.leaves().find(|leaf| entry_of(parts.leaves, leaf).is_some_and(|of| ptr::eq(of, entry)));
+        if let (Some(leaf), Some(asking)) = (leaf, &entry.asking) {
+            asking.check_fields(leaf.process(), &topology, complaints);
+        }
     }
     let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
     let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });

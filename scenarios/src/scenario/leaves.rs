@@ -1,5 +1,6 @@
 //! The settings for a tree's leaves in a scenario: its table `leaves`.
 
+use bt::Node;
 use diagnostics::document::Table;
 use diagnostics::{Span, Spanned};
 use skills::Datum;
@@ -7,10 +8,10 @@ use skills::Datum;
 use super::asking::{Asking, FORMS, one_form};
 use super::data::{Data, read_data};
 
-/// The settings for a leaf: an entry of the table `leaves`.
+/// The settings for a leaf, or for all with an ID: an entry of the table `leaves`.
 #[derive(Clone, Debug)]
 pub struct LeafEntry {
-    /// The name of the leaf's process.
+    /// The name of the leaf's process, or an ID.
     pub leaf: Spanned<String>,
     /// The file of its machine, in the folder of the skills.
     pub machine: Option<Spanned<String>>,
@@ -18,6 +19,12 @@ pub struct LeafEntry {
     pub asking: Option<Asking>,
     /// The initial values of the machine's data.
     pub data: Data,
+}
+
+/// The entry of a leaf: that with its name, or else that with its ID. Only this function determines it.
+pub(super) fn entry_of<'e>(entries: &'e [LeafEntry], leaf: &Node) -> Option<&'e LeafEntry> {
+    let named = |name: &str| entries.iter().find(|entry| entry.leaf.value == name);
+    named(leaf.process()).or_else(|| named(leaf.type_id()))
 }
 
 /// Whether two scenarios have the same settings for all leaves.
@@ -36,7 +43,7 @@ pub(super) fn read_leaves(root: Table<'_>) -> Vec<LeafEntry> {
     let about = "Settings of the tree's leaves that differ from the defaults.";
     let Some(table) = root.table("leaves").about(about).optional() else { return Vec::new() };
     let entry = |(name, span): (&str, &Span)| {
-        let about = "A leaf of the tree, by the name of its process.";
+        let about = "A leaf of the tree, by the name of its process; or all leaves with this ID that have no entry by their names.";
         let entry = table.table(name).about(about).rules(one_form).optional()?;
         let leaf = Spanned { value: name.to_owned(), span: span.clone() };
         let machine = entry

@@ -1,16 +1,18 @@
 //! Skills: the machine of each leaf of the tree, and the initial values of its data.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::ptr;
 use std::sync::Arc;
 
 use bt::{Direction, Node, Source, Tree, Type};
-use diagnostics::{Problem, nearest};
+use diagnostics::Problem;
 use skills::{Chart, Datum};
 
 use super::data::Data;
 use super::file_reader::{FileReader, unreadable};
+use super::leaves::entry_of;
 use super::{LeafEntry, ScenarioFile};
 use crate::names::unknown;
 use crate::processes::RESERVED;
@@ -32,6 +34,19 @@ impl Skill {
     pub fn data_of<'a>(&'a self, machine: &'a Chart) -> impl Iterator<Item = (&'a str, Datum)> {
         let has = |id: &str| machine.parameters().any(|known| known == id);
         self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
+    }
+
+    /// Gives the machine its initial values. Returns a problem of each datum that it does not have.
+    pub(super) fn set_data(&mut self, data: &Data) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        for (id, value) in data {
+            if self.machine.parameters().any(|known| known == id.value) {
+                self.data.insert(id.value.clone(), value.clone());
+            } else {
+                problems.push(unknown(&format!("datum of {}", self.path.display()), id, self.machine.parameters()));
+            }
+        }
+        problems
     }
 
     /// The constants with which the machine of this process compares a quantity that messages carry in this field.
@@ -69,7 +84,7 @@ impl FileReader<'_> {
         let is_component = |name: &str| file.components.iter().any(|component| component.name.value == name);
         let mut machines: BTreeMap<PathBuf, Option<Arc<Chart>>> = BTreeMap::new();
         let mut skills = BTreeMap::new();
-        let mut problems = Vec::new();
+        let (mut problems, mut given) = (Vec::new(), BTreeSet::new());
         for leaf in tree.leaves() {
             if RESERVED.contains(&leaf.process()) || is_component(leaf.process()) {
                 let message =
@@ -77,13 +92,17 @@ impl FileReader<'_> {
                 problems.push(tree.problem_at(leaf.id(), message, "this leaf", "give the leaf another `name`"));
                 continue;
             }
-            let entry = file.leaves.iter().find(|entry| entry.leaf.value == leaf.process());
+            let entry = entry_of(&file.leaves, leaf);
             let Some((path, machine)) = self.machine_of(folder, tree, leaf, entry, &mut machines, &mut problems) else {
                 continue;
             };
             let mut skill = Skill { path, machine, data: constant_ports(tree, leaf) };
             if let Some(entry) = entry {
-                self.set_data(&mut skill, &entry.data);
+                let unknown = skill.set_data(&entry.data);
+                // Said once of all leaves with this entry and machine.
+                if given.insert((&entry.leaf.value, skill.path.clone())) {
+                    unknown.into_iter().for_each(|problem| self.complaints.push(problem));
+                }
             }
             skills.insert(leaf.process().to_owned(), skill);
         }
@@ -92,18 +111,6 @@ impl FileReader<'_> {
             self.complaints.push(tree.error(&problems));
         }
         skills
-    }
-
-    /// Gives a machine its initial values, and reports data that it does not have.
-    pub(super) fn set_data(&mut self, skill: &mut Skill, data: &Data) {
-        for (id, value) in data {
-            if skill.machine.parameters().any(|known| known == id.value) {
-                skill.data.insert(id.value.clone(), value.clone());
-            } else {
-                let what = format!("datum of {}", skill.path.display());
-                self.complaints.push(unknown(&what, id, skill.machine.parameters()));
-            }
-        }
     }
 
     /// The machine of a leaf and its file; a file that several leaves share is loaded once.
@@ -142,6 +149,7 @@ impl FileReader<'_> {
                 }
                 (Err(error), Some(named)) => {
                     self.complaints.push(unreadable(&named.span, "machine", path, &error));
+                    machines.insert(path.clone(), None);
                     return None;
                 }
                 (Err(error), None) if error.kind() == ErrorKind::NotFound => {}
@@ -157,20 +165,19 @@ impl FileReader<'_> {
         None
     }
 
-    /// Reports entries of the table `leaves` for unknown leaves.
+    /// Reports entries of the table `leaves` that are about no leaf.
     fn check_leaf_names(&mut self, file: &ScenarioFile, tree: &Tree) {
-        for LeafEntry { leaf, .. } in &file.leaves {
-            if tree.leaves().any(|known| known.process() == leaf.value) {
+        for LeafEntry { leaf: name, .. } in &file.leaves {
+            if tree.leaves().any(|leaf| entry_of(&file.leaves, leaf).is_some_and(|entry| ptr::eq(&entry.leaf, name))) {
                 continue;
             }
-            let known = || tree.leaves().map(Node::process);
-            let mut problem: Problem = unknown("leaf", leaf, known());
-            let of_id =
-                tree.leaves().filter(|known| known.type_id() == leaf.value).map(|leaf| format!("`{}`", leaf.process()));
-            let of_id: Vec<String> = of_id.collect();
-            if !of_id.is_empty() && nearest(&leaf.value, known()).is_none() {
-                problem = problem.with_help(format!("the leaves with this ID are {}", of_id.join(", ")));
-            }
+            let problem = if tree.leaves().any(|leaf| leaf.type_id() == name.value) {
+                let problem = name.span.problem(format!("no leaf uses the entry of the ID `{}`", name.value));
+                problem.with_help("each leaf with this ID has an entry of its own, by its name: leave this one out")
+            } else {
+                let known: BTreeSet<&str> = tree.leaves().flat_map(|leaf| [leaf.process(), leaf.type_id()]).collect();
+                unknown("leaf", name, known)
+            };
             self.complaints.push(problem);
         }
     }
