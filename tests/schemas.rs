@@ -333,9 +333,15 @@ fn schema_and_reader_agree_on_every_value_of_every_key() {
     let (kinds, scenarios) = (examples(), scenarios());
     let mut cases: Vec<(&Kind, Value, Key)> = Vec::new();
     for (kind, files) in &kinds {
+        let mut tried = Vec::new();
         for file in files {
             assert!(matches!(kind.judged(file), Judged::Accepted), "{file}");
-            cases.extend(kind.keys.iter().map(|key| (kind, file.clone(), key.clone())));
+            // A file like one before, but for its component: the other keys have been tried.
+            let mut others = file.clone();
+            others.as_object_mut().unwrap().remove("components");
+            let differs = |key: &&Key| key.path.starts_with("components.") || !tried.contains(&others);
+            cases.extend(kind.keys.iter().filter(differs).map(|key| (kind, file.clone(), key.clone())));
+            tried.push(others);
         }
     }
     for (parameters, file) in faults() {
