@@ -276,9 +276,28 @@ fn the_page_is_one_file_and_the_same_every_time() {
     }
     let command = "steward run battery_fault --seed 7 --set battery.initial_pct=70</code>";
     assert!(pages[0].contains(command), "the page says how to run it again");
-    let sections = ["verdicts", "way", "timeline", "violations", "pictures", "parameters", "reproduce"];
+    let sections = ["violations", "verdicts", "way", "timeline", "pictures", "parameters", "reproduce"];
     let places = sections.map(|id| pages[0].find(&format!("<section id=\"{id}\">")));
     assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
+}
+
+#[test]
+fn what_went_wrong_comes_first_with_time_place_level_and_picture() {
+    let out = tempdir().unwrap();
+    let report = report("battery_fault", out.path(), &["--set", "snapshots={}"]);
+    let [picture] = report["snapshots"].as_array().unwrap().as_slice() else { panic!("{report}") };
+    assert_eq!(picture["violated"], "phi1", "a violation has a picture in any case");
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    let (before, rest) = page.split_once("<section id=\"violations\">").unwrap();
+    let (wrong, verdicts) = rest.split_once("<section id=\"verdicts\">").unwrap();
+    assert!(before.contains("phi1 violated; phi2, phi3 satisfied; the robot came to rest at RechargingStation."));
+    for part in
+        ["tick 21, 21.02 s", " m from start", "10\u{a0}%", "data:image/png;base64,", "at 46.02 s, the tree began"]
+    {
+        assert!(wrong.contains(part), "{part}: {wrong}");
+    }
+    assert_eq!(verdicts.matches("<details class=\"line ").count(), 3);
+    assert!(!verdicts.contains("data:image/png"), "one picture, shown once");
 }
 
 #[test]

@@ -39,13 +39,13 @@ pub struct Frame {
 /// use std::sync::Arc;
 ///
 /// use drawing::canvas::Canvas;
-/// use drawing::{Area, FaultMark, MapPicture, Scene, map_panel};
+/// use drawing::{Area, MapPicture, Mark, Scene, map_panel};
 /// use maps::{Point, pose};
 ///
 /// let map = Arc::new(MapPicture::new(&maps::house::draw()));
 /// let mut scene = Scene::new(map, pose(1.0, 0.5, 0.0), 0.3);
 /// scene.trail = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.5)];
-/// scene.faults.push(FaultMark { position: Point::new(0.5, 0.2), label: "wheel slips".to_owned() });
+/// scene.faults.push(Mark { position: Point::new(0.5, 0.2), label: "wheel slips".to_owned() });
 ///
 /// let mut canvas = Canvas::new();
 /// map_panel::draw(&mut canvas, Area::new(0.0, 0.0, 800.0, 600.0), &scene);
@@ -78,7 +78,9 @@ pub struct Scene {
     /// The other places of the run.
     pub places: Vec<Place>,
     /// Where faults took effect, oldest first.
-    pub faults: Vec<FaultMark>,
+    pub faults: Vec<Mark>,
+    /// Where properties were violated, oldest first.
+    pub violations: Vec<Mark>,
     /// People, closed doors, obstacles: everything that is solid but not on the map.
     pub bodies: Vec<Body>,
     /// The text that the robot is saying.
@@ -103,6 +105,7 @@ impl Scene {
             destination: None,
             places: Vec::new(),
             faults: Vec::new(),
+            violations: Vec::new(),
             bodies: Vec::new(),
             speeches: Vec::new(),
         }
@@ -129,12 +132,12 @@ pub struct Place {
     pub keep_out: bool,
 }
 
-/// Where a fault took effect.
+/// Where the robot was when something went wrong.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FaultMark {
-    /// Where the robot was.
+pub struct Mark {
+    /// Its position.
     pub position: Point,
-    /// The fault's effect, in a few words: `level set to 10 %`.
+    /// What happened, in a few words: `level set to 10 %`, `phi1 violated`.
     pub label: String,
 }
 

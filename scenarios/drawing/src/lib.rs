@@ -83,7 +83,7 @@ pub use diagram_picture::diagram_svg;
 pub use error::Error;
 pub use execution_context::{ExecutionContext, Level, draw_execution_context};
 pub use frame::{
-    BatteryHistory, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    BatteryHistory, Body, Diagram, Frame, Location, Mark, Monitor, NodeStatus, Place, Scene, Station, Threshold,
     Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};

@@ -3,7 +3,7 @@
 use maps::{Point, Pose, Shape};
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
-use super::frame::{FaultMark, Place, Scene, Station};
+use super::frame::{Mark, Place, Scene, Station};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
 use super::labels::{LabelPlacer, Site};
@@ -109,6 +109,7 @@ impl MapDrawing<'_> {
             self.write_labels();
         }
         self.robot();
+        self.violations();
         self.write_labels();
         self.speeches();
     }
@@ -216,7 +217,7 @@ impl MapDrawing<'_> {
     /// Marks where faults took effect.
     pub fn faults(&mut self) {
         let mut marked: Vec<Spot> = Vec::new();
-        for FaultMark { position, label } in &self.scene.faults {
+        for Mark { position, label } in &self.scene.faults {
             let Some(spot) = self.view.spot(*position) else { continue };
             let is_near = |other: &Spot| (other.0 - spot.0).abs().max((other.1 - spot.1).abs()) < 2.0 * BADGE;
             if label.is_empty() && marked.iter().any(is_near) {
@@ -227,14 +228,26 @@ impl MapDrawing<'_> {
         }
     }
 
+    /// Marks where properties were violated, beside the robot if it is still there.
+    pub fn violations(&mut self) {
+        for Mark { position, label } in &self.scene.violations {
+            if let Some(spot) = self.view.spot(*position) {
+                self.badge(spot, Icon::Cross, label);
+            }
+        }
+    }
+
     /// Draws a red sign at a spot, or beside it if there is already a sign.
-    pub fn badge(&mut self, spot: Spot, icon: Icon, label: &str) {
+    fn badge(&mut self, spot: Spot, icon: Icon, label: &str) {
         const SIDE: f64 = 2.0 * BADGE + 2.0;
         let beside = [22.0, 40.0].into_iter().flat_map(|far| {
             [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8), (-0.8, -0.8)]
                 .map(|(dx, dy)| (spot.0 + far * dx, spot.1 + far * dy))
         });
-        let is_free = |at: &Spot| self.placer.is_free(&Area::around(*at, SIDE, SIDE));
+        let is_free = |at: &Spot| {
+            let sign = Area::around(*at, SIDE, SIDE);
+            self.placer.is_free(&sign) && !self.moving.iter().any(|area| area.overlaps(&sign))
+        };
         let at = std::iter::once(spot).chain(beside).find(is_free).unwrap_or(spot);
         self.canvas.line(spot, at, Paint::stroke(theme::BAD, 1.4));
         self.canvas.circle(at, BADGE, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
@@ -435,12 +448,13 @@ type LegendEntry = (&'static str, fn(&mut Canvas, Spot));
 
 /// The signs on the map. Those that come and go are last, so that the others stay where they are.
 fn signs(scene: &Scene) -> Vec<LegendEntry> {
-    let entries: [(bool, LegendEntry); 7] = [
+    let entries: [(bool, LegendEntry); 8] = [
         (true, ("robot", robot_sign)),
         (!scene.laser_hits.is_empty(), ("laser hits", hits_sign)),
         (has_moved(scene), ("driven", trail_sign)),
         (!scene.bodies.is_empty(), ("not on the map", body_sign)),
         (!scene.faults.is_empty(), ("fault", fault_sign)),
+        (!scene.violations.is_empty(), ("violation", violation_sign)),
         (!scene.path.is_empty(), ("planned path", path_sign)),
         (!particles(scene).is_empty(), ("particles", particles_sign)),
     ];
@@ -467,6 +481,11 @@ fn body_sign(canvas: &mut Canvas, at: Spot) {
 fn fault_sign(canvas: &mut Canvas, at: Spot) {
     canvas.circle(at, BADGE, Paint::fill(theme::BAD));
     Icon::Alert.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
+}
+
+fn violation_sign(canvas: &mut Canvas, at: Spot) {
+    canvas.circle(at, BADGE, Paint::fill(theme::BAD));
+    Icon::Cross.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
 }
 
 fn path_sign(canvas: &mut Canvas, (x, y): Spot) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, Shape, pose};
 
 use super::frame::{
-    BatteryHistory, Body, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station, Threshold,
+    BatteryHistory, Body, Diagram, Frame, Location, Mark, Monitor, NodeStatus, Place, Scene, Station, Threshold,
     Transition, TreeNode, Verdict,
 };
 use super::map_picture::MapPicture;
@@ -123,7 +123,8 @@ fn scene() -> Scene {
             keep_out: false,
         }),
         places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)], keep_out: false }],
-        faults: vec![FaultMark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
+        faults: vec![Mark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
+        violations: vec![Mark { position: Point::new(-6.7, 3.0), label: "phi1 violated".into() }],
         bodies: vec![
             Body { shape: Shape::Disc { radius_m: 0.28 }, pose: pose(-6.6, -1.0, 0.0), label: "person".into() },
             Body {
@@ -372,7 +373,7 @@ pub(super) fn crowded_frame() -> Frame {
     scene.speeches = vec![long.repeat(3), "Hello!".into()];
     for fault in 0..4 {
         let position = Point::new(-6.9 + 0.05 * f64::from(fault), 4.2);
-        scene.faults.push(FaultMark { position, label: format!("fault {fault}: {long}") });
+        scene.faults.push(Mark { position, label: format!("fault {fault}: {long}") });
     }
     let battery = frame.battery.as_mut().expect("the sample has one");
     battery.thresholds[0].label = long.into();

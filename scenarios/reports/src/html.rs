@@ -39,6 +39,8 @@ use crate::report::{MonitorReport, Report};
 use crate::timeline::Timeline;
 
 use activities::Activity;
+use pictures::Album;
+use violations::Story;
 
 pub use pictures::Picture;
 pub use settings::quoted;
@@ -88,17 +90,32 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
     let title = format!("{}{seed} · {}", report.scenario, in_a_word(report));
     let before = html! {
         (head(view, report))
+        // A recording has no expectations.
+        @if !recorded { (verdicts::outcome(view, report)) }
+    };
+    let stories = violations::stories(view, timeline);
+    let between = html! {
         (verdicts::section(view, timeline, report))
         @if !recorded { (way(view, timeline, report)) }
         (course(view, timeline))
-        (violations::section(view, timeline))
     };
     let after = html! {
         (settings::section(view))
         (settings::reproduction(view, report))
     };
-    let room = MOST_BYTES.saturating_sub(before.0.len() + after.0.len() + STYLE.len());
-    document(&title, &html! { (before) (pictures::section(pictures, room)) (after) })
+    let parts = [before.0.len(), between.0.len(), after.0.len(), STYLE.len()];
+    let used: usize = parts.into_iter().chain(stories.iter().map(Story::len)).sum();
+    let album = Album::new(pictures, MOST_BYTES.saturating_sub(used));
+    document(
+        &title,
+        &html! {
+            (before)
+            (violations::section(&stories, |story| album.violation(&story.name)))
+            (between)
+            (album.section())
+            (after)
+        },
+    )
 }
 
 /// A self-contained page with this title, in the colors and the style of all pages.
@@ -145,10 +162,10 @@ fn head(view: &RunView, report: &Report) -> Markup {
         () => "A run of a behavior tree under runtime monitors",
     };
     let links = [
+        ("violations", "What went wrong"),
         ("verdicts", "Verdicts"),
         ("way", if has_map { "Map" } else { "Tree" }),
         ("timeline", "Timeline"),
-        ("violations", "Messages"),
         ("pictures", "Pictures"),
         ("parameters", "Parameters"),
         ("reproduce", if recorded { "Check it again" } else { "Run it again" }),
@@ -158,7 +175,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
     let is_there = |id| {
         (id != "violations" || violated)
             && (id != "way" || !recorded)
-            && (id != "pictures" || !report.snapshots.is_empty())
+            && (id != "pictures" || report.snapshots.iter().any(|snapshot| snapshot.violated.is_none()))
     };
     html! {
         header.head {
@@ -177,18 +194,18 @@ fn head(view: &RunView, report: &Report) -> Markup {
 /// The section with the map and what the tree was doing; without a map, only the latter.
 fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
-    let scene = map::scene(view);
+    let scene = map::scene(view, timeline);
     let content = html! {
         div.panel.way {
             @if let Some(scene) = &scene { (map_figure(scene, &activities, view, timeline)) }
             div {
-                (facts::stages(&activities, scene.is_some()))
+                (facts::numbers(report))
                 (facts::faults(report))
                 (facts::tree_errors(report))
                 (facts::skill_errors(report, "skill"))
                 (facts::skill_errors(report, "component"))
+                (facts::stages(&activities, scene.is_some()))
             }
-            (facts::numbers(report))
         }
     };
     section("way", if scene.is_some() { "Where the robot went" } else { "What the tree did" }, content)
@@ -199,7 +216,7 @@ fn map_figure(scene: &Scene, activities: &[Activity], view: &RunView, timeline: 
     let label = "Map with the robot's path, colored by the leaf of the behavior tree that was running";
     html! {
         figure {
-            (figure(label, |layout| map::draw(scene, activities, view, timeline, layout)))
+            (figure(label, |layout| map::draw(scene, activities, layout)))
             figcaption {
                 "The robot’s path, colored by the leaf of the behavior tree that was running; the numbers are \
                  those in the table and the timeline."

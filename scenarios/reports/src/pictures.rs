@@ -9,8 +9,8 @@ use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
 use recording::{
-    FaultCourse, Follower, Graph, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node, Premises,
-    RunView,
+    FaultCourse, Follower, Graph, Happening, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
+    Premises, RunView,
 };
 
 /// The trail has a point this often, in meters.
@@ -29,6 +29,7 @@ pub struct Camera {
     battery: Vec<(Duration, f64)>,
     /// Time and level in the previous step, if there is a battery.
     level_before: Option<(Duration, f64)>,
+    violations: Vec<drawing::Mark>,
 }
 
 impl Camera {
@@ -36,7 +37,8 @@ impl Camera {
     #[must_use]
     pub fn new(view: &RunView) -> Self {
         let map = view.header().premises.as_ref().map(|premises| Arc::new(MapPicture::new(&premises.map)));
-        let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before: None };
+        let mut camera =
+            Self { map, trail: Vec::new(), battery: Vec::new(), level_before: None, violations: Vec::new() };
         camera.note(view);
         camera
     }
@@ -46,6 +48,11 @@ impl Camera {
         let is_new = |position: &Point| self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M);
         let position = view.position().filter(is_new);
         self.trail.extend(position);
+        for happening in view.happenings() {
+            if let (Happening::Verdict { monitor, .. }, Some(position)) = (happening, view.position()) {
+                self.violations.extend(violation_mark(view.monitor(*monitor), position));
+            }
+        }
         let Some(now) = level(view) else { return };
         let before = self.level_before.filter(|before| (now.1 - before.1).abs() > 1.0);
         // A step, not a slope.
@@ -91,6 +98,7 @@ impl Camera {
             destination: premises.places.iter().find(|place| is_destination(place, premises)).map(place),
             places: other_places(premises),
             faults: view.fault_courses().iter().flat_map(fault_marks).collect(),
+            violations: self.violations.clone(),
             bodies: seen.bodies.iter().map(body).collect(),
             speeches: seen.speeches.clone(),
         })
@@ -326,13 +334,18 @@ fn other_places(premises: &Premises) -> Vec<drawing::Place> {
 }
 
 /// A mark for each time a fault took effect; the first says what it did.
-fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
+fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::Mark> {
     let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
     let records = course.records.iter().enumerate();
     let mark = |(index, record): (usize, &&recording::FaultRecord)| {
-        Some(drawing::FaultMark { position: record.position?, label: label(index) })
+        Some(drawing::Mark { position: record.position?, label: label(index) })
     };
     records.filter_map(mark).collect()
+}
+
+/// A mark where the robot was when a property was violated.
+pub(crate) fn violation_mark(monitor: MonitorView<'_>, position: Point) -> Option<drawing::Mark> {
+    monitor.violation().map(|_| drawing::Mark { position, label: format!("{} violated", monitor.name()) })
 }
 
 fn body(body: &recording::Body) -> drawing::Body {

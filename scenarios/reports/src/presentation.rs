@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Staging, Unfinished};
 use drawing::{GifWriter, Renderer};
+use monitors::Outcome;
 use recording::{Decision, Follower, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
 
 use crate::file_name;
@@ -140,6 +141,14 @@ struct Occasion {
     caption: String,
     /// Whether only the time is the reason.
     by_clock: bool,
+    /// The property that has just been violated, if this is the reason.
+    violated: Option<String>,
+}
+
+impl Occasion {
+    fn happened(word: impl Into<String>, caption: impl Into<String>) -> Self {
+        Self { word: word.into(), caption: caption.into(), by_clock: false, violated: None }
+    }
 }
 
 /// An animation that is being written.
@@ -188,7 +197,7 @@ impl RunPictures {
         let wanted = |moment| header.snapshots.at.contains(&moment);
         let mut occasions = Vec::new();
         if view.time() <= header.dt && wanted(SnapshotOccasion::Start) {
-            occasions.push(("start".to_owned(), header.about.clone()));
+            occasions.push(Occasion::happened("start", &header.about));
         }
         for happening in view.happenings() {
             match happening {
@@ -196,25 +205,31 @@ impl RunPictures {
                     let mut records = view.faults().iter().filter(|record| record.index == *fault);
                     if records.next().is_some_and(|first| first.time == *time) {
                         let kind = &header.faults[*fault].kind;
-                        occasions.push((format!("fault-{kind}"), format!("Fault: {}", happening.words(view))));
+                        let caption = format!("Fault: {}", happening.words(view));
+                        occasions.push(Occasion::happened(format!("fault-{kind}"), caption));
                     }
                 }
-                Happening::Verdict { monitor, decision } if wanted(SnapshotOccasion::Verdict) => {
-                    occasions.push(verdict_occasion(view.monitor(*monitor), decision));
+                Happening::Verdict { monitor, decision } => {
+                    let monitor = view.monitor(*monitor);
+                    // A violation always has a picture.
+                    let violated = (monitor.outcome() == Outcome::Violated).then(|| monitor.name().to_owned());
+                    if violated.is_some() || wanted(SnapshotOccasion::Verdict) {
+                        let (word, caption) = verdict_occasion(monitor, decision);
+                        occasions.push(Occasion { word, caption, by_clock: false, violated });
+                    }
                 }
                 Happening::Arrival { place } if wanted(SnapshotOccasion::Arrival) && view.is_arrival(view.time()) => {
                     let place = &header.places()[*place].name;
-                    occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
+                    let caption = format!("The robot has come to rest at {place}");
+                    occasions.push(Occasion::happened(format!("arrival-{place}"), caption));
                 }
                 _ => {}
             }
         }
         if view.end().is_some() && wanted(SnapshotOccasion::End) {
-            occasions.push(("end".to_owned(), "The run has ended".to_owned()));
+            occasions.push(Occasion::happened("end", "The run has ended"));
         }
-        let happened = |(word, caption)| Occasion { word, caption, by_clock: false };
-        let mut occasions: Vec<Occasion> = occasions.into_iter().map(happened).collect();
-        let by_clock = |word: &str| Occasion { word: word.to_owned(), caption: view.doing(), by_clock: true };
+        let by_clock = |word| Occasion { by_clock: true, ..Occasion::happened(word, view.doing()) };
         let (named, regular) = (self.clock.is_named(view.time()), self.clock.is_regular(view.time()));
         occasions.extend(named.then(|| by_clock("moment")));
         // One picture per moment is enough.
@@ -226,14 +241,15 @@ impl RunPictures {
         &mut self,
         camera: &Camera,
         view: &RunView,
-        Occasion { word, caption, by_clock }: Occasion,
+        Occasion { word, caption, by_clock, violated }: Occasion,
         folder: &Staging,
     ) -> Result<(), Error> {
         let file = format!("{:02}-{}.png", self.taken.len() + 1, file_name(&word));
         let svg = drawing::svg(&camera.frame(view, &caption));
         let png = self.renderer.png(&svg)?;
         folder.write(&file, png)?;
-        self.taken.push(SnapshotReport { file, time_s: view.time().as_secs_f64(), why: caption, by_clock });
+        let time_s = view.time().as_secs_f64();
+        self.taken.push(SnapshotReport { file, time_s, why: caption, by_clock, violated });
         Ok(())
     }
 

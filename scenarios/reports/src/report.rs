@@ -81,6 +81,9 @@ pub enum OutcomeReport {
 pub struct ExpectationReport {
     /// The expectation, in words: `phi1 to be violated`.
     pub expected: String,
+    /// What is so if it is met: `the robot came to rest at Kitchen`; none for a property, whose verdict says it.
+    #[serde(skip)]
+    pub met: Option<String>,
     /// What was found instead, in words; null if it was as expected.
     pub difference: Option<String>,
 }
@@ -412,6 +415,8 @@ pub struct SnapshotReport {
     pub why: String,
     /// Whether it was taken because of the time, not because of something that happened.
     pub by_clock: bool,
+    /// The property of whose violation it is; null if it is of something else.
+    pub violated: Option<String>,
 }
 
 /// How long the computer took.

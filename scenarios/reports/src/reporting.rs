@@ -76,12 +76,12 @@ fn failed_components(view: &RunView, errors: &[SkillError], interrupted: bool) -
     }
     let unexpected = failed.iter().filter(|error| !expected.contains(&error.skill)).map(|error| {
         let difference = Some(format!("the component {} failed: {}", error.skill, error.message));
-        ExpectationReport { expected: format!("the component {} not to fail", error.skill), difference }
+        expectation(format!("the component {} not to fail", error.skill), None, difference)
     });
     let expected = expected.iter().filter(|_| !interrupted).map(|name| {
         let has_failed = failed.iter().any(|error| error.skill == *name);
         let difference = (!has_failed).then(|| format!("the component {name} was expected to fail and did not"));
-        ExpectationReport { expected: format!("the component {name} to fail"), difference }
+        expectation(format!("the component {name} to fail"), Some(format!("the component {name} failed")), difference)
     });
     expected.chain(unexpected).collect()
 }
@@ -98,7 +98,7 @@ fn outcomes(view: &RunView) -> Vec<ExpectationReport> {
         watched.map(move |monitor| {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
-            expectation(format!("{name} to be {expected}"), (outcome != *expected).then_some(difference))
+            expectation(format!("{name} to be {expected}"), None, (outcome != *expected).then_some(difference))
         })
     });
     outcomes.collect()
@@ -110,7 +110,8 @@ fn places(view: &RunView) -> Vec<ExpectationReport> {
     let reached = expected.reached.iter().map(|place| {
         let missed = !view.arrivals().any(|(name, _)| name == place);
         let difference = format!("the robot was expected to come to rest at {place} and did not");
-        expectation(format!("the robot to come to rest at {place}"), missed.then_some(difference))
+        let met = format!("the robot came to rest at {place}");
+        expectation(format!("the robot to come to rest at {place}"), Some(met), missed.then_some(difference))
     });
     let avoided = expected.not_reached.iter().map(|place| {
         let entered = view.entries().find_map(|(name, at)| at.filter(|_| name == place));
@@ -118,7 +119,8 @@ fn places(view: &RunView) -> Vec<ExpectationReport> {
             let at_s = at.as_secs_f64();
             format!("the robot was expected never to be at {place} and was there at {at_s:.2} s")
         });
-        expectation(format!("the robot never to be at {place}"), difference)
+        let met = format!("the robot was never at {place}");
+        expectation(format!("the robot never to be at {place}"), Some(met), difference)
     });
     reached.chain(avoided).collect()
 }
@@ -131,25 +133,35 @@ fn max_collisions(view: &RunView) -> Option<ExpectationReport> {
         _ => (format!("at most {limit} collisions"), format!("at most {limit} collisions were")),
     };
     let difference = format!("{wanted} expected, and there were {collisions}");
-    Some(expectation(expected, (collisions > limit).then_some(difference)))
+    Some(expectation(expected.clone(), Some(expected), (collisions > limit).then_some(difference)))
 }
 
 fn min_battery(view: &RunView) -> Option<ExpectationReport> {
     let (limit, battery) = view.header().expected.min_battery_pct.zip(view.tally().battery())?;
     let minimum = battery.minimum_pct;
     let difference = format!("the battery was expected never to fall below {limit} % and fell to {minimum:.2} %");
-    Some(expectation(format!("the battery never to fall below {limit} %"), (minimum < limit).then_some(difference)))
+    let met = format!("the battery never fell below {limit} %");
+    Some(expectation(
+        format!("the battery never to fall below {limit} %"),
+        Some(met),
+        (minimum < limit).then_some(difference),
+    ))
 }
 
 fn max_localization(view: &RunView) -> Option<ExpectationReport> {
     let (limit, error) = view.header().expected.max_localization_m.zip(view.tally().localization_error())?;
     let worst = error.max_m;
     let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
-    Some(expectation(format!("localization to stay within {limit} m"), (worst > limit).then_some(difference)))
+    let met = format!("localization stayed within {limit} m");
+    Some(expectation(
+        format!("localization to stay within {limit} m"),
+        Some(met),
+        (worst > limit).then_some(difference),
+    ))
 }
 
-fn expectation(expected: String, difference: Option<String>) -> ExpectationReport {
-    ExpectationReport { expected, difference }
+fn expectation(expected: String, met: Option<String>, difference: Option<String>) -> ExpectationReport {
+    ExpectationReport { expected, met, difference }
 }
 
 fn monitors(view: &RunView) -> Vec<MonitorReport> {

@@ -511,13 +511,14 @@ impl<'a> Loader<'a> {
     fn zones_respected(&mut self, file: &ScenarioFile, premises: &Premises) -> Vec<(String, String)> {
         let mut properties = Vec::new();
         for (entry, zone) in file.monitors.iter().filter_map(|entry| Some((entry, entry.zone()?))) {
-            let Some(formula) = premises.respects(&zone.value) else {
+            let Some((about, formula)) = premises.respects(&zone.value) else {
                 let names = premises.places.zones().iter().map(|zone| zone.name.as_str());
                 self.reader.complaints.push(unknown("zone", zone, names));
                 continue;
             };
             let name = zone_property(entry, zone);
-            properties.push((format!("monitors.{name}"), property(&name, &formula)));
+            let text = format!("// {about}\n{}", property(&name, &formula));
+            properties.push((format!("monitors.{name}"), text));
         }
         properties
     }

@@ -17,7 +17,7 @@ const MOMENTS: [(&str, SnapshotOccasion); 5] = [
 
 /// Reads the table `snapshots`.
 pub(super) fn read_snapshots(root: Table<'_>) -> Snapshots {
-    let table = root.table("snapshots").about("When pictures are taken.").optional();
+    let table = root.table("snapshots").about("When pictures are taken, besides those of violations.").optional();
     let Some(table) = table else { return Snapshots::default() };
     let names = MOMENTS.map(|(name, _)| name);
     let at = table.get::<Vec<Spanned<String>>>("at").about("On these occasions.");

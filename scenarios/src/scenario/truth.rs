@@ -124,8 +124,8 @@ impl Premises {
 }
 
 impl Premises {
-    /// The formula that a zone is respected; `None` if there is no such zone.
-    pub(super) fn respects(&self, zone: &str) -> Option<String> {
+    /// That a zone is respected: a sentence, and the formula. `None` if there is no such zone.
+    pub(super) fn respects(&self, zone: &str) -> Option<(String, String)> {
         let Zone { keep_out, speed_mps, .. } = self.places.zones().iter().find(|known| known.name == zone)?;
         let here = self.truths().into_iter().find(|field| field.fact == Fact::At(zone.to_owned()))?.name;
         let keeps_out = keep_out.then(|| format!("{here} = false"));
@@ -134,7 +134,10 @@ impl Premises {
             .map(|limit| limit + SLACK_MPS)
             .map(|limit| format!("({here} = true implies speed_mps <= {limit:?} and speed_mps >= -{limit:?})"));
         let rules: Vec<String> = keeps_out.into_iter().chain(is_slow).collect();
-        Some(format!("always ({WORLD}, {MONITORS}, {})", rules.join(" and ")))
+        let limit = speed_mps.map(|limit| format!("is not faster than {limit} m/s in"));
+        let duties: Vec<String> = keep_out.then(|| "stays out of".to_owned()).into_iter().chain(limit).collect();
+        let about = format!("The robot {} {}", duties.join(" and "), zone.escape_debug());
+        Some((about, format!("always ({WORLD}, {MONITORS}, {})", rules.join(" and "))))
     }
 }
 

@@ -10,8 +10,10 @@ use super::words;
 use crate::report::Report;
 
 /// If there are more stages than this, the table has only this many of the first and the last ones.
-const MOST_STAGES: usize = 40;
-const FIRST_STAGES: usize = 32;
+const MOST_STAGES: usize = 200;
+const FIRST_STAGES: usize = 160;
+/// If there are more stages than this, the table is folded: the timeline shows them, too.
+const FEW_STAGES: usize = 10;
 
 /// The most telling numbers of a run.
 pub(super) fn numbers(report: &Report) -> Markup {
@@ -116,5 +118,9 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
         lines.splice(FIRST_STAGES..FIRST_STAGES + hidden, [note]);
     }
     let head = ["running leaf", "from", "for", "driven"].into_iter().take(1 + columns);
-    table("stages", head, &html! { @for line in lines { (line) } })
+    let table = table("stages", head, &html! { @for line in lines { (line) } });
+    html! {
+        @if activities.len() <= FEW_STAGES { (table) }
+        @else { details.again { summary { "The stages of the run: " (activities.len()) } (table) } }
+    }
 }

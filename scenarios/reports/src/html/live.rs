@@ -129,7 +129,7 @@ pub fn report(view: &RunView, timeline: &Timeline) -> Option<String> {
 /// How each violation happened, in words and as a sequence chart.
 #[must_use]
 pub fn stories(view: &RunView, timeline: &Timeline) -> String {
-    violations::section(view, timeline).into_string()
+    violations::section(&violations::stories(view, timeline), |_| html! {}).into_string()
 }
 
 /// Everything on one time axis.

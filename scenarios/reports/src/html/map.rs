@@ -1,20 +1,19 @@
 //! The map with the robot's path, colored by what the tree was doing.
 
 use drawing::canvas::{Anchor, Paint, TextStyle};
-use drawing::icons::Icon;
 use drawing::labels::Site;
 use drawing::map_panel::{self, MapDrawing};
 use drawing::path::Path;
 use drawing::text::Font;
 use drawing::view::View;
-use drawing::{Area, FaultMark, Scene, Spot, theme};
+use drawing::{Area, Mark, Scene, Spot, theme};
 use maps::Point;
 use recording::RunView;
 
 use super::activities::Activity;
 use super::figure::{Drawing, Layout, NARROW};
 use super::picture::on_map;
-use crate::pictures::Camera;
+use crate::pictures::{Camera, violation_mark};
 use crate::timeline::Timeline;
 
 /// If there are more stages than this, only those in which the robot drove have a number on the map.
@@ -23,12 +22,16 @@ const MOST_NUMBERS: usize = 12;
 const LEAST_M: f64 = 0.5;
 
 /// The contents of the map: the run's last moment, without the robot's readings and plans. None without a map.
-pub(super) fn scene(run: &RunView) -> Option<Scene> {
+pub(super) fn scene(run: &RunView, timeline: &Timeline) -> Option<Scene> {
     /// More faults than this are marked without words: the list beside the map has the words.
     const MOST_WORDS: usize = 4;
     let mut scene = Camera::new(run).frame(run, "").scene?;
-    let has_words = |fault: &&mut FaultMark| !fault.label.is_empty();
+    let has_words = |fault: &&mut Mark| !fault.label.is_empty();
     scene.faults.iter_mut().filter(has_words).skip(MOST_WORDS).for_each(|fault| fault.label.clear());
+    let violations = timeline.episodes().iter().filter_map(|episode| {
+        violation_mark(run.monitor(episode.property), timeline.trail().position(episode.decided.time)?)
+    });
+    scene.violations = violations.collect();
     scene.laser_hits.clear();
     scene.particles.clear();
     scene.path.clear();
@@ -37,13 +40,7 @@ pub(super) fn scene(run: &RunView) -> Option<Scene> {
 }
 
 /// Draws the map.
-pub(super) fn draw(
-    scene: &Scene,
-    activities: &[Activity],
-    run: &RunView,
-    timeline: &Timeline,
-    layout: Layout,
-) -> Drawing {
+pub(super) fn draw(scene: &Scene, activities: &[Activity], layout: Layout) -> Drawing {
     on_map(scene, layout.pick(660.0, NARROW), layout.pick("map-wide", "map-narrow"), |canvas, view| {
         // Labels keep clear of everything drawn before them, so they come last.
         let font = Font::regular(layout.pick(13.5, 10.5));
@@ -53,8 +50,8 @@ pub(super) fn draw(
         drawing.bodies();
         drawing.places();
         drawing.faults();
-        violations(&mut drawing, &view, run, timeline);
         drawing.robot();
+        drawing.violations();
         drawing.write_labels();
         numbers(&mut drawing, &view, activities, layout);
     })
@@ -75,16 +72,6 @@ fn way(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity]) {
                 drawing.placer.avoid_line(spots);
             }
         }
-    }
-}
-
-/// Marks where the robot was when a property was violated.
-fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline: &Timeline) {
-    for episode in timeline.episodes() {
-        let position = timeline.trail().position(episode.decided.time);
-        let Some(spot) = position.and_then(|position| view.spot(position)) else { continue };
-        let name = run.monitor(episode.property).name();
-        drawing.badge(spot, Icon::Cross, &format!("{name} violated"));
     }
 }
 

@@ -46,10 +46,10 @@ fn look_at(what: &str, drawing: Drawing) {
 
 fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
     let activities = activities::activities(timeline);
-    let scene = map::scene(view).unwrap();
+    let scene = map::scene(view, timeline).unwrap();
     for layout in [Layout::Wide, Layout::Narrow] {
         look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout));
-        look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, view, timeline, layout));
+        look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, layout));
         for episode in timeline.episodes() {
             let evidence = Evidence::of(episode, view);
             let sequence = Sequence::of(&evidence, view.topology(), view.faults(), view.moves());
@@ -80,8 +80,8 @@ fn many_faults_do_not_crowd_each_other_out() {
     let (view, timeline) = run("battery_fault", &[&faults], 45);
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
-    let scene = map::scene(&view).unwrap();
-    look_at("map", map::draw(&scene, &activities::activities(&timeline), &view, &timeline, Layout::Narrow));
+    let scene = map::scene(&view, &timeline).unwrap();
+    look_at("map", map::draw(&scene, &activities::activities(&timeline), Layout::Narrow));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     let table = super::facts::stages(&activities::activities(&timeline), true).into_string();
-    assert_eq!(table.matches("<tr>").count(), 42, "the heading, 40 stages, and the number of others");
+    assert_eq!(table.matches("<tr>").count(), 202, "the heading, 200 stages, and the number of others");
 }
 
 #[test]

@@ -8,28 +8,75 @@ use recording::{MonitorEnd, RunView};
 use super::evidence::Evidence;
 use super::markup::{self, pill, text, verdict_sign};
 use super::words;
-use crate::report::{ExpectationReport, OutcomeReport, Report, ViolationReport, ViolationsReport};
+use crate::report::{MonitorReport, OutcomeReport, Report, ViolationReport, ViolationsReport};
 use crate::timeline::Timeline;
 
 /// So many violations of a property are listed: more than a reader compares.
 const SHOWN: usize = 20;
 
-/// The section with the verdicts: outcome, properties, expectations.
+/// Whether the run was as expected: first what was not.
+pub(super) fn outcome(view: &RunView, report: &Report) -> Markup {
+    let (class, verdict) = match report.outcome {
+        OutcomeReport::AsExpected => ("", None),
+        OutcomeReport::NotAsExpected => ("bad", Some(Verdict::Violated)),
+        OutcomeReport::Interrupted => ("", Some(Verdict::Inconclusive)),
+    };
+    let met = report.expectations.iter().filter(|expectation| expectation.difference.is_none());
+    let met = expected_verdicts(view, report).into_iter().chain(met.filter_map(|expectation| expectation.met.clone()));
+    let met: Vec<String> = met.collect();
+    html! {
+        div.outcome.(class) {
+            @if let Some(verdict) = verdict { (verdict_sign(verdict, 22.0)) }
+            div {
+                @match report.outcome {
+                    OutcomeReport::AsExpected if met.is_empty() => "The scenario expects nothing of the run.",
+                    OutcomeReport::AsExpected => { strong { "As expected: " } (text(&met.join("; "))) "." },
+                    OutcomeReport::Interrupted => {
+                        strong { "The run was interrupted: " } "this is the report of what happened until then."
+                    }
+                    OutcomeReport::NotAsExpected => {
+                        strong { "Not as expected:" }
+                        ul { @for difference in &report.differences { li { (text(difference)) } } }
+                        @if !met.is_empty() { "As expected: " (text(&met.join("; "))) "." }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The properties that are as expected, in words: those that are satisfied together, the others by their names.
+fn expected_verdicts(view: &RunView, report: &Report) -> Vec<String> {
+    let of = |outcome: Outcome| {
+        let expected = move |monitor: &&MonitorReport| {
+            monitor.verdict == outcome && view.header().expected.of(&monitor.name) == Some(outcome)
+        };
+        let names: Vec<&str> = report.monitors.iter().filter(expected).map(|monitor| monitor.name.as_str()).collect();
+        match names.len() {
+            0 => None,
+            4.. if outcome == Outcome::Satisfied => Some(format!("{} properties satisfied", names.len())),
+            _ => Some(format!("{} {outcome}", names.join(", "))),
+        }
+    };
+    [Outcome::Violated, Outcome::Inconclusive, Outcome::Satisfied].into_iter().filter_map(of).collect()
+}
+
+/// The section with the verdicts: a line for each property, which opens to what happened.
 pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
     let of = |index: usize| evidence.iter().find(|evidence| evidence.episode.property == index);
-    // If there is more than one row of cards, violated properties come first.
+    // What went wrong, then what is open.
     let mut order: Vec<usize> = (0..report.monitors.len()).collect();
-    if order.len() > 3 {
-        order.sort_by_key(|index| report.monitors[*index].verdict != Outcome::Violated);
-    }
+    order.sort_by_key(|index| match &report.monitors[*index] {
+        monitor if monitor.verdict == Outcome::Violated => 0,
+        monitor if monitor.verdict == Outcome::Inconclusive || monitor.unsure.is_some() => 1,
+        _ => 2,
+    });
     let content = html! {
-        // A recording has no expectations.
-        @if view.header().origin.recorded.is_none() { (outcome(report)) }
         @if report.monitors.is_empty() {
             p.quiet { "No property was watched in this run." }
         } @else {
-            div.cards { @for index in order { (card(view, report, index, of(index))) } }
+            div.panel.lines { @for index in order { (line(view, report, index, of(index))) } }
             p.quiet {
                 @if view.header().tree.is_empty() { "A tick is a unit of time: there is one every " }
                 @else { "A tick is a moment at which the behavior tree is asked what to do, one every " }
@@ -41,71 +88,38 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
     markup::section("verdicts", "Verdicts", content)
 }
 
-/// Whether the run was as expected, and what was expected.
-fn outcome(report: &Report) -> Markup {
-    let (class, verdict, words) = match report.outcome {
-        OutcomeReport::AsExpected => ("good", Verdict::Satisfied, "The run was as the scenario expects."),
-        OutcomeReport::NotAsExpected => ("bad", Verdict::Violated, "The run was not as the scenario expects."),
-        OutcomeReport::Interrupted => {
-            ("", Verdict::Inconclusive, "The run was interrupted: this is the report of what happened until then.")
-        }
-    };
-    // An expectation that was not met is replaced by the difference, which repeats it.
-    let line = |expectation: &ExpectationReport| {
-        let (verdict, words) = match &expectation.difference {
-            None => (Verdict::Satisfied, format!("expected {}", expectation.expected)),
-            Some(difference) => (Verdict::Violated, difference.clone()),
-        };
-        html! { li { (verdict_sign(verdict, 16.0)) span { (text(&words)) } } }
-    };
-    html! {
-        div.outcome.(class) {
-            (verdict_sign(verdict, 22.0))
-            div {
-                strong { (words) }
-                @if !report.expectations.is_empty() {
-                    ul { @for expectation in &report.expectations { (line(expectation)) } }
-                }
-            }
-        }
-    }
-}
-
-fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidence<'_>>) -> Markup {
+fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidence<'_>>) -> Markup {
     let (monitor, result) = (view.monitor(index), &report.monitors[index]);
+    let how_often = result.violations.as_ref().and_then(|all| all.words.as_deref());
     html! {
-        article.card.(result.verdict) {
-            header {
+        details.line.(result.verdict) {
+            summary {
                 (pill(result.verdict))
                 h3 { (monitor.name()) }
+                span.required { (text(&words::sentence(&monitor.about.summary))) }
+                @if let Some(words) = how_often { span.note { (words) } }
+                @if result.unsure.is_some() { span.note.bad { "unsure" } }
+                @if result.unheard.is_some() { span.note.bad { "not told" } }
                 @match view.header().expected.of(monitor.name()) {
                     None => {}
                     Some(outcome) if outcome == result.verdict => span.note { "as expected" }
                     Some(outcome) => span.note.bad { "expected to be " (outcome) }
                 }
             }
-            dl {
-                dt { "Required" }
-                dd { (text(&words::sentence(&monitor.about.summary))) }
-                dt { "What happened" }
-                dd {
-                    @match evidence {
-                        Some(evidence) => {
-                            (super::violations::in_short(evidence, view))
-                            @if let Some(all) = &result.violations { (every_violation(all)) }
-                        }
-                        // What messages never reported cannot violate a property, however bad the truth was.
-                        None => {
-                            (not_violated(&monitor.ending(), view, result.verdict))
-                            @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
-                        }
+            div.what {
+                @match evidence {
+                    Some(evidence) => {
+                        (super::violations::in_short(evidence, view))
+                        @if let Some(all) = &result.violations { (every_violation(all)) }
+                    }
+                    // What messages never reported cannot violate a property, however bad the truth was.
+                    None => {
+                        (not_violated(&monitor.ending(), view, result.verdict))
+                        @if let Some(unheard) = &result.unheard { " But " (text(unheard)) "." }
                     }
                 }
             }
-            details {
-                summary { "The property as written" }
-                pre { code { (monitor.about.property) } }
-            }
+            pre { code { (monitor.about.property) } }
         }
     }
 }

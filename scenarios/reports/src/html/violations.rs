@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
 use drawing::canvas::Canvas;
+use maps::Point;
 use maud::{Markup, html};
-use recording::{FaultCourse, FaultRecord, RunView};
+use recording::{FaultCourse, FaultRecord, Place, RunView};
 
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
@@ -16,11 +17,98 @@ use super::words;
 use crate::timeline::Timeline;
 
 /// The section with all violations; empty if there are none.
-pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
-    let episodes = timeline.episodes();
-    let stories = html! { @for episode in episodes { (story(&Evidence::of(episode, view), view, timeline)) } };
-    let which = if episodes.len() == 1 { "the violation" } else { "the violations" };
-    markup::section("violations", &format!("How {which} happened"), stories)
+pub(super) fn section(stories: &[Story], picture: impl Fn(&Story) -> Markup) -> Markup {
+    let content = html! {
+        @for story in stories {
+            article.panel id=(story.id) {
+                h3 { (story.name) " is violated" }
+                (story.facts)
+                div.beside { div { (story.words) } (picture(story)) }
+                // The first thing to read about several violations is which ones.
+                details.again open[stories.len() == 1] { summary { "The messages that led to it" } (story.messages) }
+            }
+        }
+    };
+    markup::section("violations", "What went wrong", content)
+}
+
+/// The stories of all violations, in the order in which they happened.
+pub(super) fn stories(view: &RunView, timeline: &Timeline) -> Vec<Story> {
+    timeline.episodes().iter().map(|episode| Story::of(&Evidence::of(episode, view), view, timeline)).collect()
+}
+
+/// The story of a violation.
+#[derive(Clone, Debug)]
+pub(super) struct Story {
+    /// The property's name.
+    pub(super) name: String,
+    id: String,
+    /// When and where.
+    facts: Markup,
+    /// What is required, and how it was violated.
+    words: Markup,
+    messages: Markup,
+}
+
+impl Story {
+    fn of(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Self {
+        let sequence = Sequence::of(evidence, view.topology(), view.faults(), view.moves());
+        let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
+        let words = html! {
+            p { "Required: " (text(&words::sentence(evidence.summary))) }
+            ol.story { @for sentence in story_sentences(evidence, view, timeline) { li { (prose(&sentence)) } } }
+        };
+        let messages = html! {
+            figure {
+                (figure(&label, |layout| sequence::draw(&sequence, layout)))
+                figcaption {
+                    "Time runs from top to bottom; each arrow is a message, numbered by its step in the run. "
+                    @if sequence.has(Weight::Cause) { "Orange: the messages that caused it. " }
+                    "Red: where the property was violated"
+                    @if !evidence.missing.is_empty() { ", and the message that did not come" }
+                    "."
+                }
+            }
+            details.again { summary { "The same messages as text" } (transcript(&sequence)) }
+        };
+        let name = evidence.name.to_owned();
+        Self { id: anchor(evidence), facts: facts(evidence, view, timeline), words, messages, name }
+    }
+
+    /// How many bytes of the page it takes.
+    pub(super) fn len(&self) -> usize {
+        [&self.facts, &self.words, &self.messages].iter().map(|part| part.0.len()).sum()
+    }
+}
+
+/// When and where it happened, and how often.
+fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
+    let decided = &evidence.episode.decided;
+    let mut facts = vec![("when", format!("tick {}, {}", decided.tick, words::time(decided.time)))];
+    if let Some(position) = timeline.trail().position(decided.time) {
+        facts.push(("where", whereabouts(&position, view.header().places())));
+    }
+    if let Some(level) = timeline.battery().at(decided.time) {
+        facts.push(("battery", format!("{} %", words::decimals(level, 1))));
+    }
+    let ending = view.monitor(evidence.episode.property).ending();
+    if let Some(words) = ending.violations.and_then(|all| all.in_words(view.time())) {
+        facts.push(("how often", words));
+    }
+    html! { dl.facts.inline { @for (name, value) in facts { div { dt { (name) } dd { (text(&value)) } } } } }
+}
+
+/// A position in words: the place where the robot is, or the nearest one.
+fn whereabouts(position: &Point, places: &[Place]) -> String {
+    let at = format!("({:.2} m, {:.2} m)", position.x, position.y);
+    let there: Vec<&str> = places.iter().filter(|place| place.covers(position)).map(|place| &*place.name).collect();
+    if !there.is_empty() {
+        return format!("{at}, at {}", there.join(", "));
+    }
+    let away =
+        |place: &Place| place.corners.iter().map(|corner| (corner - position).norm()).fold(f64::INFINITY, f64::min);
+    let nearest = places.iter().map(|place| (away(place), place)).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    nearest.map_or(at.clone(), |(away, place)| format!("{at}, {} from {}", words::length(away), place.name))
 }
 
 /// The sequence charts of all violations as separate pictures, each with the property's name, as SVG for browsers and
@@ -51,29 +139,6 @@ fn anchor(evidence: &Evidence<'_>) -> String {
     format!("violation-{name}")
 }
 
-fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
-    let sequence = Sequence::of(evidence, view.topology(), view.faults(), view.moves());
-    let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
-    html! {
-        article.panel id=(anchor(evidence)) {
-            h3 { (evidence.name) " is violated" }
-            p { "Required: " (text(&words::sentence(evidence.summary))) }
-            ol.story { @for sentence in story_sentences(evidence, view, timeline) { li { (prose(&sentence)) } } }
-            figure {
-                (figure(&label, |layout| sequence::draw(&sequence, layout)))
-                figcaption {
-                    "Time runs from top to bottom; each arrow is a message, numbered by its step in the run. "
-                    @if sequence.has(Weight::Cause) { "Orange: the messages that caused it. " }
-                    "Red: where the property was violated"
-                    @if !evidence.missing.is_empty() { ", and the message that did not come" }
-                    "."
-                }
-            }
-            details.again { summary { "The same messages as text" } (transcript(&sequence)) }
-        }
-    }
-}
-
 /// The story, one sentence per step.
 fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
     let topology = view.topology();
@@ -101,7 +166,22 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
             evidence.name
         ),
     });
+    sentences.extend(afterwards_sentence(evidence, timeline));
     sentences
+}
+
+/// What the tree did next.
+fn afterwards_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<String> {
+    let decided = evidence.episode.decided.time;
+    let stages = timeline.trail().stages(timeline.end());
+    let next = stages.iter().find(|stage| stage.from > decided && !stage.doing.is_empty());
+    Some(match next {
+        Some(next) => format!("Next, at {}, the tree began to run {}.", words::time(next.from), next.doing),
+        None => {
+            let now = stages.last().filter(|now| now.from <= decided && !now.doing.is_empty())?;
+            format!("The tree went on running {} until the end, at {}.", now.doing, words::time(timeline.end()))
+        }
+    })
 }
 
 /// The faults, and what the monitor saw, in the order in which they happened.
