@@ -49,6 +49,26 @@ enum What {
     },
 }
 
+/// The first and last of the ticks since the last line that was written.
+struct Ticks(Option<(u64, u64)>);
+
+impl Ticks {
+    fn extend(&mut self, tick: u64) {
+        self.0 = Some((self.0.map_or(tick, |(first, _)| first), tick));
+    }
+
+    /// Writes them: the last one by itself, since the next line belongs to it.
+    fn write(&mut self, text: &mut String) {
+        let Some((first, last)) = self.0.take() else { return };
+        let _ = match last - first {
+            0 => Ok(()),
+            1 => writeln!(text, "  tick {first}"),
+            _ => writeln!(text, "  ticks {first} to {}", last - 1),
+        };
+        let _ = writeln!(text, "  tick {last}");
+    }
+}
+
 impl Violation {
     /// The run that the search found, if any.
     pub(crate) fn of(proof: &Proof, question: &Question, answer: &Answer) -> Result<Option<Self>, Error> {
@@ -96,22 +116,27 @@ impl Violation {
     /// The run, one event per line: with `all`, all messages; otherwise only those that the property is about.
     pub(crate) fn in_words(&self, property: &str, all: bool) -> String {
         let mut text = format!("\n{property} {}:\n", self.what);
+        let mut ticks = Ticks(None);
         for RunLine { tick, what } in &self.lines {
-            // Writing to a string cannot fail.
-            let _ = match (what, tick) {
-                (What::Repeats, _) => writeln!(text, "  over and over:"),
-                (What::Environment(words), _) => writeln!(text, "  {words}"),
-                (What::Tick { is_delivered: true }, Some(tick)) => writeln!(text, "  tick {tick}"),
+            let line = match (what, tick) {
+                (What::Tick { is_delivered: true }, Some(tick)) => {
+                    ticks.extend(*tick);
+                    continue;
+                }
+                (What::Message { is_watched: false, .. }, _) if !all => continue,
+                (What::Repeats, _) => "  over and over:".to_owned(),
+                (What::Environment(words), _) => format!("  {words}"),
                 (What::Tick { .. }, tick) => {
-                    writeln!(text, "  tick {}, lost: the tree has not finished the previous one", tick.unwrap_or(0))
+                    format!("  tick {}, lost: the tree has not finished the previous one", tick.unwrap_or(0))
                 }
-                (What::Message { from, to, message, is_watched }, _) if all || *is_watched => {
-                    writeln!(text, "    {from} → {to}  {message:#}")
-                }
-                (What::Message { .. }, _) => Ok(()),
-                (What::Damage { from, to, how }, _) => writeln!(text, "    {from} → {to}  {how}"),
+                (What::Message { from, to, message, .. }, _) => format!("    {from} → {to}  {message:#}"),
+                (What::Damage { from, to, how }, _) => format!("    {from} → {to}  {how}"),
             };
+            ticks.write(&mut text);
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{line}");
         }
+        ticks.write(&mut text);
         let replayed = match (self.is_replayed, self.tick()) {
             (true, Some(tick)) => format!("{} at tick {tick}, as found", self.outcome()),
             (true, None) => format!("{} before the first tick, as found", self.outcome()),

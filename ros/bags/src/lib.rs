@@ -75,7 +75,7 @@ impl Error {
             Self::NoSqlite(path) => {
                 let stem = path.with_extension("");
                 format!(
-                    "build with `--features sqlite`, which needs a C compiler; or convert it: `rosbags-convert --src {} \
+                    "build with the feature `sqlite`, which needs a C compiler; or convert it: `rosbags-convert --src {} \
                      --dst {}-mcap --dst-storage mcap`",
                     path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new(".")).display(),
                     stem.display()

@@ -141,5 +141,5 @@ fn without_sqlite_its_files_are_refused_with_advice() {
     fs::write(&path, b"SQLite format 3\0").expect("room for a file");
     let error = Bag::open(&path).expect_err("it cannot be read");
     assert!(error.to_string().ends_with("old.db3 is an SQLite file, which this build cannot read"), "{error}");
-    assert!(error.help().contains("--features sqlite") && error.help().contains("rosbags-convert"), "{}", error.help());
+    assert!(error.help().contains("feature `sqlite`") && error.help().contains("rosbags-convert"), "{}", error.help());
 }

@@ -12,21 +12,30 @@ pub fn table(matrix: &Matrix) -> String {
     text
 }
 
+/// What fits beside each other on a terminal.
+const WIDTH: usize = 80;
+
 fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     // A very long name extends beyond its column.
     let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).clamp(8, 60);
     let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().clamp(7, 60)).collect();
+    // Signs below their properties, or if there are too many, each with its property.
+    let is_table = widest + 12 + widths.iter().map(|width| width + 2).sum::<usize>() <= WIDTH;
+    let columns = || matrix.properties.iter().zip(&widths).filter(|_| is_table);
     write!(text, "{:<widest$}  {:>8}", "scenario", "onset")?;
-    for (name, width) in matrix.properties.iter().zip(&widths) {
+    for (name, width) in columns() {
         write!(text, "  {name:>width$}")?;
     }
     writeln!(text, "  robot")?;
     for row in &matrix.rows {
         write!(text, "{:<widest$}  {:>8}", row.scenario, onset(row))?;
-        for (sign, width) in matrix.signs(row).zip(&widths) {
+        for (sign, (_, width)) in matrix.signs(row).zip(columns()) {
             write!(text, "  {:>width$}", sign.map_or_else(String::new, symbol))?;
         }
         writeln!(text, "  {}", robot(row))?;
+        if !is_table {
+            writeln!(text, "    {}", listed(matrix, row))?;
+        }
     }
     writeln!(
         text,
@@ -42,6 +51,21 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
         writeln!(text, "x: violated although no fault took effect")?;
     }
     write_conclusions(text, matrix)
+}
+
+/// The signs of a scenario in one line, each with its property; of those that are satisfied, how many they are.
+fn listed(matrix: &Matrix, row: &Row) -> String {
+    let mut satisfied = 0;
+    let mut signs = Vec::new();
+    for (sign, name) in matrix.signs(row).zip(&matrix.properties) {
+        match sign {
+            None => {}
+            Some(Sign::Satisfied) => satisfied += 1,
+            Some(sign) => signs.push(format!("{name} {}", symbol(sign))),
+        }
+    }
+    signs.extend((satisfied > 0).then(|| format!("{satisfied} satisfied")));
+    signs.join(", ")
 }
 
 fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
@@ -116,13 +140,44 @@ fn symbol(sign: Sign) -> String {
 
 #[cfg(test)]
 mod tests {
+    use monitors::Outcome;
+
     use super::*;
-    use crate::matrix::FaultFree;
+    use crate::matrix::{FaultFree, Notice, Onset};
+
+    /// A scenario with these properties, of which the first one is violated.
+    fn matrix(properties: Vec<String>) -> Matrix {
+        let notice = |index| Notice {
+            verdict: if index == 0 { Outcome::Violated } else { Outcome::Satisfied },
+            ticks_after_onset: Some(3),
+            false_alarm: false,
+        };
+        let row = Row {
+            scenario: "stuck".to_owned(),
+            seed: 1,
+            has_fault: true,
+            fault: None,
+            onset: Some(Onset { tick: Some(7), time_s: 7.5 }),
+            notices: (0..properties.len()).map(|index| Some(notice(index))).collect(),
+            as_expected: true,
+            differences: Vec::new(),
+            collisions: None,
+            arrived: true,
+        };
+        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, violated: Vec::new(), alarms: Vec::new() };
+        Matrix { properties, rows: vec![row], fault_free }
+    }
 
     #[test]
     fn a_name_may_be_longer_than_any_column() {
-        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, violated: Vec::new(), alarms: Vec::new() };
         let name = "p".repeat(70_000);
-        assert!(table(&Matrix { properties: vec![name.clone()], rows: Vec::new(), fault_free }).contains(&name));
+        assert!(table(&matrix(vec![name.clone()])).contains(&name));
+    }
+
+    #[test]
+    fn many_properties_are_listed_below_their_scenario() {
+        let text = |count| table(&matrix((0..count).map(|index| format!("property_{index}")).collect()));
+        assert!(text(3).contains("stuck       7.50 s          +3           -           -  –\n"), "{}", text(3));
+        assert!(text(11).contains("stuck       7.50 s  –\n    property_0 +3, 10 satisfied\n"), "{}", text(11));
     }
 }
