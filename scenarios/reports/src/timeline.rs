@@ -29,8 +29,8 @@ use recent::Recent;
 pub struct MonitorState {
     /// The verdict on the property so far.
     pub verdict: drawing::Verdict,
-    /// The monitor's location.
-    pub location: String,
+    /// Whether something must still happen.
+    pub is_open: bool,
 }
 
 /// The course of a run over time.
@@ -103,8 +103,8 @@ impl Timeline {
             }
         }
         for (lane, monitor) in self.monitors.iter_mut().zip(view.monitors()) {
-            let location = monitor.state.location.clone();
-            lane.track.note(now, &MonitorState { verdict: pictures::verdict(monitor.state, false), location });
+            let (verdict, is_open) = (pictures::verdict(monitor.state, false), monitor.state.is_open);
+            lane.track.note(now, &MonitorState { verdict, is_open });
         }
     }
 

@@ -41,7 +41,6 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
     let groups = lanes::groups(timeline);
     // One caption serves the wide chart and the narrow one: it explains what at least one of them shows.
     let charts = [Layout::Wide, Layout::Narrow].map(|layout| Chart::new(timeline, &happenings, Sizes::of(layout)));
-    let meanings = lanes::meanings(timeline);
     html! {
         (lanes::colors(&groups, &charts))
         @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
@@ -53,14 +52,6 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
         }
         @if charts[0].axis.shortened().next().is_some() {
             " The time axis is compressed where the background is gray and only the battery changes."
-        }
-        @if !meanings.is_empty() {
-            " States of the monitors: "
-            @for (number, (state, meaning)) in meanings.iter().enumerate() {
-                @if number > 0 { "; " }
-                strong { (state) } " " (meaning)
-            }
-            "."
         }
     }
 }

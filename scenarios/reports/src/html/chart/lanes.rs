@@ -11,7 +11,7 @@ use drawing::{Area, NodeStatus, Verdict};
 use super::sheet::Chart;
 use crate::html::activities::{self, Activity};
 use crate::html::words;
-use crate::timeline::{Interval, Lane, Timeline, Track};
+use crate::timeline::{Interval, Lane, MonitorState, Timeline, Track};
 
 /// Lanes that belong together.
 pub(super) struct Group {
@@ -19,6 +19,8 @@ pub(super) struct Group {
     /// Whether the list of stages explains the colors.
     is_listed: bool,
     lanes: Vec<Bars>,
+    /// What to say of lanes in which nothing ever happens, and their names.
+    resting: (&'static str, Vec<String>),
 }
 
 /// A lane: a name and its bars.
@@ -53,6 +55,8 @@ impl BarStyle {
     const NEUTRAL: Self = Self::new(theme::PAPER, theme::LINE, theme::INK);
     /// States too short to be drawn individually.
     const CROWD: Self = Self::new(theme::SOLID, theme::LINE, theme::INK);
+    /// A property of which something must still happen.
+    const WAITING: Self = Self::new(theme::PAPER, theme::GOOD, theme::INK);
     /// Rest: hardly there.
     const QUIET: Self = Self::new(theme::IDLE_LIGHT, theme::RULE, theme::MUTED);
 
@@ -90,22 +94,45 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
             (if *status == NodeStatus::NotTicked { String::new() } else { words.to_owned() }, BarStyle::status(*status))
         })
     });
-    let monitors = timeline
-        .monitors()
-        .iter()
-        .map(|lane| bars(&lane.name, &lane.track, end, |state| (state.location.clone(), verdict_style(state.verdict))));
+    let monitors = timeline.monitors().iter().map(|lane| monitor(lane, end));
     // A recording may lack a tree.
     let activities = if timeline.leaves().is_empty() { Vec::new() } else { vec![activities(timeline)] };
     let skills = timeline.skills().iter().map(|lane| skill(lane, timeline));
-    let group = |title, lanes| Group { title, is_listed: false, lanes };
+    let group = |title, rest, lanes: Vec<Bars>| {
+        let (resting, lanes): (Vec<Bars>, Vec<Bars>) = lanes.into_iter().partition(Bars::is_at_rest);
+        let resting = resting.into_iter().map(|lane| lane.name).collect();
+        Group { title, is_listed: false, lanes, resting: (rest, resting) }
+    };
     let groups = vec![
-        Group { is_listed: true, ..group("What the tree was doing", activities) },
-        group("Leaves of the behavior tree", leaves.collect()),
-        group("States of the skills", skills.collect()),
-        group("Components", components),
-        group("Monitors", monitors.collect()),
+        Group { is_listed: true, ..group("What the tree was doing", "nothing", activities) },
+        group("Leaves of the behavior tree", "never ticked", leaves.collect()),
+        group("States of the skills", "never away from rest for longer than a moment", skills.collect()),
+        group("Components", "never away from rest for longer than a moment", components),
+        group("Monitors", "", monitors.collect()),
     ];
-    groups.into_iter().filter(|group| !group.lanes.is_empty()).collect()
+    groups.into_iter().filter(|group| !group.lanes.is_empty() || !group.resting.1.is_empty()).collect()
+}
+
+impl Bars {
+    fn is_at_rest(&self) -> bool {
+        self.bars.iter().all(|bar| [BarStyle::QUIET, BarStyle::status(NodeStatus::NotTicked)].contains(&bar.style))
+    }
+}
+
+/// A monitor's lane: what it says about its property, and since when something is due.
+fn monitor(lane: &Lane<MonitorState>, end: Duration) -> Bars {
+    let bar = |span: Interval<'_, MonitorState>| {
+        let MonitorState { verdict, is_open } = *span.state;
+        let text = match verdict {
+            Verdict::Violated => "violated".to_owned(),
+            Verdict::Satisfied => "satisfied".to_owned(),
+            _ if is_open => format!("waiting since {}", words::time(span.from)),
+            _ => "undecided".to_owned(),
+        };
+        let style = if is_open && verdict == Verdict::HoldsSoFar { BarStyle::WAITING } else { verdict_style(verdict) };
+        Bar { from: span.from, to: span.to, text, style }
+    };
+    Bars { name: lane.name.clone(), bars: lane.track.spans(end).map(bar).collect() }
 }
 
 /// A lane whose states are names.
@@ -152,22 +179,13 @@ pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
         (has(BarStyle::QUIET), "gray: at rest, or a skill that is not asked"),
         (has(BarStyle::status(NodeStatus::NotTicked)), "a thin line: a leaf that is not ticked"),
         (has(BarStyle::NEUTRAL), "white: another state"),
-        (has(verdict_style(Verdict::HoldsSoFar)), "plain green: a property that holds so far"),
+        (has(verdict_style(Verdict::HoldsSoFar)), "plain green: a property that nothing has violated so far"),
+        (has(BarStyle::WAITING), "white with a green edge: a property for which something must still happen"),
         (has(verdict_style(Verdict::Satisfied)), "dark green: a property that is satisfied for good"),
         (has(verdict_style(Verdict::Violated)), "dark red: a property that is violated"),
     ];
     let there: Vec<&str> = colors.into_iter().filter(|(is_there, _)| *is_there).map(|(_, words)| words).collect();
     words::sentence(&there.join("; "))
-}
-
-/// The meaning of monitor states whose names are not self-explanatory.
-pub(super) fn meanings(timeline: &Timeline) -> Vec<(&str, &'static str)> {
-    let mut meanings: Vec<(&str, &'static str)> = Vec::new();
-    for state in timeline.monitors().iter().flat_map(|lane| lane.track.spans(timeline.end())).map(|span| span.state) {
-        let meaning = monitors::location_meaning(&state.location).map(|meaning| (state.location.as_str(), meaning));
-        meanings.extend(meaning.filter(|meaning| !meanings.contains(meaning)));
-    }
-    meanings
 }
 
 fn verdict_style(verdict: Verdict) -> BarStyle {
@@ -219,7 +237,23 @@ impl Chart {
         for lane in &group.lanes {
             self.lane(lane);
         }
+        let (what, names) = &group.resting;
+        if !names.is_empty() {
+            self.resting(&format!("{what}: {}", names.join(", ")));
+        }
         self.y += 6.0;
+    }
+
+    /// Lanes in which nothing happens, in words.
+    fn resting(&mut self, text: &str) {
+        /// More lines than this would not be read.
+        const MOST: usize = 12;
+        let font = self.sizes.small;
+        for line in font.wrap(text, self.sizes.width - 14.0 - self.plot.x, MOST) {
+            let at = (self.plot.x, self.y + font.line_height() / 2.0);
+            self.canvas.centered_text(at, &line, TextStyle::new(font, theme::MUTED).with_halo());
+            self.y += font.line_height();
+        }
     }
 
     fn lane(&mut self, lane: &Bars) {
