@@ -268,8 +268,13 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
         0 => {}
         more => line("", format!("and {more} more, each in fewer runs")),
     }
-    for estimate in &summary.properties {
+    let (listed, fine) = summary.by_rate();
+    for estimate in listed {
         line(&estimate.of, rate(estimate, summary.of_roaml));
+    }
+    if let Some(first) = fine.first() {
+        let names: Vec<&str> = fine.iter().map(|estimate| estimate.of.as_str()).collect();
+        line(&format!("{} properties", fine.len()), format!("{}, each: {}", rate(first, false), names.join(", ")));
     }
     if let Some(goal) = &summary.goal {
         line("goal", answer(goal));
@@ -288,7 +293,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
 
 /// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
 fn rate(estimate: &Estimate, of_roaml: bool) -> String {
-    let Estimate { count, rate, interval, .. } = estimate;
+    let Estimate { count, rate, interval, inconclusive, .. } = estimate;
     let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
     if of_roaml {
         let (held, interval) = (runs - happened, interval.complement());
@@ -296,7 +301,9 @@ fn rate(estimate: &Estimate, of_roaml: bool) -> String {
         return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
     }
     let repeated = estimate.repeated().map_or_else(String::new, |all| format!("; {all}"));
-    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}")
+    let open =
+        inconclusive.filter(|runs| *runs > 0).map_or_else(String::new, |runs| format!("; inconclusive in {runs}"));
+    format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}{open}")
 }
 
 /// The answer to the campaign's question.

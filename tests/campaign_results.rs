@@ -39,6 +39,31 @@ fn says(page: &str, words: &[&str]) {
 }
 
 #[test]
+fn what_was_violated_comes_first_and_what_was_open_at_the_end_is_said() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("short.toml");
+    // Five properties that are satisfied, phi1, and phi3, which waits for the arrival at the station.
+    fs::write(
+        folder.path().join("five.scope"),
+        (1..6).map(|k| format!("property p{k} := always true\n")).collect::<String>(),
+    )
+    .unwrap();
+    let five = format!("{}/five.scope", folder.path().display());
+    let files = format!("properties=[\"properties/phi1.scope\", \"properties/phi3.scope\", \"{five}\"]");
+    let set = format!("set = ['execution.max_time_s=22', 'expect={{}}', '{files}']");
+    fs::write(&file, format!("scenario = \"battery_fault\"\nruns = 2\n{set}\n")).unwrap();
+    let out = folder.path().join("out");
+    let output = steward(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<&str> = said.lines().skip(1).take(3).map(str::trim_start).collect();
+    assert!(lines[0].starts_with("phi1") && lines[0].contains("violated in 2 of 2"), "{said}");
+    assert!(lines[1].starts_with("phi3") && lines[1].ends_with("; inconclusive in 2"), "{said}");
+    assert!(lines[2].starts_with("5 properties") && lines[2].ends_with("each: p1, p2, p3, p4, p5"), "{said}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    says(&page, &["inconclusive in 2", "p1, p2, p3, p4, p5", "nothing expected of them"]);
+}
+
+#[test]
 #[ignore = "long: .ci/run runs it"]
 fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let out = run("battery_reserve", &["--runs", "128"]);

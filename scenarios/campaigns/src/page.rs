@@ -20,7 +20,7 @@ use maud::{Markup, html};
 use reports::html::{document, figure, row, section, table, text};
 
 use super::journal::{Layout, ParameterLayout};
-use super::statistics::{Confidence, Interval};
+use super::statistics::{Confidence, Count, Interval};
 use super::summary::{Estimate, Summary};
 use crate::Error;
 
@@ -99,6 +99,12 @@ fn percent(rate: f64) -> String {
     format!("{}\u{a0}%", short(100.0 * rate))
 }
 
+/// Whether there is hardly more than one run for each value or range of values.
+fn is_thin(counts: &[Count]) -> bool {
+    let runs: u64 = counts.iter().map(|count| count.runs()).sum();
+    runs < 2 * counts.iter().filter(|count| count.runs() > 0).count() as u64
+}
+
 /// The ends of an interval of probabilities, to a hundredth of a percent.
 fn interval(interval: Interval) -> String {
     format!("{:.2} to {:.2}\u{a0}%", 100.0 * interval.low, 100.0 * interval.high)
@@ -114,8 +120,9 @@ impl Page<'_> {
                 p.about { (text(&self.layout.about)) }
                 p.quiet {
                     (runs) " runs of " code { (scenario) } ", which differ in " (self.what_varies()) " · "
-                    (outcomes.as_expected) " as expected, " (outcomes.not_as_expected) " not, " (outcomes.failed)
-                    " failed · steward " (version)
+                    @if self.summary.expects { (outcomes.as_expected) " as expected, " (outcomes.not_as_expected) " not, " }
+                    @else { "nothing expected of them, " }
+                    (outcomes.failed) " failed · steward " (version)
                 }
             }
         }
@@ -134,16 +141,17 @@ impl Page<'_> {
 
     fn rates(&self) -> Markup {
         // The bars are boxes with a style, not drawings, so that they are as wide as the page leaves them.
-        let line = |estimate: &Estimate, what: &str| {
+        let line = |name: &str, estimate: &Estimate, what: &str| {
             let (count, Interval { low, high }) = (estimate.count, estimate.interval);
             let range = format!("left:{:.2}%;width:{:.2}%", 100.0 * low, 100.0 * (high - low));
             let rate = format!("left:{:.2}%", 100.0 * estimate.rate.unwrap_or(0.0));
             html! {
                 tr {
-                    th scope="row" { strong { (estimate.of) } span.note { (what) } }
+                    th scope="row" { strong { (name) } span.note { (what) } }
                     td {
                         (count.happened()) " of " (count.runs())
                         @if let Some(all) = estimate.repeated() { span.note { (all.to_string()) } }
+                        @if let Some(runs @ 1..) = estimate.inconclusive { span.note { "inconclusive in " (runs) } }
                     }
                     td { (estimate.rate.map_or("–".to_owned(), percent)) }
                     td { (interval(estimate.interval)) }
@@ -151,9 +159,17 @@ impl Page<'_> {
                 }
             }
         };
+        let (listed, fine) = self.summary.by_rate();
+        let names: Vec<&str> = fine.iter().map(|estimate| estimate.of.as_str()).collect();
         let rows = html! {
-            @for estimate in &self.summary.properties { (line(estimate, "violated")) }
-            (line(&self.summary.expectation, "not met: the run was not as the scenario expects, or it failed"))
+            @for estimate in listed { (line(&estimate.of, estimate, "violated")) }
+            @if let Some(first) = fine.first() {
+                (line(&format!("{} properties", fine.len()), first, &format!("violated, each: {}", names.join(", "))))
+            }
+            @if self.summary.expects || self.summary.outcomes.failed > 0 {
+                @let what = "not met: the run was not as the scenario expects, or it failed";
+                (line(&self.summary.expectation.of, &self.summary.expectation, what))
+            }
         };
         let content = html! {
             div.panel {
@@ -216,6 +232,8 @@ impl Page<'_> {
                         }
                     }
                 },
+                // A rate needs more than a run.
+                _ if is_thin(&counts) => Markup::default(),
                 _ => {
                     let label = format!("Rate of {event} against {}", title(layout));
                     let draw = |size| charts::rates(axis, &counts, title(layout), self.confidence, size);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use diagnostics::Staging;
+use monitors::Outcome;
 
 use super::dataset::DatasetWriter;
 use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, TimingReader};
@@ -166,6 +167,8 @@ struct Tally {
     properties: Vec<Count>,
     /// All violations of each property.
     violations: Vec<u64>,
+    /// In how many runs each property was inconclusive.
+    inconclusive: Vec<u64>,
     /// The simulated time of the runs that did not fail, in seconds.
     simulated_s: f64,
     expectation: Count,
@@ -182,6 +185,7 @@ impl Tally {
         Self {
             outcomes: Outcomes::default(),
             violations: vec![0; properties.len()],
+            inconclusive: vec![0; properties.len()],
             properties,
             simulated_s: 0.0,
             expectation: Count::default(),
@@ -201,6 +205,9 @@ impl Tally {
         if let Some(facts) = &record.facts {
             self.simulated_s += facts.sim_time_s;
             self.violations.iter_mut().zip(&facts.monitors).for_each(|(sum, monitor)| *sum += monitor.violations);
+            for (sum, monitor) in self.inconclusive.iter_mut().zip(&facts.monitors) {
+                *sum += u64::from(monitor.verdict == Outcome::Inconclusive);
+            }
         }
         for expected in &record.unmet {
             *self.unmet.entry(expected.clone()).or_default() += 1;
@@ -235,11 +242,13 @@ impl Tally {
             rate: count.rate(),
             interval: count.interval(confidence),
             violations: None,
+            inconclusive: None,
         };
         let hours = self.simulated_s / 3600.0;
-        let of_property = |(name, (count, violations)): (&String, (&Count, &u64))| Estimate {
-            violations: Some(Frequency::of(*violations, count.runs(), hours)),
-            ..estimate(name, *count)
+        let of_property = |(index, name): (usize, &String)| Estimate {
+            violations: Some(Frequency::of(self.violations[index], self.properties[index].runs(), hours)),
+            inconclusive: Some(self.inconclusive[index]),
+            ..estimate(name, self.properties[index])
         };
         let again = layout.again();
         let named = |runs: Vec<(u64, Option<String>)>| {
@@ -247,7 +256,7 @@ impl Tally {
         };
         let mut unmet: Vec<Unmet> = self.unmet.into_iter().map(|(expected, runs)| Unmet { expected, runs }).collect();
         unmet.sort_by_key(|unmet| std::cmp::Reverse(unmet.runs));
-        let counted = layout.properties.iter().zip(self.properties.iter().zip(&self.violations));
+        let properties = layout.properties.iter().enumerate().map(of_property).collect();
         Ok(Summary {
             campaign: layout.campaign.clone(),
             again: layout.again(),
@@ -257,7 +266,7 @@ impl Tally {
             outcomes: self.outcomes,
             expects: layout.expects,
             unmet,
-            properties: counted.map(of_property).collect(),
+            properties,
             of_roaml: layout.of_roaml,
             expectation: estimate("expectation", self.expectation),
             goal,

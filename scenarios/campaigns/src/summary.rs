@@ -1,5 +1,6 @@
 //! The summary of a campaign's results.
 
+use std::cmp::Reverse;
 use std::fmt;
 
 use serde::Serialize;
@@ -44,6 +45,24 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// The properties, those that were violated most often first; and apart from them, those that were satisfied in
+    /// every run, unless they are few.
+    #[must_use]
+    pub fn by_rate(&self) -> (Vec<&Estimate>, Vec<&Estimate>) {
+        /// Fewer do not make a list long.
+        const MANY: usize = 4;
+        let mut sorted: Vec<&Estimate> = self.properties.iter().collect();
+        // A model's properties may be true or false: neither is worse.
+        if self.of_roaml {
+            return (sorted, Vec::new());
+        }
+        sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive)));
+        let is_fine = |estimate: &&Estimate| estimate.count.happened() == 0 && estimate.inconclusive == Some(0);
+        let first_fine = sorted.iter().position(|estimate| is_fine(estimate)).unwrap_or(sorted.len());
+        let fine = if sorted.len() - first_fine < MANY { Vec::new() } else { sorted.split_off(first_fine) };
+        (sorted, fine)
+    }
+
     /// The command that repeats only this run, with pictures and report.
     #[must_use]
     pub fn command(&self, k: u64) -> String {
@@ -89,6 +108,8 @@ pub struct Estimate {
     pub interval: Interval,
     /// How often a property was violated in all runs together; null for `expectation`.
     pub violations: Option<Frequency>,
+    /// In how many runs a property was inconclusive at the end; null for `expectation`.
+    pub inconclusive: Option<u64>,
 }
 
 /// How often a property was violated, counting every violation of a run.
