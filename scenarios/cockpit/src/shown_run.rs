@@ -13,7 +13,7 @@ use crate::clock::now;
 use crate::frame::{self, Update};
 use crate::history::{History, Playback};
 
-/// Time between drawings of what takes longer: cards and the time axis.
+/// Time between drawings of what takes longer: verdicts and the time axis.
 pub(crate) const PARTS: Duration = Duration::from_millis(1000);
 
 /// A run on the page.
