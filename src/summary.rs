@@ -38,6 +38,7 @@ fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
     text.paint(HEAD, &report.scenario, 0);
     write!(text, ", seed {}: ", report.seed)?;
     match report.outcome {
+        OutcomeReport::AsExpected if report.expectations.is_empty() => text.paint(OPEN, "nothing was expected", 0),
         OutcomeReport::AsExpected => text.paint(GOOD, "as expected", 0),
         OutcomeReport::NotAsExpected => text.paint(BAD, "NOT as expected", 0),
         OutcomeReport::Interrupted => {

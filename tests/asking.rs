@@ -110,6 +110,9 @@ struct Sent {
 
 /// The messages of a run that go to or come from the leaf.
 fn messages((folder, scenario): &(TempDir, PathBuf)) -> Vec<Sent> {
+    let warned = steward(&["check", scenario.to_str().unwrap()]).stderr;
+    let warned = String::from_utf8_lossy(&warned);
+    assert!(!warned.contains("is never entered"), "{warned}");
     let log = folder.path().join("run.jsonl");
     let said = steward(&[
         "run",

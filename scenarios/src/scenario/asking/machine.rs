@@ -100,7 +100,10 @@ impl Asking {
         if self.of == Subject::Action {
             self.cancel(text);
         }
-        for (state, answer, outputs) in [("succeeded", "success", &self.outputs[..]), ("failed", "failure", &[])] {
+        // Who waits for a topic as long as it takes cannot fail.
+        let fails = self.of != Subject::Topic || self.timeout.is_some();
+        let answers = [("succeeded", "success", &self.outputs[..]), ("failed", "failure", &[])];
+        for (state, answer, outputs) in answers.into_iter().take(1 + usize::from(fails)) {
             text.state(state, |text| {
                 text.answered("BT.tick", Some("idle"), answer, outputs);
                 self.halted(text);
@@ -149,12 +152,14 @@ impl Asking {
             });
             text.element("onexit", |text| text.line("<cancel sendid=\"patience\"/>"));
         };
-        text.state("canceling", |text| {
-            begin(text);
-            text.answered("BT.tick", None, "running", &[]);
-            text.line("<transition event=\"BT.halt\" target=\"halting\"/>");
-            text.line(&format!("<transition event=\"{over}\" target=\"failed\"/>"));
-        });
+        if self.timeout.is_some() {
+            text.state("canceling", |text| {
+                begin(text);
+                text.answered("BT.tick", None, "running", &[]);
+                text.line("<transition event=\"BT.halt\" target=\"halting\"/>");
+                text.line(&format!("<transition event=\"{over}\" target=\"failed\"/>"));
+            });
+        }
         text.state("halting", |text| {
             begin(text);
             text.element(&format!("transition event=\"{over}\" target=\"idle\""), |text| self.leave(text));
