@@ -58,7 +58,7 @@ impl Summary {
         }
         sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive)));
         let is_fine = |estimate: &&Estimate| estimate.count.happened() == 0 && estimate.inconclusive == Some(0);
-        let first_fine = sorted.iter().position(|estimate| is_fine(estimate)).unwrap_or(sorted.len());
+        let first_fine = sorted.iter().position(is_fine).unwrap_or(sorted.len());
         let fine = if sorted.len() - first_fine < MANY { Vec::new() } else { sorted.split_off(first_fine) };
         (sorted, fine)
     }
