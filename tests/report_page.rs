@@ -301,6 +301,28 @@ fn what_went_wrong_comes_first_with_time_place_level_and_picture() {
 }
 
 #[test]
+fn a_robot_that_crosses_a_zone_is_in_it_and_not_violating_for_good() {
+    let out = tempdir().unwrap();
+    let all = report("faults/zone_ignored", out.path(), &["--set", "snapshots={}"]);
+    let monitor = all["monitors"].as_array().unwrap().iter().find(|one| one["name"] == "respects_WetFloor").unwrap();
+    assert_eq!((&monitor["verdict"], &monitor["expected"]), (&"violated".into(), &"violated".into()));
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    let (_, wrong) = page.split_once("<section id=\"violations\">").unwrap();
+    let (wrong, _) = wrong.split_once("</section>").unwrap();
+    assert!(wrong.contains(" m), at WetFloor</dd>"), "{wrong}");
+    assert!(wrong.contains("This is what respects_WetFloor forbids.") && !wrong.contains("for good"), "{wrong}");
+}
+
+#[test]
+fn a_violation_of_which_nothing_is_expected_is_named_first() {
+    let out = tempdir().unwrap();
+    let arguments = ["--no-snapshots", "--set", "expect={reached=[\"RechargingStation\"]}"];
+    let output = steward(&[&["run", "battery_fault", "--out", out.path().to_str().unwrap()][..], &arguments].concat());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("\n  ! violated, and the scenario does not say what it expects: phi1\n"), "{said}");
+}
+
+#[test]
 fn junit_has_a_case_for_each_property_and_expectation() {
     let out = tempdir().unwrap();
     let file = out.path().join("results/junit.xml");

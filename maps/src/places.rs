@@ -83,10 +83,17 @@ impl Zone {
     /// The distance from a point of the `map` frame to the area, in meters; 0 inside.
     #[must_use]
     pub fn distance_m(&self, at: &Point) -> f64 {
-        if is_inside(&self.corners, at) {
-            return 0.0;
-        }
-        edges(&self.corners).map(|(a, b)| to_segment_m(at, &a, &b)).fold(f64::INFINITY, f64::min)
+        distance_to_area_m(&self.corners, at)
+    }
+}
+
+/// The distance from a point to a polygon with these corners, in meters; 0 inside. A single corner is a point.
+#[must_use]
+pub fn distance_to_area_m(corners: &[Point], at: &Point) -> f64 {
+    match corners {
+        [corner] => (at - corner).norm(),
+        _ if is_inside(corners, at) => 0.0,
+        _ => edges(corners).map(|(a, b)| to_segment_m(at, &a, &b)).fold(f64::INFINITY, f64::min),
     }
 }
 

@@ -78,6 +78,8 @@ pub struct Notice {
     pub ticks_after_onset: Option<u64>,
     /// Whether it was violated before any fault took effect.
     pub false_alarm: bool,
+    /// Whether it was satisfied vacuously: a condition in it never occurred.
+    pub vacuous: bool,
 }
 
 /// What a verdict says about the fault of a row.
@@ -92,6 +94,8 @@ enum Sign {
     /// It was violated although no fault took effect.
     WithoutFault,
     Satisfied,
+    /// It was satisfied, but a condition in it never occurred.
+    Vacuous,
     Inconclusive,
 }
 
@@ -170,6 +174,7 @@ impl Matrix {
             let notice = notice.as_ref()?;
             let ticks = notice.ticks_after_onset.unwrap_or_default();
             Some(match notice.verdict {
+                Outcome::Satisfied if notice.vacuous => Sign::Vacuous,
                 Outcome::Satisfied => Sign::Satisfied,
                 Outcome::Inconclusive => Sign::Inconclusive,
                 Outcome::Violated if row.onset.is_none() => Sign::WithoutFault,
@@ -229,7 +234,9 @@ impl Row {
             let late = monitor.tick.zip(onset).and_then(|(tick, onset)| ticks_after(onset.tick, tick));
             // What is violated before the fault took effect is not violated because of it.
             let early = has_fault && monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
-            Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
+            let vacuous = monitor.verdict == Outcome::Satisfied && !monitor.vacuous.is_empty();
+            let ticks_after_onset = late.filter(|_| !early);
+            Some(Notice { verdict: monitor.verdict, ticks_after_onset, false_alarm: early, vacuous })
         };
         let stop = &scenario.file.stop.at;
         let is_destination = |name: &str| stop.is_empty() || stop.iter().any(|place| place.value == name);

@@ -97,6 +97,8 @@ pub struct MonitorReport {
     pub property: String,
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
+    /// What the scenario expects it to be; null if it does not say.
+    pub expected: Option<Outcome>,
     /// The monitor's location.
     pub state: String,
     /// The tick of the violation.

@@ -172,6 +172,7 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
             name: monitor.name().to_owned(),
             property: monitor.about.property.clone(),
             verdict: monitor.outcome(),
+            expected: view.header().expected.of(monitor.name()),
             state: monitor.state.location.clone(),
             tick: decision.map(|decision| decision.event.tick),
             time_s: decision.map(|decision| decision.event.time.as_secs_f64()),

@@ -204,7 +204,7 @@ impl Follower for Timeline {
             if let Happening::Verdict { monitor, .. } = happening
                 && let Some(decision) = view.monitor(*monitor).violation()
             {
-                self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
+                self.episodes.push(self.recent.episode(*monitor, decision.event.clone(), view.position()));
             }
         }
         // Messages that turn out to be missing take a verdict back.

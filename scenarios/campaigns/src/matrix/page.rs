@@ -49,6 +49,9 @@ fn rows(matrix: &Matrix) -> Markup {
             (table("matrix", columns, &lines))
             p.quiet {
                 "+n: the property was violated n ticks after the fault took effect; –: it was satisfied"
+                @if matrix.shows(|sign| *sign == Sign::Vacuous) {
+                    "; (–): it was vacuously satisfied, since a condition in it never occurred"
+                }
                 @if matrix.shows(|sign| *sign == Sign::Inconclusive) {
                     "; ?: it was inconclusive at the end of the run"
                 }
@@ -92,6 +95,7 @@ fn cell(property: &str, sign: Option<Sign>) -> Markup {
         Sign::Early => (Outcome::Violated, "early".to_owned(), "violated before the fault"),
         Sign::WithoutFault => (Outcome::Violated, "violated".to_owned(), "violated without a fault"),
         Sign::Satisfied => (Outcome::Satisfied, "–".to_owned(), "satisfied"),
+        Sign::Vacuous => (Outcome::Satisfied, "(–)".to_owned(), "vacuously satisfied"),
         Sign::Inconclusive => (Outcome::Inconclusive, "?".to_owned(), "inconclusive"),
     };
     html! { td.(verdict) title=(title) data-of=(property) { (words) } }

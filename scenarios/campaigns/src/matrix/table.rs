@@ -41,6 +41,9 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
         text,
         "\n+n: violated n ticks after the fault took effect; -: satisfied; ?: inconclusive at the end of the run"
     )?;
+    if matrix.shows(|sign| *sign == Sign::Vacuous) {
+        writeln!(text, "(-): vacuously satisfied: a condition in it never occurred")?;
+    }
     if matrix.shows(|sign| matches!(sign, Sign::AlsoWithoutFault(_))) {
         writeln!(text, "(+n): the same, but it is also violated without a fault, so it detects nothing")?;
     }
@@ -134,6 +137,7 @@ fn symbol(sign: Sign) -> String {
         Sign::Early => "early".to_owned(),
         Sign::WithoutFault => "x".to_owned(),
         Sign::Satisfied => "-".to_owned(),
+        Sign::Vacuous => "(-)".to_owned(),
         Sign::Inconclusive => "?".to_owned(),
     }
 }
@@ -151,6 +155,7 @@ mod tests {
             verdict: if index == 0 { Outcome::Violated } else { Outcome::Satisfied },
             ticks_after_onset: Some(3),
             false_alarm: false,
+            vacuous: index == 1,
         };
         let row = Row {
             scenario: "stuck".to_owned(),
@@ -177,7 +182,8 @@ mod tests {
     #[test]
     fn many_properties_are_listed_below_their_scenario() {
         let text = |count| table(&matrix((0..count).map(|index| format!("property_{index}")).collect()));
-        assert!(text(3).contains("stuck       7.50 s          +3           -           -  –\n"), "{}", text(3));
-        assert!(text(11).contains("stuck       7.50 s  –\n    property_0 +3, 10 satisfied\n"), "{}", text(11));
+        assert!(text(3).contains("stuck       7.50 s          +3         (-)           -  –\n"), "{}", text(3));
+        let listed = "stuck       7.50 s  –\n    property_0 +3, property_1 (-), 9 satisfied\n";
+        assert!(text(11).contains(listed) && text(11).contains("(-): vacuously"), "{}", text(11));
     }
 }

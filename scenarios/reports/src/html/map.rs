@@ -28,9 +28,10 @@ pub(super) fn scene(run: &RunView, timeline: &Timeline) -> Option<Scene> {
     let mut scene = Camera::new(run).frame(run, "").scene?;
     let has_words = |fault: &&mut Mark| !fault.label.is_empty();
     scene.faults.iter_mut().filter(has_words).skip(MOST_WORDS).for_each(|fault| fault.label.clear());
-    let violations = timeline.episodes().iter().filter_map(|episode| {
-        violation_mark(run.monitor(episode.property), timeline.trail().position(episode.decided.time)?)
-    });
+    let violations = timeline
+        .episodes()
+        .iter()
+        .filter_map(|episode| violation_mark(run.monitor(episode.property), episode.position?));
     scene.violations = violations.collect();
     scene.laser_hits.clear();
     scene.particles.clear();

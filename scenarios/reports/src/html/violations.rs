@@ -85,11 +85,11 @@ impl Story {
 fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
     let decided = &evidence.episode.decided;
     let mut facts = vec![("when", format!("tick {}, {}", decided.tick, words::time(decided.time)))];
-    if let Some(position) = timeline.trail().position(decided.time) {
-        facts.push(("where", whereabouts(&position, view.header().places())));
+    if let Some(position) = &evidence.episode.position {
+        facts.push(("where", whereabouts(position, view.header().places())));
     }
     if let Some(level) = timeline.battery().at(decided.time) {
-        facts.push(("battery", format!("{} %", words::decimals(level, 1))));
+        facts.push(("battery", format!("{} %", words::decimals(level, 3))));
     }
     let ending = view.monitor(evidence.episode.property).ending();
     if let Some(words) = ending.violations.and_then(|all| all.in_words(view.time())) {
@@ -105,8 +105,7 @@ fn whereabouts(position: &Point, places: &[Place]) -> String {
     if !there.is_empty() {
         return format!("{at}, at {}", there.join(", "));
     }
-    let away =
-        |place: &Place| place.corners.iter().map(|corner| (corner - position).norm()).fold(f64::INFINITY, f64::min);
+    let away = |place: &Place| maps::distance_to_area_m(&place.corners, position);
     let nearest = places.iter().map(|place| (away(place), place)).min_by(|(a, _), (b, _)| a.total_cmp(b));
     nearest.map_or(at.clone(), |(away, place)| format!("{at}, {} from {}", words::length(away), place.name))
 }
@@ -157,7 +156,10 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
         let from = earlier.map(|seen| seen.at.time).fold(from, Duration::min);
         sentences.extend(sent_once::sentence(&evidence.episode.events, (from, to), topology));
     }
+    let violations = view.monitor(evidence.episode.property).ending().violations;
+    let goes_on = violations.is_some_and(|violations| violations.goes_on);
     sentences.push(match evidence.missing.is_empty() {
+        true if goes_on => format!("This is what {} forbids.", evidence.name),
         true => format!("This is what {} forbids: it is now violated for good.", evidence.name),
         false => format!(
             "At tick {} ({}) it was too late: {} is violated.",

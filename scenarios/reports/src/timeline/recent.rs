@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use channels::Event;
+use maps::Point;
 
 /// How many events are remembered: about a thousand ticks of the shipped tree.
 const CAPACITY: usize = 16_384;
@@ -14,6 +15,8 @@ pub struct Episode {
     pub property: usize,
     /// The event that decided the verdict.
     pub decided: Event,
+    /// Where the robot was then, if there is one.
+    pub position: Option<Point>,
     /// The remembered events up to the end of that step, oldest first.
     pub events: Vec<Event>,
 }
@@ -33,8 +36,8 @@ impl Recent {
     }
 
     /// The events that led to a violation that has just been found.
-    pub(super) fn episode(&self, property: usize, decided: Event) -> Episode {
-        Episode { property, decided, events: self.events.iter().cloned().collect() }
+    pub(super) fn episode(&self, property: usize, decided: Event, position: Option<Point>) -> Episode {
+        Episode { property, decided, position, events: self.events.iter().cloned().collect() }
     }
 }
 

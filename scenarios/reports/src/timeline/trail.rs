@@ -102,13 +102,6 @@ impl Trail {
         }
         stages
     }
-
-    /// Where the robot was at a time, to within a few centimeters.
-    #[must_use]
-    pub fn position(&self, time: Duration) -> Option<Point> {
-        let points = self.stages.iter().flat_map(|stage| &stage.points).chain(&self.here);
-        points.take_while(|(at, _)| *at <= time).last().map(|(_, point)| *point)
-    }
 }
 
 #[cfg(test)]
@@ -137,7 +130,5 @@ mod tests {
         assert_eq!(found, [("Go", at(0), at(4000)), ("Wait", at(4000), at(10_000))]);
         assert!((stages[0].distance_m() - 2.0).abs() < 1e-9);
         assert!(stages[1].distance_m() < 0.02);
-        let halfway = trail.position(at(2000)).expect("there is a way");
-        assert!((halfway.x - 1.0).abs() < 0.1, "{halfway}");
     }
 }

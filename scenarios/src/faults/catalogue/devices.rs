@@ -47,7 +47,7 @@ pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
 pub(super) const BOX_DROPPED: FaultKind = FaultKind {
     name: "box_dropped",
     subsystem: Subsystem::Devices,
-    about: "the box on a tray falls off behind the robot, and the tray does not detect it",
+    about: "the box on a tray falls off behind the robot, and the tray finds out when it is to put it down",
     parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
     momentary: true,
     example: "at_s = 10\ncomponent = \"Tray\"",
