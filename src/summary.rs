@@ -47,12 +47,7 @@ fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
         }
     }
     writeln!(text)?;
-    let unsaid = |monitor: &&MonitorReport| monitor.verdict == Outcome::Violated && monitor.expected.is_none();
-    let unsaid: Vec<&str> = report.monitors.iter().filter(unsaid).map(|monitor| &*monitor.name).collect();
-    if !report.expectations.is_empty() && !unsaid.is_empty() {
-        writeln!(text, "  ! violated, and the scenario does not say what it expects: {}", unsaid.join(", "))?;
-    }
-    report.differences.iter().try_for_each(|difference| writeln!(text, "  ! {difference}"))
+    report.unsaid_in_words().iter().chain(&report.differences).try_for_each(|words| writeln!(text, "  ! {words}"))
 }
 
 fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result {

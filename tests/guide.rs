@@ -65,7 +65,7 @@ fn the_guide_has_skills_components_and_properties_of_its_own() {
     let names = |kind: Kind| kind.names().filter(|name| name.starts_with("guide/")).count();
     assert!((names(Kind::Skill), names(Kind::Properties)) >= (9, 8));
     let scenario = include_str!("../scenarios/guide.toml");
-    assert!(scenario.matches("[components.").count() >= 5);
+    assert!(scenario.matches("[components.").count() >= 5 && scenario.matches("[leaves.").count() >= 4);
     assert!(faulty().len() >= 12);
 }
 

@@ -207,6 +207,7 @@ fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
         "unknown leaf `GoToDok`",
         "did you mean `GoToDock`?",
         "no leaf uses the entry of the ID `Do`",
+        "each leaf with this ID has an entry of its own",
         "cannot read the machine skills/Nowhere.scxml",
         "unknown datum of skills/WaitForUser.scxml `patience`",
     ] {

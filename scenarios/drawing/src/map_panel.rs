@@ -103,13 +103,16 @@ impl MapDrawing<'_> {
         self.lines();
         self.bodies();
         self.places();
-        self.faults();
-        if self.one_of_many {
-            // Labels do not move aside for the robot.
-            self.write_labels();
+        if !self.one_of_many {
+            self.robot();
         }
-        self.robot();
+        self.faults();
         self.violations();
+        if self.one_of_many {
+            // Signs and labels do not move aside for the robot.
+            self.write_labels();
+            self.robot();
+        }
         self.write_labels();
         self.speeches();
     }
@@ -214,7 +217,7 @@ impl MapDrawing<'_> {
         self.label(spot, RADIUS + 11.0, &station.label, theme::GOOD);
     }
 
-    /// Marks where faults took effect.
+    /// Marks where faults took effect, beside the robot if it is drawn there.
     pub fn faults(&mut self) {
         let mut marked: Vec<Spot> = Vec::new();
         for Mark { position, label } in &self.scene.faults {
@@ -228,7 +231,7 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// Marks where properties were violated, beside the robot if it is still there.
+    /// Marks where properties were violated, beside the robot if it is drawn there.
     pub fn violations(&mut self) {
         for Mark { position, label } in &self.scene.violations {
             if let Some(spot) = self.view.spot(*position) {
@@ -479,13 +482,16 @@ fn body_sign(canvas: &mut Canvas, at: Spot) {
 }
 
 fn fault_sign(canvas: &mut Canvas, at: Spot) {
-    canvas.circle(at, BADGE, Paint::fill(theme::BAD));
-    Icon::Alert.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
+    badge_sign(canvas, at, Icon::Alert);
 }
 
 fn violation_sign(canvas: &mut Canvas, at: Spot) {
+    badge_sign(canvas, at, Icon::Cross);
+}
+
+fn badge_sign(canvas: &mut Canvas, at: Spot, icon: Icon) {
     canvas.circle(at, BADGE, Paint::fill(theme::BAD));
-    Icon::Cross.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
+    icon.draw(canvas, at, 1.5 * BADGE, theme::PAPER);
 }
 
 fn path_sign(canvas: &mut Canvas, (x, y): Spot) {

@@ -91,7 +91,7 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
     let before = html! {
         (head(view, report))
         // A recording has no expectations.
-        @if !recorded { (verdicts::outcome(view, report)) }
+        @if !recorded { (verdicts::outcome(report)) }
     };
     let stories = violations::stories(view, timeline);
     let between = html! {

@@ -10,8 +10,8 @@ use super::words;
 use crate::report::Report;
 
 /// If there are more stages than this, the table has only this many of the first and the last ones.
-const MOST_STAGES: usize = 200;
-const FIRST_STAGES: usize = 160;
+const MOST_STAGES: usize = 40;
+const FIRST_STAGES: usize = 32;
 /// If there are more stages than this, the table is folded: the timeline shows them, too.
 const FEW_STAGES: usize = 10;
 
@@ -121,6 +121,6 @@ pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
     let table = table("stages", head, &html! { @for line in lines { (line) } });
     html! {
         @if activities.len() <= FEW_STAGES { (table) }
-        @else { details.again { summary { "The stages of the run: " (activities.len()) } (table) } }
+        @else { details { summary { "The stages of the run: " (activities.len()) } (table) } }
     }
 }

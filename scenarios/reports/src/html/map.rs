@@ -50,8 +50,8 @@ pub(super) fn draw(scene: &Scene, activities: &[Activity], layout: Layout) -> Dr
         way(&mut drawing, &view, activities);
         drawing.bodies();
         drawing.places();
-        drawing.faults();
         drawing.robot();
+        drawing.faults();
         drawing.violations();
         drawing.write_labels();
         numbers(&mut drawing, &view, activities, layout);

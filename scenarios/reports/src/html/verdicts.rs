@@ -15,14 +15,14 @@ use crate::timeline::Timeline;
 const SHOWN: usize = 20;
 
 /// Whether the run was as expected: first what was not.
-pub(super) fn outcome(view: &RunView, report: &Report) -> Markup {
+pub(super) fn outcome(report: &Report) -> Markup {
     let (class, verdict) = match report.outcome {
         OutcomeReport::AsExpected => ("", None),
         OutcomeReport::NotAsExpected => ("bad", Some(Verdict::Violated)),
         OutcomeReport::Interrupted => ("", Some(Verdict::Inconclusive)),
     };
     let met = report.expectations.iter().filter(|expectation| expectation.difference.is_none());
-    let met = expected_verdicts(view, report).into_iter().chain(met.filter_map(|expectation| expectation.met.clone()));
+    let met = expected_verdicts(report).into_iter().chain(met.filter_map(|expectation| expectation.met.clone()));
     let met: Vec<String> = met.collect();
     html! {
         div.outcome.(class) {
@@ -40,17 +40,16 @@ pub(super) fn outcome(view: &RunView, report: &Report) -> Markup {
                         @if !met.is_empty() { "As expected: " (text(&met.join("; "))) "." }
                     }
                 }
+                @if let Some(unsaid) = report.unsaid_in_words() { p.note.bad { (text(&words::sentence(&unsaid))) } }
             }
         }
     }
 }
 
 /// The properties that are as expected, in words: those that are satisfied together, the others by their names.
-fn expected_verdicts(view: &RunView, report: &Report) -> Vec<String> {
+fn expected_verdicts(report: &Report) -> Vec<String> {
     let of = |outcome: Outcome| {
-        let expected = move |monitor: &&MonitorReport| {
-            monitor.verdict == outcome && view.header().expected.of(&monitor.name) == Some(outcome)
-        };
+        let expected = move |monitor: &&MonitorReport| monitor.verdict == outcome && monitor.expected == Some(outcome);
         let names: Vec<&str> = report.monitors.iter().filter(expected).map(|monitor| monitor.name.as_str()).collect();
         match names.len() {
             0 => None,
@@ -100,7 +99,7 @@ fn line(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
                 @if let Some(words) = how_often { span.note { (words) } }
                 @if result.unsure.is_some() { span.note.bad { "unsure" } }
                 @if result.unheard.is_some() { span.note.bad { "not told" } }
-                @match view.header().expected.of(monitor.name()) {
+                @match result.expected {
                     None => {}
                     Some(outcome) if outcome == result.verdict => span.note { "as expected" }
                     Some(outcome) => span.note.bad { "expected to be " (outcome) }

@@ -25,7 +25,7 @@ pub(super) fn section(stories: &[Story], picture: impl Fn(&Story) -> Markup) -> 
                 (story.facts)
                 div.beside { div { (story.words) } (picture(story)) }
                 // The first thing to read about several violations is which ones.
-                details.again open[stories.len() == 1] { summary { "The messages that led to it" } (story.messages) }
+                details open[stories.len() == 1] { summary { "The messages that led to it" } (story.messages) }
             }
         }
     };
