@@ -59,7 +59,7 @@ impl Vocabulary {
     /// What the events of a part remember when it is checked.
     pub(crate) fn remembered(&self, part: &LiteralSet) -> Vec<Remembered> {
         let events = part.iter().filter_map(|literal| match literal {
-            Literal::Event { event, .. } => Some(self.get(*event)),
+            Literal::Event { event, .. } | Literal::Fresh { event, .. } => Some(self.get(*event)),
             _ => None,
         });
         let mut remembered: Vec<Remembered> = events.flat_map(remembered_by).collect();
@@ -71,9 +71,10 @@ impl Vocabulary {
     /// The names that a literal compares with and that are remembered outside it.
     pub(crate) fn free(&self, literal: &Literal) -> Vec<Arc<str>> {
         let mut free = match literal {
-            Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
-                self.names(*event)
-            }
+            Literal::Event { event, .. }
+            | Literal::Fresh { event, .. }
+            | Literal::Time { event, .. }
+            | Literal::Count { event, .. } => self.names(*event),
             operator => operator.forms().into_iter().flatten().flat_map(|part| self.free_of(part)).collect(),
         };
         free.sort();
@@ -91,7 +92,7 @@ impl Vocabulary {
     /// Whether bits are not enough for a literal about the past, because it compares or remembers values.
     pub(crate) fn looks_back_at_values(&self, literal: &Literal) -> bool {
         match literal {
-            Literal::Event { event, .. } | Literal::Count { event, .. } => {
+            Literal::Event { event, .. } | Literal::Fresh { event, .. } | Literal::Count { event, .. } => {
                 !self.names(*event).is_empty() || !remembered_by(self.get(*event)).is_empty()
             }
             operator => {
@@ -205,6 +206,8 @@ impl Bound {
 pub(crate) enum Literal {
     /// The event's last message satisfies it (or does not).
     Event { event: EventId, holds: bool },
+    /// The message of this state satisfies the event (or there is none, or it does not).
+    Fresh { event: EventId, holds: bool },
     /// The event occurs within the bound (or does not).
     Time { event: EventId, bound: Bound, holds: bool },
     /// At the next state with a message on one of its own channels, the clauses hold. `strong` requires that there is
@@ -228,7 +231,7 @@ impl Literal {
     /// The forms that make up an operator.
     pub(crate) fn forms(&self) -> Vec<&Form> {
         match self {
-            Self::Event { .. } | Self::Time { .. } | Self::Count { .. } => Vec::new(),
+            Self::Event { .. } | Self::Fresh { .. } | Self::Time { .. } | Self::Count { .. } => Vec::new(),
             Self::Next { clauses, .. } | Self::Previous { clauses, .. } => vec![clauses],
             Self::Until { hold: one, goal: other }
             | Self::Release { escape: one, hold: other }
@@ -236,11 +239,15 @@ impl Literal {
         }
     }
 
-    /// A literal about the past without its negation, and whether it must hold; `None` for other literals.
+    /// A literal about what has been without its negation, and whether it must hold; `None` for other literals.
+    /// Whether a message is fresh depends on more than the last messages, as the past does.
     pub(crate) fn past(&self) -> Option<(Self, bool)> {
         let mut positive = self.clone();
         match &mut positive {
-            Self::Since { holds, .. } | Self::Previous { holds, .. } | Self::Count { holds, .. } => {
+            Self::Since { holds, .. }
+            | Self::Previous { holds, .. }
+            | Self::Count { holds, .. }
+            | Self::Fresh { holds, .. } => {
                 let held = std::mem::replace(holds, true);
                 Some((positive, held))
             }
@@ -288,7 +295,10 @@ pub(crate) fn normal_form(formula: &Formula) -> Result<(Form, Vocabulary), Formu
 fn events(form: &Form, all: &mut BTreeSet<EventId>) {
     for literal in form.iter().flatten() {
         match literal {
-            Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
+            Literal::Event { event, .. }
+            | Literal::Fresh { event, .. }
+            | Literal::Time { event, .. }
+            | Literal::Count { event, .. } => {
                 all.insert(*event);
             }
             operator => operator.forms().into_iter().for_each(|form| events(form, all)),
@@ -313,6 +323,7 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         Formula::True => Ok(constant(holds, shape)),
         Formula::False => Ok(constant(!holds, shape)),
         Formula::Event(event) => Ok(single(Literal::Event { event: words.id(event), holds })),
+        Formula::Fresh(event) => Ok(single(Literal::Fresh { event: words.id(event), holds })),
         Formula::TimeUntil { event, bound } => {
             Ok(single(Literal::Time { event: words.id(event), bound: *bound, holds }))
         }
@@ -423,7 +434,7 @@ impl Trigger {
     /// tick, and at messages on the channels of their literals about the past.
     pub(crate) fn of<'a>(parts: impl Iterator<Item = &'a LiteralSet> + Clone, words: &Vocabulary) -> Self {
         let own = parts.clone().flatten().filter_map(|literal| match literal {
-            Literal::Event { event, .. } => Some(words.get(*event).channel),
+            Literal::Event { event, .. } | Literal::Fresh { event, .. } => Some(words.get(*event).channel),
             _ => None,
         });
         let own: BTreeSet<ChannelId> = own.collect();
@@ -476,7 +487,10 @@ pub(crate) fn is_prompt(form: &Form) -> bool {
 
 fn all_channels(literal: &Literal, words: &Vocabulary, channels: &mut BTreeSet<ChannelId>) {
     match literal {
-        Literal::Event { event, .. } | Literal::Time { event, .. } | Literal::Count { event, .. } => {
+        Literal::Event { event, .. }
+        | Literal::Fresh { event, .. }
+        | Literal::Time { event, .. }
+        | Literal::Count { event, .. } => {
             channels.insert(words.get(*event).channel);
         }
         _ => literal.forms().into_iter().flatten().flatten().for_each(|inside| all_channels(inside, words, channels)),

@@ -325,6 +325,7 @@ impl Formula {
         match self {
             Self::True | Self::False => self.clone(),
             Self::Event(event) => Self::Event(event.instantiated(values)),
+            Self::Fresh(event) => Self::Fresh(event.instantiated(values)),
             Self::TimeUntil { event, bound } => Self::TimeUntil { event: event.instantiated(values), bound: *bound },
             Self::Count { event, is_at_most, count, bound } => {
                 Self::Count { event: event.instantiated(values), is_at_most: *is_at_most, count: *count, bound: *bound }

@@ -58,9 +58,9 @@ pub(crate) fn denied(clause: &LiteralSet) -> Vec<&Literal> {
 /// The events and past formulas that would answer the clause.
 pub(crate) fn answers(clause: &LiteralSet, words: &Vocabulary, topology: &Topology) -> Vec<String> {
     let answers = split(clause, true).1.into_iter().filter_map(|wanted| match wanted {
-        Literal::Event { event: id, holds: true } | Literal::Time { event: id, holds: true, .. } => {
-            Some(event(words.get(*id), topology))
-        }
+        Literal::Event { event: id, holds: true }
+        | Literal::Fresh { event: id, holds: true }
+        | Literal::Time { event: id, holds: true, .. } => Some(event(words.get(*id), topology)),
         past => past.past().map(|_| text(literal(past, true, words), words, topology)),
     });
     answers.collect()
@@ -70,7 +70,9 @@ pub(crate) fn answers(clause: &LiteralSet, words: &Vocabulary, topology: &Topolo
 /// better as they are, unless the clause has no other antecedent.
 fn split(clause: &LiteralSet, holds: bool) -> (Vec<&Literal>, Vec<&Literal>) {
     let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = clause.iter().partition(|literal| match literal {
-        Literal::Event { holds: polarity, .. } | Literal::Previous { holds: polarity, .. } => *polarity != holds,
+        Literal::Event { holds: polarity, .. }
+        | Literal::Fresh { holds: polarity, .. }
+        | Literal::Previous { holds: polarity, .. } => *polarity != holds,
         Literal::Since { hold, holds: polarity, .. } => *polarity != holds && !hold.is_empty(),
         _ => false,
     });
@@ -119,6 +121,9 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
     match literal {
         Literal::Event { event, holds: polarity } => {
             unless(*polarity != holds, Formula::Event(words.get(*event).clone()))
+        }
+        Literal::Fresh { event, holds: polarity } => {
+            unless(*polarity != holds, Formula::Fresh(words.get(*event).clone()))
         }
         Literal::Time { event, bound, holds: polarity } => {
             let event = words.get(*event).clone();

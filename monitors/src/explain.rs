@@ -37,6 +37,14 @@ fn capitalised(mut text: String) -> String {
     text
 }
 
+/// Whether the antecedent is an event that still holds where messages on other channels are judged.
+fn outlasts(antecedent: &Formula, consequence: &Formula) -> bool {
+    let Formula::Event(event) = antecedent else { return false };
+    let mut own = Vec::new();
+    consequence.own_events(&mut |judged| own.push(judged.channel));
+    own.into_iter().any(|channel| channel != event.channel)
+}
+
 struct Explainer<'a> {
     topology: &'a Topology,
     is_timed: bool,
@@ -47,7 +55,8 @@ impl Explainer<'_> {
         match formula {
             Formula::Always(body) => match &**body {
                 Formula::Implies(antecedent, consequence) => {
-                    format!("whenever {}, then {}", self.clause(antecedent), self.clause(consequence))
+                    let lasts = if outlasts(antecedent, consequence) { ", and until its next message" } else { "" };
+                    format!("whenever {}{lasts}, then {}", self.clause(antecedent), self.clause(consequence))
                 }
                 Formula::Event(event) => self.every_message(event),
                 Formula::Not(inside) if let Formula::Event(event) = &**inside => self.never(event),
@@ -88,6 +97,7 @@ impl Explainer<'_> {
             Formula::True => "nothing is required".to_owned(),
             Formula::False => "this is impossible".to_owned(),
             Formula::Event(event) => self.statement("tells", "something", event),
+            Formula::Fresh(event) => self.statement("has just told", "something", event),
             Formula::TimeUntil { event, bound } => {
                 format!("{}, {}", self.time(*bound), self.statement("tells", "something", event))
             }
@@ -136,6 +146,7 @@ impl Explainer<'_> {
                 format!("it does not happen {time} that {}", self.statement("tells", "something", event))
             }
             Formula::Event(event) => self.statement("does not tell", "anything", event),
+            Formula::Fresh(event) => self.statement("has not just told", "anything", event),
             inside => format!("it is not the case that {}", self.rest(inside)),
         }
     }
@@ -163,10 +174,12 @@ impl Explainer<'_> {
     /// A formula inside another one.
     fn inside(&self, formula: &Formula) -> String {
         let is_one = match formula {
-            Formula::True | Formula::False | Formula::Event(_) | Formula::TimeUntil { .. } => true,
-            Formula::Not(inside) => matches!(**inside, Formula::TimeUntil { .. } | Formula::Event(_)),
+            Formula::True | Formula::False | Formula::Event(_) | Formula::Fresh(_) | Formula::TimeUntil { .. } => true,
+            Formula::Not(inside) => {
+                matches!(**inside, Formula::TimeUntil { .. } | Formula::Event(_) | Formula::Fresh(_))
+            }
             Formula::And(parts) | Formula::Or(parts) => {
-                matches!(&parts[..], [part] if matches!(part, Formula::Event(_)))
+                matches!(&parts[..], [part] if matches!(part, Formula::Event(_) | Formula::Fresh(_)))
             }
             _ => false,
         };

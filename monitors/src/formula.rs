@@ -16,6 +16,8 @@ pub enum Formula {
     False,
     /// The last message on the channel satisfies the condition.
     Event(EventAtom),
+    /// This state is a message on the channel, and it satisfies the condition.
+    Fresh(EventAtom),
     /// `time_until (event) ⋈ θ`: a message that satisfies the event passes at some j ≥ i with τj − τi within the bound.
     TimeUntil {
         /// The event.
@@ -442,7 +444,7 @@ impl Formula {
     /// Whether the formula has no operators that look ahead or back.
     fn is_of_the_present(&self) -> bool {
         match self {
-            Self::Event(_) => true,
+            Self::Event(_) | Self::Fresh(_) => true,
             Self::Not(_) | Self::And(_) | Self::Or(_) | Self::Implies(..) => {
                 self.operands().into_iter().all(Self::is_of_the_present)
             }
@@ -453,7 +455,7 @@ impl Formula {
     /// Whether the formula (or its negation, unless `holds`) demands nothing unbounded.
     fn is_bounded(&self, holds: bool) -> bool {
         match self {
-            Self::True | Self::False | Self::Event(_) => true,
+            Self::True | Self::False | Self::Event(_) | Self::Fresh(_) => true,
             Self::Once(..) | Self::Historically(..) | Self::Previous(..) | Self::Since(..) | Self::Count { .. } => true,
             Self::TimeUntil { bound, .. } => {
                 !holds || matches!(bound.relation, Relation::Less | Relation::LessOrEqual | Relation::Equal)
@@ -485,7 +487,12 @@ impl Formula {
     #[must_use]
     pub fn operands(&self) -> Vec<&Self> {
         match self {
-            Self::True | Self::False | Self::Event(_) | Self::TimeUntil { .. } | Self::Count { .. } => Vec::new(),
+            Self::True
+            | Self::False
+            | Self::Event(_)
+            | Self::Fresh(_)
+            | Self::TimeUntil { .. }
+            | Self::Count { .. } => Vec::new(),
             Self::Not(a) | Self::Next(a) | Self::Always(a) | Self::Eventually(a) | Self::Timed(a) => vec![a],
             Self::Once(_, a) | Self::Historically(_, a) | Self::Previous(_, a) => vec![a],
             Self::Implies(a, b) | Self::Until(a, b) | Self::Since(_, a, b) => vec![a, b],
@@ -493,10 +500,24 @@ impl Formula {
         }
     }
 
+    /// Calls `visit` with each event that is judged where the formula itself is: outside operators that look ahead or
+    /// back.
+    pub(crate) fn own_events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
+        match self {
+            Self::Event(event) | Self::Fresh(event) => visit(event),
+            Self::Not(_) | Self::And(_) | Self::Or(_) | Self::Implies(..) => {
+                self.operands().into_iter().for_each(|operand| operand.own_events(visit));
+            }
+            _ => {}
+        }
+    }
+
     /// Calls `visit` with each event, including those inside `time_until`.
     pub fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
         match self {
-            Self::Event(event) | Self::TimeUntil { event, .. } | Self::Count { event, .. } => visit(event),
+            Self::Event(event) | Self::Fresh(event) | Self::TimeUntil { event, .. } | Self::Count { event, .. } => {
+                visit(event)
+            }
             _ => self.operands().into_iter().for_each(|operand| operand.events(visit)),
         }
     }

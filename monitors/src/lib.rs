@@ -51,6 +51,9 @@
 //! messages the condition can be about: the last message on *one* of them satisfies c. `becomes α` is `α and not
 //! previous α`.
 //!
+//! `fresh (p, q, c)` holds at i if state i *is* a message that q receives from p, and it satisfies c. It is an own atom
+//! (see below), as the event is.
+//!
 //! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
 //! τj − τi ⋈ θ. It refers to any such message, not only to the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in
 //! TPTL. It is an atom for any bound: `time_until (e) < 0` is never true, but the part that contains it is checked as
@@ -58,8 +61,8 @@
 //!
 //! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` become clauses (an
 //! `and` of `or`s), the operand of `eventually` and the right of `until` become products (an `or` of `and`s). A part
-//! that contains another part is dropped. A part's *own* atoms are its events outside any further temporal operator or
-//! `time_until`; its own channels are the channels of these events.
+//! that contains another part is dropped. A part's *own* atoms are its events, fresh or not, outside any further temporal operator
+//! or `time_until`; its own channels are the channels of these events.
 //!
 //! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message. A part
 //! without own atoms is checked at every tick, and at the messages on the channels of its literals about the past.

@@ -169,6 +169,7 @@ fn delay(definition: &Definition, monitor: &ScopeMonitor) -> Option<Problem> {
 fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     match &constraint.kind {
         ConstraintKind::Event(event)
+        | ConstraintKind::Fresh(event)
         | ConstraintKind::TimeUntil { event, .. }
         | ConstraintKind::Count { event, .. } => spans.push(event.span),
         _ => constraint.operands().into_iter().for_each(|operand| events(operand, spans)),

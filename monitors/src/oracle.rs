@@ -107,6 +107,7 @@ impl Oracle<'_> {
     fn literal(&self, literal: &Literal, i: usize, values: &Values) -> bool {
         match literal {
             Literal::Event { event, holds } => self.last_satisfies(self.words.get(*event), i, values) == *holds,
+            Literal::Fresh { event, holds } => self.passes(self.words.get(*event), i, values) == *holds,
             Literal::Time { event, bound, holds } => {
                 let event = self.words.get(*event);
                 (0..self.states.len()).any(|j| self.passes(event, j, values) && self.in_time(*bound, i, j)) == *holds
@@ -205,7 +206,7 @@ impl Oracle<'_> {
 
     /// The message that passes on a channel at state j.
     fn message(&self, channel: ChannelId, j: usize) -> Option<&Message> {
-        match self.states[j].kind {
+        match self.states.get(j)?.kind {
             EventKind::Received { channel: on, message } if *on == channel => Some(message),
             _ => None,
         }

@@ -172,6 +172,10 @@ impl<'a> Resolver<'a> {
                 self.is_asked(inside, event.span);
                 one_of(self.events(event)?, Formula::Event)
             }
+            ConstraintKind::Fresh(event) => {
+                self.is_asked(inside, event.span);
+                one_of(self.events(event)?, Formula::Fresh)
+            }
             ConstraintKind::TimeUntil { event, relation, bound } => self.awaited(event, *relation, bound)?,
         })
     }
@@ -316,7 +320,7 @@ fn looks_ahead(kind: &ConstraintKind) -> Option<&'static str> {
 
 /// Calls `visit` with each name that a constraint gives to a value.
 fn remembered_in(constraint: &Constraint, visit: &mut impl FnMut(&Name)) {
-    if let ConstraintKind::Event(event) = &constraint.kind {
+    if let ConstraintKind::Event(event) | ConstraintKind::Fresh(event) = &constraint.kind {
         event.condition.remembered().into_iter().for_each(&mut *visit);
     }
     constraint.operands().into_iter().for_each(|operand| remembered_in(operand, visit));

@@ -61,6 +61,7 @@ fn constraint(formula: &Formula, topology: &Topology, is_timed: bool) -> Constra
         },
         Formula::Or(parts) => ConstraintKind::Or(list(parts)),
         Formula::Event(event) => ConstraintKind::Event(event.named(topology)),
+        Formula::Fresh(event) => ConstraintKind::Fresh(event.named(topology)),
         Formula::TimeUntil { event, bound } => {
             let (event, relation) = (event.named(topology), bound.relation);
             ConstraintKind::TimeUntil { event, relation, bound: length(bound) }

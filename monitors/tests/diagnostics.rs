@@ -78,7 +78,7 @@ fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
 
 #[test]
 fn operators_of_other_logics_are_refused_with_a_suggestion() {
-    const FIRST: &str = "not, next, always, eventually, once, historically, previous, becomes, true, false";
+    const FIRST: &str = "not, next, always, eventually, once, historically, previous, becomes, fresh, true";
     let q = "(BatteryReader, BatteryLevel, true)";
     let reported = |formula: &str| problems_of(&format!("property p := {formula}")).1;
     assert!(reported(&format!("sometime {q}")).contains(FIRST));
@@ -104,6 +104,8 @@ property h := always at most 3 (BatteryReader, BatteryLevel, true) within 10
 property i := always at 3 (BatteryReader, BatteryLevel, true) in 10
 property j := always at most 3 BatteryReader in 10
 property k := always ((BatteryReader, BatteryLevel, true) since[< 3] time_until (BatteryReader, BatteryLevel, true) < 2)
+property l := always fresh not (BatteryReader, BatteryLevel, true)
+property m := fresh (BatteryReader, BatteryLevel, true)
 "#;
     insta::assert_snapshot!(problems_of(text).1);
 }

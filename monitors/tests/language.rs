@@ -140,6 +140,7 @@ fn constraint() -> impl Strategy<Value = Constraint> {
     };
     let leaf = prop_oneof![
         4 => event().prop_map(ConstraintKind::Event),
+        1 => event().prop_map(ConstraintKind::Fresh),
         1 => count,
         3 => timed,
         1 => Just(ConstraintKind::True),

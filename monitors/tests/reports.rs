@@ -493,6 +493,7 @@ fn properties_with_different_meanings_read_differently() {
 
 #[test]
 fn properties_read_as_english() {
+    let [low, idle] = ["(BatteryReader, BatteryLevel, level < 20)", "(Navigation, GoToDestination, m[2] = <idle>)"];
     let formulas = [
         ("phi1", Watch::shipped("phi1")),
         ("phi2", Watch::shipped("phi2")),
@@ -502,6 +503,9 @@ fn properties_read_as_english() {
                 "always ((BatteryReader, BatteryLevel, level < 20) implies not time_until (GoToDestination, Navigation, true) <= 3)",
             ),
         ),
+        ("fresh", Watch::new(&format!("always (fresh {low} implies not fresh {idle} or {idle})"))),
+        ("lasting", Watch::new(&format!("always ({low} implies {idle})"))),
+        ("edge", Watch::new(&format!("always (becomes fresh {low} implies next {idle})"))),
         (
             "other",
             Watch::new(

@@ -112,6 +112,20 @@ fn a_clause_of_two_channels_is_checked_at_messages_on_either() {
 }
 
 #[test]
+fn a_fresh_event_is_a_message_and_not_what_was_last_said() {
+    let fresh = |name| Formula::Fresh(atom(name));
+    let implied = fresh("a").implies(is("b")).always();
+    check(&implied, &["", "a- b-", "b- b+ a+", "b+ a+ b-", "b+ a+ t b- a-"], &["a+", "a+ b+", "b+ a+ b- a+"]);
+    // Alone, it is checked where the event is.
+    check(&fresh("a").always(), &["", "t a+ t b- a+"], &["a-", "a+ a-"]);
+    check(&next(fresh("a")), &["t a+", "a- b+ a+"], &["", "a+", "t a-"]);
+    check(&eventually(and(fresh("a"), is("b"))), &["b+ a+", "a+ b+ a+"], &["a+ b+", "b+ a-"]);
+    check(&until(fresh("a"), is("b")), &["a+ b+", "b+"], &["a- b+", "a+"]);
+    check(&is("b").implies(once(Bound::NONE, fresh("a"))).always(), &["a+ a- b+"], &["b+ a+", "a- b+"]);
+    check(&fresh("a").negated().always(), &["a- b+", ""], &["b+ a+"]);
+}
+
+#[test]
 fn a_part_without_atoms_of_its_own_is_checked_at_ticks() {
     check(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
     check(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);

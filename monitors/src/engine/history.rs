@@ -139,6 +139,7 @@ impl Data {
                 let last = self.moments[i].message(event.channel);
                 last.is_some_and(|message| event.condition.holds_with(message, values)) == *holds
             }
+            Literal::Fresh { event, holds } => self.passes_at(*event, values, i, known) == *holds,
             Literal::Since { hold, goal, bound, holds } => {
                 let kept = |k: usize| self.asked(hold, k, known).all(|part| self.clause(part, values, k, known));
                 let begun = |j: usize| self.asked(goal, j, known).any(|part| self.product(part, values, j, known));

@@ -82,6 +82,7 @@ enum PastOperator {
     Since { hold: Vec<Asked>, goal: Vec<Asked> },
     Previous { trigger: LetterTrigger, clauses: Vec<Bits> },
     Count { event: u64, count: usize },
+    Fresh { event: u64 },
 }
 
 #[derive(Clone, Debug)]
@@ -230,6 +231,9 @@ impl Past {
 
     fn operator(&mut self, literal: &Literal, words: &Vocabulary, alphabet: &Alphabet) -> Option<Operator> {
         let (kind, bound) = match literal {
+            Literal::Fresh { event, .. } => {
+                return Some(Operator { kind: PastOperator::Fresh { event: 1 << event.0 }, windows: Vec::new() });
+            }
             Literal::Since { hold, goal, bound, .. } => {
                 let [hold, goal] = [hold, goal].map(|form| self.asked(form, words, alphabet));
                 (PastOperator::Since { hold, goal }, *bound)
@@ -314,6 +318,7 @@ impl Operator {
                 }
                 (ages.iter().map(Vec::len).sum::<usize>() >= *count, passes)
             }
+            PastOperator::Fresh { event } => (letter.satisfied & event != 0, letter.satisfied & event != 0),
         }
     }
 }

@@ -101,6 +101,8 @@ pub enum ConstraintKind {
     False,
     /// `(source, dest, condition)`
     Event(Event),
+    /// `fresh (source, dest, condition)`
+    Fresh(Event),
     /// `time_until (event) ⋈ bound`
     TimeUntil {
         /// The event that is awaited.
@@ -174,6 +176,7 @@ impl Constraint {
     /// Calls `visit` with each event in it.
     pub fn events<'f>(&'f self, visit: &mut dyn FnMut(&'f Event)) {
         if let ConstraintKind::Event(event)
+        | ConstraintKind::Fresh(event)
         | ConstraintKind::TimeUntil { event, .. }
         | ConstraintKind::Count { event, .. } = &self.kind
         {
@@ -189,6 +192,7 @@ impl Constraint {
             ConstraintKind::True
             | ConstraintKind::False
             | ConstraintKind::Event(_)
+            | ConstraintKind::Fresh(_)
             | ConstraintKind::TimeUntil { .. }
             | ConstraintKind::Count { .. }
             | ConstraintKind::Unreadable => Vec::new(),

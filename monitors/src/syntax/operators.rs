@@ -118,6 +118,12 @@ pub const OPERATORS: &[Operator] = &[
         "always (becomes E implies F)",
     ),
     word(
+        "fresh",
+        "",
+        "The message that passes now satisfies the event. An event by itself holds until the next message on its channel.",
+        "always (fresh E implies F)",
+    ),
+    word(
         "since",
         "",
         "The second holds now or held earlier, and the first has held ever since.",

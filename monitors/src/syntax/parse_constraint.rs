@@ -9,7 +9,7 @@ use super::token::{Keyword, TokenKind};
 use crate::formula::Arithmetic;
 
 /// The keywords that can begin a constraint.
-const PREFIXES: [&str; 11] = [
+const PREFIXES: [&str; 12] = [
     "not",
     "next",
     "always",
@@ -18,6 +18,7 @@ const PREFIXES: [&str; 11] = [
     "historically",
     "previous",
     "becomes",
+    "fresh",
     "true",
     "false",
     "time_until",
@@ -26,6 +27,7 @@ const EVENT: &str = "an event is written `(sender, receiver, condition)`; `*` st
 const TIME_UNTIL: &str = "a deadline is written `time_until (sender, receiver, condition) < 10`";
 /// `*`, in the place of a process.
 const ANY: TokenKind = TokenKind::Arithmetic(Arithmetic::Multiply);
+const FRESH: &str = "`fresh` is about one message: `fresh (sender, receiver, condition)`";
 const AGO: &str = "how long ago is written `[<= 10]` or `[<= 5 s]`";
 const COUNT: &str = "a number of messages is written `at most 3 (sender, receiver, condition) in 10 s`";
 
@@ -117,6 +119,7 @@ impl Parser {
             TokenKind::Keyword(Keyword::False) => ConstraintKind::False,
             TokenKind::Keyword(Keyword::TimeUntil) => return self.time_until(),
             TokenKind::Keyword(Keyword::At) => return self.count(),
+            TokenKind::Keyword(Keyword::Fresh) => return self.fresh(),
             TokenKind::Open => {
                 if !self.at_event() {
                     return self.parenthesised();
@@ -205,6 +208,17 @@ impl Parser {
     fn party(&mut self, what: &str) -> ParseResult<Party> {
         let span = self.span();
         if self.take(&ANY) { Ok(Party::Any(span)) } else { self.name(what, EVENT).map(Party::Named) }
+    }
+
+    /// `fresh (event)`.
+    fn fresh(&mut self) -> ParseResult<Constraint> {
+        let start = self.span();
+        self.advance();
+        if *self.peek() != TokenKind::Open || !self.at_event() {
+            return Err(self.expected("an event", FRESH));
+        }
+        let kind = self.event().map_or(ConstraintKind::Unreadable, ConstraintKind::Fresh);
+        Ok(Constraint { kind, span: start.to(self.last_span()) })
     }
 
     /// `at most n (event) in bound`, or `at least`.

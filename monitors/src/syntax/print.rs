@@ -94,6 +94,7 @@ impl Display for Constraint {
             ConstraintKind::True | ConstraintKind::Unreadable => f.write_str("true"),
             ConstraintKind::False => f.write_str("false"),
             ConstraintKind::Event(event) => event.fmt(f),
+            ConstraintKind::Fresh(event) => write!(f, "fresh {event}"),
             ConstraintKind::TimeUntil { event, relation, bound } => {
                 write!(f, "time_until {event} {} {bound}", ascii(*relation))
             }

@@ -60,6 +60,7 @@ pub(super) enum Keyword {
     Historically,
     Previous,
     Becomes,
+    Fresh,
     Since,
     At,
     Most,
@@ -70,7 +71,7 @@ pub(super) enum Keyword {
 }
 
 impl Keyword {
-    pub(super) const ALL: [Self; 24] = [
+    pub(super) const ALL: [Self; 25] = [
         Self::Const,
         Self::Property,
         Self::True,
@@ -88,6 +89,7 @@ impl Keyword {
         Self::Historically,
         Self::Previous,
         Self::Becomes,
+        Self::Fresh,
         Self::Since,
         Self::At,
         Self::Most,
@@ -137,6 +139,7 @@ impl Keyword {
             Self::Historically => "historically",
             Self::Previous => "previous",
             Self::Becomes => "becomes",
+            Self::Fresh => "fresh",
             Self::Since => "since",
             Self::At => "at",
             Self::Most => "most",

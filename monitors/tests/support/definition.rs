@@ -29,6 +29,7 @@ struct Words {
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Atom {
     Event(usize),
+    Fresh(usize),
     Passes(usize, Bound),
     AtLeast(u64, usize, u64),
     /// The clauses of its operand, and those of its operand's negation.
@@ -158,6 +159,7 @@ impl Words {
                 self.clauses(&either, holds)
             }
             Formula::Event(event) => single(Atom::Event(self.event(event)), holds),
+            Formula::Fresh(event) => single(Atom::Fresh(self.event(event)), holds),
             Formula::TimeUntil { event, bound } => single(Atom::Passes(self.event(event), *bound), holds),
             Formula::Count { event, is_at_most, count, bound } => {
                 let least = count + u64::from(*is_at_most);
@@ -208,7 +210,7 @@ impl Words {
     /// The channels of a part's own events.
     fn own<'a>(&self, parts: impl Iterator<Item = &'a Part>) -> BTreeSet<ChannelId> {
         let own = parts.flatten().filter_map(|(atom, _)| match atom {
-            Atom::Event(event) => Some(self.events[*event].channel),
+            Atom::Event(event) | Atom::Fresh(event) => Some(self.events[*event].channel),
             _ => None,
         });
         own.collect()
@@ -243,7 +245,7 @@ fn smallest(parts: Parts) -> Parts {
 fn visible(parts: &Parts, words: &Words, channels: &mut BTreeSet<ChannelId>) {
     for (atom, holds) in parts.iter().flatten() {
         match atom {
-            Atom::Event(event) | Atom::Passes(event, _) | Atom::AtLeast(_, event, _) => {
+            Atom::Event(event) | Atom::Fresh(event) | Atom::Passes(event, _) | Atom::AtLeast(_, event, _) => {
                 channels.insert(words.events[*event].channel);
             }
             Atom::Next(yes, no) => visible(if *holds { yes } else { no }, words, channels),
@@ -259,7 +261,7 @@ fn visible(parts: &Parts, words: &Words, channels: &mut BTreeSet<ChannelId>) {
 /// Turns of a cycle after which operators that look back, one in another, have settled.
 fn longest_look_back(parts: &Parts, unit: u64) -> u64 {
     let of = |atom: &Atom| match atom {
-        Atom::Event(_) | Atom::Passes(..) => 0,
+        Atom::Event(_) | Atom::Fresh(_) | Atom::Passes(..) => 0,
         Atom::AtLeast(count, _, ticks) => count + ticks / unit + 2,
         Atom::Next(yes, no) => longest_look_back(yes, unit).max(longest_look_back(no, unit)),
         Atom::Until(hold, goal) => longest_look_back(hold, unit).max(longest_look_back(goal, unit)),
@@ -339,7 +341,7 @@ impl Run<'_> {
     fn naming(&self, part: &Part, i: usize, names: &Names) -> Names {
         let mut names = names.clone();
         for (atom, _) in part {
-            let Atom::Event(event) = atom else { continue };
+            let (Atom::Event(event) | Atom::Fresh(event)) = atom else { continue };
             for (name, field) in &self.words.names[*event] {
                 names.remove(name);
                 let message = self.last(self.words.events[*event].channel, i);
@@ -388,6 +390,7 @@ impl Run<'_> {
                 let EventAtom { channel, condition } = &self.words.events[*event];
                 self.last(*channel, i).is_some_and(|message| satisfies(condition, message, names))
             }
+            Atom::Fresh(event) => i < self.states.len() && self.passes(*event, i, names),
             Atom::Passes(event, bound) => {
                 let mut states = self.walk(i, bound.ticks);
                 states.any(|(j, distance)| within(distance, *bound) && self.passes(*event, j, names))

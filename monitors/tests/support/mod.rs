@@ -112,7 +112,8 @@ pub(crate) fn formula_with(dice: &mut Dice, events: &[monitors::EventAtom], dept
         return looking_back(dice, events, depth);
     }
     match dice.roll(if choose.ahead { sides } else { sides.min(14) }) {
-        0..=3 => Formula::Event(dice.pick(events).clone()),
+        0..=2 => Formula::Event(dice.pick(events).clone()),
+        3 => Formula::Fresh(dice.pick(events).clone()),
         4 | 5 => {
             let event = dice.pick(events).clone();
             let relation = *dice.pick(&RELATIONS);

@@ -94,19 +94,21 @@ pub(super) fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) 
     });
     match unknown {
         Some(()) => Some("speaks of more than the level and the place".to_owned()),
-        None if !is_steady(scope.formula()) => {
+        None if !is_steady(scope.formula(), truths.channel) => {
             Some("counts messages or measures time, and speaks of the world".to_owned())
         }
         None => None,
     }
 }
 
-/// Whether it makes no difference how often a formula is checked while nothing changes, and when.
-fn is_steady(formula: &Formula) -> bool {
+/// Whether it makes no difference how often the world is shown while nothing changes, and when.
+fn is_steady(formula: &Formula, world: ChannelId) -> bool {
+    let is_steady = |part: &Formula| is_steady(part, world);
     let all = |parts: &[Formula]| parts.iter().all(is_steady);
     let is_unbounded = |bound: &Bound| *bound == Bound::NONE;
     match formula {
         Formula::True | Formula::False | Formula::Event(_) => true,
+        Formula::Fresh(event) => event.channel != world,
         Formula::Not(a) | Formula::Always(a) | Formula::Eventually(a) => is_steady(a),
         Formula::And(parts) | Formula::Or(parts) => all(parts),
         Formula::Implies(a, b) | Formula::Until(a, b) => is_steady(a) && is_steady(b),

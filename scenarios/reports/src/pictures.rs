@@ -197,7 +197,7 @@ impl Role {
 impl Levels<'_> {
     fn of_formula(&mut self, formula: &Formula, role: Role) {
         match formula {
-            Formula::Event(event) => self.of_event(event, role),
+            Formula::Event(event) | Formula::Fresh(event) => self.of_event(event, role),
             // What happens at most zero times never happens.
             Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
                 self.of_event(event, role.negated());

@@ -135,7 +135,7 @@ impl<'a> Evidence<'a> {
 /// Collects the events of a formula, and whether each is one to wait for.
 fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::EventAtom, bool)>) {
     match formula {
-        Formula::Event(event) | Formula::Count { event, .. } => events.push((event, false)),
+        Formula::Event(event) | Formula::Fresh(event) | Formula::Count { event, .. } => events.push((event, false)),
         Formula::TimeUntil { event, .. } => events.push((event, true)),
         _ => formula.operands().into_iter().for_each(|operand| collect(operand, events)),
     }
