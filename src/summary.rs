@@ -47,7 +47,7 @@ fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
         }
     }
     writeln!(text)?;
-    report.unsaid_in_words().iter().chain(&report.differences).try_for_each(|words| writeln!(text, "  ! {words}"))
+    report.differences.iter().try_for_each(|words| writeln!(text, "  ! {words}"))
 }
 
 fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result {
@@ -165,6 +165,6 @@ fn evidence(monitor: &MonitorReport) -> String {
     let message = witness
         .communication
         .as_ref()
-        .map_or_else(String::new, |sighting| format!(": {} → {} {:#}", sighting.from, sighting.to, sighting.message));
+        .map_or_else(String::new, |seen| format!(": {} → {} {}", seen.from, seen.to, seen.message_in_words()));
     format!("at tick {tick}, {time_s:.2} s{message}")
 }

@@ -319,7 +319,8 @@ fn a_violation_of_which_nothing_is_expected_is_named_first() {
     let arguments = ["--no-snapshots", "--set", "expect={reached=[\"RechargingStation\"]}"];
     let output = steward(&[&["run", "battery_fault", "--out", out.path().to_str().unwrap()][..], &arguments].concat());
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("\n  ! violated, and the scenario does not say what it expects: phi1\n"), "{said}");
+    assert!(said.contains("\n  ! phi1 is violated, and the scenario does not say that it will be\n"), "{said}");
+    assert_eq!(output.status.code(), Some(1), "{said}");
 }
 
 #[test]

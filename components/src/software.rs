@@ -282,6 +282,12 @@ impl Software {
         self.navigator.reason()
     }
 
+    /// How many trips navigation has given up.
+    #[must_use]
+    pub fn trips_given_up(&self) -> u64 {
+        self.navigator.trips_given_up()
+    }
+
     /// The recovery behavior with which navigation tries to find a path, if it has none.
     #[must_use]
     pub fn recovery(&self) -> Option<Recovery> {

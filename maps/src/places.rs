@@ -46,10 +46,17 @@ impl Place {
     #[must_use]
     pub fn covers(&self, at: &Point) -> bool {
         match self {
-            Self::Point { pose, position_tolerance_m, .. } => {
-                (at.coords - pose.translation.vector).norm() <= *position_tolerance_m
-            }
+            Self::Point { position_tolerance_m, .. } => self.distance_m(at) <= *position_tolerance_m,
             Self::Area { corners } => is_inside(corners, at),
+        }
+    }
+
+    /// The distance from a point of the `map` frame, in meters: to the position, or to the area, 0 inside.
+    #[must_use]
+    pub fn distance_m(&self, at: &Point) -> f64 {
+        match self {
+            Self::Point { pose, .. } => (at.coords - pose.translation.vector).norm(),
+            Self::Area { corners } => distance_to_area_m(corners, at),
         }
     }
 
@@ -195,6 +202,8 @@ mod tests {
         let goal = kitchen().goal_position();
         assert!(kitchen().contains(&pose(goal.x, goal.y, 1.0)));
         assert!(!kitchen().contains(&pose(-9.0, 14.0, 0.0)));
+        let away_m = kitchen().distance_m(&Point::new(-9.0, 14.0));
+        assert!((1.09..1.1).contains(&away_m), "to the nearest edge: {away_m}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::borrow::Cow;
 
 use channels::{ChannelId, Relation, Topology, Value};
 
+use crate::WORLD;
 use crate::formula::{Bound, EventAtom, Formula, Function, MessageCondition, MessageField, Term};
 use crate::wording::{Items, by_name, edge, of_items};
 
@@ -186,9 +187,11 @@ impl Explainer<'_> {
         if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
-    /// Who sends what to whom, with this verb; `whatever` if it may be any message.
+    /// Who sends what to whom, with this verb; `whatever` if it may be any message. What the world shows, nobody says.
     fn statement(&self, verb: &str, whatever: &str, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
+        let shown = || verb.replace("tell", "show").replace("told", "shown");
+        let verb = if source == WORLD { shown() } else { verb.to_owned() };
         match &event.condition {
             MessageCondition::True => format!("{source} {verb} {target} {whatever}"),
             condition => format!("{source} {verb} {target} that {}", self.condition(condition, event.channel)),

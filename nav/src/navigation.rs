@@ -62,6 +62,7 @@ pub struct Navigator {
     smoother: VelocitySmoother,
     status: NavigationStatus,
     reason: Option<GiveUpReason>,
+    trips_given_up: u64,
     trip: Option<Trip>,
     last_update: Option<Duration>,
     /// The believed pose at the last scan.
@@ -103,6 +104,7 @@ impl Navigator {
             smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
+            trips_given_up: 0,
             trip: None,
             last_update: None,
             scanned_at: None,
@@ -169,6 +171,12 @@ impl Navigator {
     #[must_use]
     pub fn reason(&self) -> Option<GiveUpReason> {
         self.reason
+    }
+
+    /// How many trips it has given up.
+    #[must_use]
+    pub fn trips_given_up(&self) -> u64 {
+        self.trips_given_up
     }
 
     /// The current recovery behavior, in [`Failing`](NavigationStatus::Failing).

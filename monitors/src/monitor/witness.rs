@@ -3,8 +3,10 @@
 use std::fmt;
 use std::time::Duration;
 
-use channels::{Event, EventKind, Message, Topology};
+use channels::{Event, EventKind, Message, Shape, Topology};
 use serde::{Deserialize, Serialize};
+
+use crate::WORLD;
 
 /// When something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -42,6 +44,9 @@ pub struct Sighting {
     pub to: String,
     /// The message.
     pub message: Message,
+    /// The names of its fields, if it shows what was true: which fields such a message has depends on the properties.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<String>,
 }
 
 impl Sighting {
@@ -50,13 +55,26 @@ impl Sighting {
     pub fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = crate::describe::ends(*channel, topology);
-        Some(Self { at: EventTime::of(event), from, to, message: message.clone() })
+        let shape = topology.get(*channel).domain.shapes().first().filter(|_| from == WORLD);
+        let fields = shape.into_iter().flat_map(Shape::fields).map(|(name, _)| name.to_owned()).collect();
+        Some(Self { at: EventTime::of(event), from, to, message: message.clone(), fields })
+    }
+
+    /// The message for readers: `[<ok>, 9.975…]`, or `[speed_mps = 0.45…, touching = false]` if it shows what was true.
+    #[must_use]
+    pub fn message_in_words(&self) -> String {
+        if self.fields.is_empty() {
+            return format!("{:#}", self.message);
+        }
+        let fields = self.fields.iter().zip(self.message.fields());
+        let fields: Vec<String> = fields.map(|(name, value)| format!("{name} = {value:#}")).collect();
+        format!("[{}]", fields.join(", "))
     }
 }
 
 impl fmt::Display for Sighting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} → {} {:#} ({})", self.from, self.to, self.message, self.at)
+        write!(f, "{} → {} {} ({})", self.from, self.to, self.message_in_words(), self.at)
     }
 }
 

@@ -52,7 +52,15 @@ impl Navigator {
     pub(super) fn give_up(&mut self, status: NavigationStatus, reason: GiveUpReason) {
         self.status = status;
         self.reason = Some(reason);
+        self.trips_given_up += 1;
         self.trip = None;
+    }
+
+    /// Why there is no path. What closes the goal may be an area to keep out of: to the costmap, that is an obstacle.
+    fn no_path(&self, trip: &Trip, error: PlanError) -> GiveUpReason {
+        let PlanError::GoalInObstacle { clearance_m, .. } = error else { return error.into() };
+        let closed = self.zones.as_ref().is_some_and(|zones| zones.closes(&trip.goal.position, clearance_m));
+        if closed { GiveUpReason::GoalInZone } else { error.into() }
     }
 
     fn enter(&mut self, trip: &mut Trip, status: NavigationStatus, now: &Now<'_>) {
@@ -70,9 +78,9 @@ impl Navigator {
             Err(error) => {
                 trip.follower = None;
                 if self.is_hopeless(trip, now) {
-                    self.give_up(NavigationStatus::Aborted, error.into());
+                    self.give_up(NavigationStatus::Aborted, self.no_path(trip, error));
                 } else {
-                    self.fail(trip, error.into(), now);
+                    self.fail(trip, self.no_path(trip, error), now);
                 }
             }
         }
@@ -310,7 +318,7 @@ impl Navigator {
                     self.take_path(trip, path, now);
                     return VelocityCommand::STOP;
                 }
-                Err(error) => self.reason = Some(error.into()),
+                Err(error) => self.reason = Some(self.no_path(trip, error)),
             }
         }
         command

@@ -68,6 +68,9 @@ pub enum GiveUpReason {
     /// There is no path.
     #[error(transparent)]
     NoPlan(#[from] PlanError),
+    /// The goal is in an area to keep out of, or too near to one.
+    #[error("the goal is in an area to keep out of, or too near to one")]
+    GoalInZone,
     /// The robot has not come nearer, although it sees no obstacle in its way.
     #[error("no progress in {} s", .0.as_secs())]
     NoProgress(Duration),

@@ -50,6 +50,13 @@ impl ZoneRules {
         Some(self.zones.with_closed(&self.closed))
     }
 
+    /// Whether a closed area is what lies within this distance of the cell at a point of the `map` frame, in meters.
+    pub(crate) fn closes(&self, at: &Point, within_m: f64) -> bool {
+        let reach_m = within_m + INSIDE_CELLS * self.zones.map.resolution_m();
+        let closed = self.zones.list.iter().zip(&self.closed).filter(|(_, closed)| **closed);
+        closed.map(|(zone, _)| zone).any(|zone| zone.distance_m(at) <= reach_m)
+    }
+
     /// The highest speed at a point of the `map` frame that the robot reaches after `way_m` meters, in m/s, if it
     /// brakes with this deceleration, in m/s².
     pub(crate) fn speed_mps(&self, at: &Point, way_m: f64, braking_mps2: f64) -> f64 {
@@ -85,8 +92,10 @@ mod tests {
         assert!(rules.changed(&outside).is_none(), "it is closed from the start");
         let open = rules.changed(&inside).expect("it opens");
         assert_eq!(open, rules.zones.with_closed(&[false]));
+        assert!(!rules.closes(&inside, 1.0));
         assert!(rules.changed(&inside).is_none());
         assert_eq!(rules.changed(&outside), Some(Arc::clone(&rules.zones.all_closed)));
+        assert!(rules.closes(&inside, 0.0) && !rules.closes(&outside, 0.2));
         rules.ignore(|name| name == "Lab");
         assert!(rules.changed(&outside).is_some());
         rules.ignore(|_| false);

@@ -233,6 +233,7 @@ fn unreachable_goals_are_refused_at_once_with_a_reason() {
         let (status, took) = drive.go(goal(x, y, 0.0), 60);
         assert_eq!(status, NavigationStatus::Aborted);
         assert!(took < Duration::from_millis(100));
+        assert_eq!(drive.navigator.trips_given_up(), 1);
         drive.navigator.reason().unwrap().to_string()
     };
     assert_eq!(reason(4.5, 2.5), "there is no path to the goal");

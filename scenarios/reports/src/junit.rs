@@ -2,7 +2,7 @@
 //!
 //! Each run is a suite with one test case per property and expectation. A property with an expectation passes if it is
 //! met; any other property fails if it is violated, and is skipped if it is inconclusive. No case fails if and only if
-//! the run was as expected and nothing else was violated. There are no times: the same run gives the same bytes.
+//! the run was as expected. There are no times: the same run gives the same bytes.
 
 use std::fmt;
 use std::path::Path;

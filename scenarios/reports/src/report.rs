@@ -270,15 +270,6 @@ impl SkillErrorReport {
 }
 
 impl Report {
-    /// That properties are violated of which a scenario that expects other things says nothing, in words.
-    #[must_use]
-    pub fn unsaid_in_words(&self) -> Option<String> {
-        let unsaid = |monitor: &&MonitorReport| monitor.verdict == Outcome::Violated && monitor.expected.is_none();
-        let names: Vec<&str> = self.monitors.iter().filter(unsaid).map(|monitor| monitor.name.as_str()).collect();
-        let is_said = self.expectations.is_empty() || names.is_empty();
-        (!is_said).then(|| format!("violated, and the scenario does not say what it expects: {}", names.join(", ")))
-    }
-
     /// The faults in words, each once: its effect and when it happened. Those that could not be injected come last.
     pub fn faults_in_words(&self) -> Vec<(String, String)> {
         let mut groups: Vec<(&str, Vec<&FaultReport>)> = Vec::new();

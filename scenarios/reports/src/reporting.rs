@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use monitors::Outcome;
 use recording::{
     BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
     TreeError, Truth, UndoneFault,
@@ -89,19 +90,29 @@ fn failed_components(view: &RunView, errors: &[SkillError], interrupted: bool) -
 /// The scenario's expectations of the run, and which are not met.
 fn expectations(view: &RunView) -> Vec<ExpectationReport> {
     let limits = [max_collisions(view), min_battery(view), max_localization(view)];
-    outcomes(view).into_iter().chain(places(view)).chain(limits.into_iter().flatten()).collect()
+    outcomes(view).chain(unexpected_violations(view)).chain(places(view)).chain(limits.into_iter().flatten()).collect()
 }
 
-fn outcomes(view: &RunView) -> Vec<ExpectationReport> {
-    let outcomes = view.header().expected.outcomes.iter().flat_map(|(name, expected)| {
+fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
+    view.header().expected.outcomes.iter().flat_map(|(name, expected)| {
         let watched = view.monitors().filter(move |monitor| monitor.name() == name);
         watched.map(move |monitor| {
             let outcome = monitor.outcome();
             let difference = format!("{name} was expected to be {expected} and is {outcome}");
             expectation(format!("{name} to be {expected}"), None, (outcome != *expected).then_some(difference))
         })
-    });
-    outcomes.collect()
+    })
+}
+
+/// The properties that are violated and of which the scenario says nothing.
+fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
+    let is_unsaid = |monitor: &MonitorView| view.header().expected.of(monitor.name()).is_none();
+    let violated = view.monitors().filter(|monitor| monitor.outcome() == Outcome::Violated);
+    violated.filter(is_unsaid).map(|monitor| {
+        let name = monitor.name();
+        let difference = format!("{name} is violated, and the scenario does not say that it will be");
+        expectation(format!("{name} not to be violated"), None, Some(difference))
+    })
 }
 
 /// The places to which the robot must come, and those where it must never be, not even on its way.

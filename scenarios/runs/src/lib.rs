@@ -14,7 +14,6 @@
 mod conduct;
 mod ending;
 mod error;
-mod given_up;
 mod injector;
 mod machines;
 mod run;

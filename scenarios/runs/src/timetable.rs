@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, Event, EventKind, ProcessId};
-use maps::{Place, Places, Point, Pose};
+use maps::{Place, Places, Pose};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::Streams;
@@ -205,9 +205,10 @@ impl Watch {
                 comes
             }
             Self::Tick { number, passed } => becomes(passed, observed.system.ticks() > *number),
-            Self::Near { place, within_m, was_near } => {
-                becomes(was_near, observed.pose.is_some_and(|pose| distance_m(place, &pose) <= *within_m))
-            }
+            Self::Near { place, within_m, was_near } => becomes(
+                was_near,
+                observed.pose.is_some_and(|pose| place.distance_m(&pose.translation.vector.into()) <= *within_m),
+            ),
             Self::Message(waited_for) => observed.events.iter().any(|event| match &event.kind {
                 EventKind::Received { channel, message } => {
                     waited_for.iter().any(|one| one.channel == *channel && one.condition.holds(message))
@@ -219,14 +220,6 @@ impl Watch {
                 becomes(was_in, skill.is_some_and(|skill| skill.machine().is_in(state)))
             }
         }
-    }
-}
-
-/// The distance between the robot and a place, in meters; 0 inside an area.
-fn distance_m(place: &Place, pose: &Pose) -> f64 {
-    match place {
-        Place::Area { .. } if place.contains(pose) => 0.0,
-        _ => (place.goal_position() - Point::from(pose.translation.vector)).norm(),
     }
 }
 

@@ -14,8 +14,6 @@ use scenarios::Error;
 use scenarios::scenario::Premises;
 use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
-use crate::given_up::GivenUps;
-
 /// A robot slower than this counts as at rest, in m/s and rad/s. Chosen, not measured.
 const AT_REST: f64 = 1e-3;
 
@@ -114,7 +112,8 @@ impl World {
 pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
-    given_up: GivenUps,
+    /// How many trips navigation had given up in the last step.
+    trips_given_up: u64,
     /// The bodies of the world, as they were described.
     bodies: Vec<ObstacleConfig>,
     /// How it stands to each place.
@@ -137,7 +136,7 @@ impl SimulatedRobot {
         Ok(Self {
             sim: simulate(premises, streams)?,
             software: software(premises, processes, streams)?,
-            given_up: GivenUps::default(),
+            trips_given_up: 0,
             bodies: premises.entry.sim.obstacles.clone(),
             visits: vec![Visit::Awaited; premises.places.iter().count()],
         })
@@ -175,7 +174,8 @@ impl SimulatedRobot {
 
     /// The reason, if navigation has just given up.
     pub(crate) fn note_given_up(&mut self) -> Option<GiveUpReason> {
-        self.given_up.note(&self.software)
+        let before = std::mem::replace(&mut self.trips_given_up, self.software.trips_given_up());
+        self.software.navigation_reason().filter(|_| self.trips_given_up > before)
     }
 
     /// The places, by index, at which it has come to rest for the first time; one where it stands from the start counts

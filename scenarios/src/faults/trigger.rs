@@ -113,7 +113,10 @@ fn read_trigger(table: Table<'_>) -> Option<Trigger> {
     let text = |key, about| table.text(key).about(about).spanned().optional();
     let at = table.seconds("at_s").about("Trigger: the fault takes effect at this time, in seconds.").optional();
     let tick = table.get::<u64>("at_tick").about("Trigger: when this tick has been generated.").optional();
-    let near = text("near", "Trigger: when the robot comes near this place.");
+    let near = text(
+        "near",
+        "Trigger: when the center of the robot comes near this place: its position, or the edge of its area.",
+    );
     let message = text(
         "when",
         "Trigger: when such a message has been received: an event of the SCOPE language, or several joined by `or`.",

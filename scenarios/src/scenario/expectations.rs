@@ -48,7 +48,8 @@ impl Expectations {
     }
 
     pub(super) fn read(root: Table<'_>) -> Self {
-        let about = "The expected outcome of the run. The exit status says whether the run met it.";
+        let about = "The expected outcome of the run. The exit status says whether the run met it. A property that it does not name \
+                     must not be violated.";
         let Some(table) = root.table("expect").about(about).optional() else { return Self::default() };
         let names = |key, about| table.get(key).about(about).words("an array of names");
         let mut expect = Self {

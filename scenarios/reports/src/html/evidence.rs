@@ -1,7 +1,9 @@
 //! Why a property is violated: which messages caused it, and which one was missing.
 
-use channels::{ChannelId, Event, EventKind, Topology};
-use monitors::{EventTime, Formula, Witness};
+use std::time::Duration;
+
+use channels::{ChannelId, Event, Topology};
+use monitors::{EventAtom, EventTime, Formula, Sighting, Witness};
 use recording::RunView;
 
 use super::words;
@@ -40,10 +42,13 @@ pub(super) struct Seen {
 impl Seen {
     /// The message of an event; `None` if it is a tick.
     pub(super) fn of(event: &Event, topology: &Topology) -> Option<Self> {
-        let EventKind::Received { channel, message } = &event.kind else { return None };
-        let (from, to) = topology.ends(*channel);
-        let (from, to) = (from.to_owned(), to.to_owned());
-        Some(Self { at: EventTime::of(event), from, to, message: words::message(message) })
+        Sighting::of(event, topology).as_ref().map(Self::from)
+    }
+}
+
+impl From<&Sighting> for Seen {
+    fn from(seen: &Sighting) -> Self {
+        Self { at: seen.at, from: seen.from.clone(), to: seen.to.clone(), message: seen.message_in_words() }
     }
 }
 
@@ -93,32 +98,21 @@ impl<'a> Evidence<'a> {
         let Some(witness) = witness else { return };
         self.since = witness.since;
         self.deadline_tick = witness.deadline_tick;
-        self.causes = witness
-            .messages
-            .iter()
-            .map(|sighting| Seen {
-                at: sighting.at,
-                from: sighting.from.clone(),
-                to: sighting.to.clone(),
-                message: words::message(&sighting.message),
-            })
-            .collect();
-        // The witness names what is missing as text, in the property's language; only the formula has the channels.
-        let named = witness.missing.as_deref().filter(|_| witness.deadline_tick.is_some()).unwrap_or_default();
-        self.missing = events
-            .into_iter()
-            .filter(|(_, timed)| *timed)
-            .map(|(event, _)| {
-                let (from, to) = ends(event.channel);
-                Missing {
-                    channel: event.channel,
-                    from,
-                    to,
-                    message: words::wanted(&event.condition, topology.get(event.channel).domain.shapes()),
-                }
-            })
-            .filter(|missing| named.contains(&format!("({}, {}, ", missing.from, missing.to)))
-            .collect();
+        self.causes = witness.messages.iter().map(Seen::from).collect();
+        // The witness names what is missing in the property's language, with the values that were remembered.
+        let named = witness.missing.as_ref().filter(|_| witness.deadline_tick.is_some());
+        let text = named.map_or(String::new(), |named| format!("property missing := eventually ({named})"));
+        let named = monitors::formulas("missing", &text, topology, Duration::from_secs(1)).unwrap_or_default();
+        let mut missing = Vec::new();
+        named.iter().for_each(|(_, formula)| collect(formula, &mut missing));
+        let is_awaited = |channel| events.iter().any(|(event, timed)| *timed && event.channel == channel);
+        missing.retain(|(event, _)| is_awaited(event.channel));
+        let missing = missing.into_iter().map(|(EventAtom { channel, condition }, _)| {
+            let (from, to) = ends(*channel);
+            let message = words::wanted(condition, topology.get(*channel).domain.shapes());
+            Missing { channel: *channel, from, to, message }
+        });
+        self.missing = missing.collect();
         // What came later did not cause the obligation, but belongs to the wait for the answer.
         if let Some(since) = self.since.filter(|_| !self.missing.is_empty()) {
             self.causes.retain(|seen| seen.at.step <= since.step);
@@ -133,7 +127,7 @@ impl<'a> Evidence<'a> {
 }
 
 /// Collects the events of a formula, and whether each is one to wait for.
-fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::EventAtom, bool)>) {
+fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f EventAtom, bool)>) {
     match formula {
         Formula::Event(event) | Formula::Fresh(event) | Formula::Count { event, .. } => events.push((event, false)),
         Formula::TimeUntil { event, .. } => events.push((event, true)),

@@ -40,7 +40,6 @@ pub(super) fn outcome(report: &Report) -> Markup {
                         @if !met.is_empty() { "As expected: " (text(&met.join("; "))) "." }
                     }
                 }
-                @if let Some(unsaid) = report.unsaid_in_words() { p.note.bad { (text(&words::sentence(&unsaid))) } }
             }
         }
     }

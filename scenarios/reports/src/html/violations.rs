@@ -6,6 +6,7 @@ use channels::{Event, EventKind, Topology};
 use drawing::canvas::Canvas;
 use maps::Point;
 use maud::{Markup, html};
+use monitors::WORLD;
 use recording::{FaultCourse, FaultRecord, Place, RunView};
 
 use super::evidence::{Evidence, Missing, Seen};
@@ -201,12 +202,18 @@ fn cause_sentence(evidence: &Evidence<'_>) -> String {
     let Some((last, before)) = evidence.causes.split_last() else {
         return format!("It was violated at tick {} ({}).", decided.tick, words::time(decided.time));
     };
-    let earlier =
-        |seen: &Seen| format!("{} had told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
+    let earlier = |seen: &Seen| {
+        format!("{} had {} {} `{}` at tick {}", seen.from, told(seen).1, seen.to, seen.message, seen.at.tick)
+    };
     let before: Vec<String> = before.iter().map(earlier).collect();
     let after = if before.is_empty() { String::new() } else { format!(", after {}", words::list(&before)) };
     let Seen { at, from, to, message } = last;
-    format!("At tick {} ({}) {from} told {to} `{message}`{after}.", at.tick, words::time(at.time))
+    format!("At tick {} ({}) {from} {} {to} `{message}`{after}.", at.tick, words::time(at.time), told(last).0)
+}
+
+/// What the sender did, as a simple past and as a participle.
+fn told(seen: &Seen) -> (&'static str, &'static str) {
+    if seen.from == WORLD { ("showed", "shown") } else { ("told", "told") }
 }
 
 /// The event that had to follow.

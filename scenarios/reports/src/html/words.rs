@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Message, Relation, Shape, Value};
+use channels::{Relation, Shape, Value};
 use monitors::MessageCondition;
 
 pub(super) use recording::{decimals, length};
@@ -21,11 +21,6 @@ pub(super) fn roughly(seconds: f64) -> String {
 pub(super) fn count(number: impl TryInto<u64>, noun: &str) -> String {
     let number = number.try_into().unwrap_or(u64::MAX);
     if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
-}
-
-/// A message as the paper writes it: `[<ok>, 9.974]`.
-pub(super) fn message(message: &Message) -> String {
-    format!("{message:#}")
 }
 
 fn value(value: &Value) -> String {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
+use monitors::WORLD;
 use recording::{FaultCourse, FaultRecord, Moved};
 
 use crate::html::evidence::{Evidence, Seen};
@@ -223,8 +224,9 @@ impl Narrator<'_> {
             return self.narrate_verdict();
         }
         let mut afterwards = 0;
-        for event in &tick.events {
-            let Some(seen) = Seen::of(event, self.topology) else { continue };
+        let mut alike = 0;
+        for (index, event) in tick.events.iter().enumerate() {
+            let Some(mut seen) = Seen::of(event, self.topology) else { continue };
             let later = is_last && event.step > decided.step;
             // The rest of the tick shows that the run went on; a few messages are enough for that.
             afterwards += usize::from(later);
@@ -237,6 +239,18 @@ impl Narrator<'_> {
                 () if self.evidence.causes.contains(&seen) => Weight::Cause,
                 () => Weight::Plain,
             };
+            // The world shows itself in each step of the physics: of a row of such messages, the last one is drawn.
+            alike += 1;
+            let next = tick.events.get(index + 1).filter(|next| **next != decided);
+            let next = next.and_then(|next| Seen::of(next, self.topology));
+            let goes_on = next.is_some_and(|next| next.from == WORLD && !self.evidence.causes.contains(&next));
+            if weight == Weight::Plain && seen.from == WORLD && goes_on {
+                continue;
+            }
+            let run = std::mem::take(&mut alike);
+            if run > 1 {
+                seen.message += &format!(", the last of {run}");
+            }
             let (from, to) = (self.place(&seen.from), self.place(&seen.to));
             self.rows.push(Row::Message { from, to, seen, weight });
             if weight == Weight::Decisive {
