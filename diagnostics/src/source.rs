@@ -135,6 +135,13 @@ pub struct Spanned<T> {
     pub span: Span,
 }
 
+/// Values are equal wherever they are written.
+impl<T: PartialEq> PartialEq for Spanned<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

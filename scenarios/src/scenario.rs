@@ -18,6 +18,7 @@ mod load;
 mod model;
 mod model_entry;
 mod monitoring;
+mod offer;
 mod places;
 mod premises;
 mod prove;

@@ -144,6 +144,7 @@ pub use machine::{Host, Machine, Note, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, find_mutation, mutate, mutate_all, mutations};
 pub use process::{
     Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system,
+    field_value,
 };
 pub use rehearsal::{Cue, Cues, Ending, RehearsalLine, RehearsalLineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};

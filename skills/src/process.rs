@@ -28,6 +28,7 @@ pub use channel_adapter::ChannelAdapter;
 pub use mishap::Mishap;
 use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
+pub use translate::field_value;
 pub use wiring::CLIENT;
 
 /// The maximum number of notes kept until they are taken; older ones are dropped. Chosen, not measured.

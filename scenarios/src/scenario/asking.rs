@@ -1,12 +1,12 @@
 //! Leaves that only ask, do or wait: an entry of the table `leaves` from which their machine is written, as SCXML.
 
+mod check;
 mod machine;
 mod success;
 
 use std::time::Duration;
 
 use bt::{Direction, Kind, Node, Tree};
-use channels::{Shape, Topology};
 use diagnostics::document::{Item, Table};
 use diagnostics::{Span, Spanned};
 use serde_json::{Value, json};
@@ -14,6 +14,7 @@ use skills::Datum;
 
 use self::success::SuccessWhen;
 use super::data::{datum, scalar};
+use super::offer::Subject;
 use crate::error::Complaints;
 use crate::names::unknown;
 
@@ -22,11 +23,9 @@ use crate::names::unknown;
 pub struct Asking {
     /// What it asks, begins or waits for.
     of: Subject,
-    component: String,
-    /// The name of the service, action or topic.
-    name: String,
+    asked: Endpoint,
     /// The fields of the request or goal.
-    arguments: Vec<(String, Argument)>,
+    arguments: Vec<(Spanned<String>, Spanned<Argument>)>,
     /// The condition under which an answer means success, as an ECMAScript expression.
     success_when: Option<SuccessWhen>,
     /// The ports that the fields of the answer, or of feedback, are written to.
@@ -34,45 +33,29 @@ pub struct Asking {
     feedback: Vec<Written>,
     timeout: Option<Duration>,
     /// What is asked of a component when the tree halts the leaf.
-    on_halt: Option<(String, String)>,
+    on_halt: Option<Endpoint>,
+}
+
+/// A component, and what it offers.
+#[derive(Clone, Debug, PartialEq)]
+struct Endpoint {
+    component: Spanned<String>,
+    name: Spanned<String>,
 }
 
 /// A field that is written to a port.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Written {
     port: Spanned<String>,
     field: Spanned<String>,
 }
 
-impl PartialEq for Written {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.port.value, &self.field.value) == (&other.port.value, &other.field.value)
-    }
-}
-
 /// The value of a field of a request.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 enum Argument {
     Constant(Datum),
     /// `{PORT}`: the value of the leaf's port.
-    Port(Spanned<String>),
-}
-
-impl PartialEq for Argument {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Constant(a), Self::Constant(b)) => a == b,
-            (Self::Port(a), Self::Port(b)) => a.value == b.value,
-            _ => false,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Subject {
-    Request,
-    Action,
-    Topic,
+    Port(String),
 }
 
 /// The keys that select what a leaf's machine is, of which an entry has at most one.
@@ -81,14 +64,12 @@ pub(super) const FORMS: [&str; 4] = ["machine", "request", "action", "topic"];
 /// How long a service may take to answer, unless the entry says otherwise: as in the shipped skills.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-impl Subject {
-    /// The word by which `success_when` calls the message whose fields it compares.
-    const fn answer(self) -> &'static str {
-        match self {
-            Self::Request => "reply",
-            Self::Action => "result",
-            Self::Topic => "message",
-        }
+/// The word by which `success_when` calls the message whose fields it compares.
+const fn answer(of: Subject) -> &'static str {
+    match of {
+        Subject::Request => "reply",
+        Subject::Action => "result",
+        Subject::Topic => "message",
     }
 }
 
@@ -111,47 +92,16 @@ impl Asking {
         let about = "What is asked when the tree halts the leaf: `Door.close`, a service without fields.";
         let on_halt = endpoint(entry, "on_halt", about);
         let (of, endpoint) = read_subject(entry)?;
-        let (component, name) = split(entry, &endpoint)?;
         Some(Self {
             of,
-            component,
-            name,
+            asked: split(entry, &endpoint)?,
             arguments,
-            success_when: success_when.map(|text| SuccessWhen::new(&text, of.answer())),
+            success_when: success_when.map(|text| SuccessWhen::new(&text, answer(of))),
             outputs,
             feedback,
             timeout: timeout.or((of == Subject::Request).then_some(PATIENCE)),
             on_halt: on_halt.and_then(|asked| split(entry, &asked)),
         })
-    }
-
-    /// Reports fields that the answer does not have. What is asked is checked with the machine, as that of any other.
-    pub(super) fn check_fields(&self, process: &str, topology: &Topology, complaints: &mut Complaints) {
-        let Some(channel) = topology.find_channel(&self.component, process) else { return };
-        let shapes = topology.get(channel).domain.shapes();
-        let mut check = |head: &str, field: &str, span: &Span| {
-            let says = |shape: &&Shape| shape.heads().iter().any(|symbol| symbol.name() == head);
-            let known = shapes.iter().filter(says).flat_map(|shape| shape.fields().iter().skip(1));
-            let known: Vec<&str> = known.map(|(name, _)| &**name).collect();
-            if !known.contains(&field) {
-                let field = Spanned { value: field.to_owned(), span: span.clone() };
-                complaints.push(unknown(&format!("field of <{head}> from {}", self.component), &field, known));
-            }
-        };
-        let success = match self.of {
-            Subject::Request => "ok".to_owned(),
-            Subject::Action => format!("{}.succeeded", self.name),
-            Subject::Topic => self.name.clone(),
-        };
-        for Written { field, .. } in &self.outputs {
-            check(&success, &field.value, &field.span);
-        }
-        for Written { field, .. } in &self.feedback {
-            check(&format!("{}.feedback", self.name), &field.value, &field.span);
-        }
-        if let Some(SuccessWhen { fields, span, .. }) = &self.success_when {
-            fields.iter().for_each(|field| check(&success, field, span));
-        }
     }
 
     /// What cannot be done by a leaf of this kind, if it cannot.
@@ -173,8 +123,8 @@ impl Asking {
             }
         };
         for (_, argument) in &self.arguments {
-            if let Argument::Port(port) = argument {
-                check(port, true);
+            if let Argument::Port(port) = &argument.value {
+                check(&Spanned { value: port.clone(), span: argument.span.clone() }, true);
             }
         }
         if let Some(SuccessWhen { ports, span, .. }) = &self.success_when {
@@ -214,13 +164,14 @@ fn read_timeout(entry: Table<'_>) -> Option<Duration> {
 }
 
 /// The component and the name after the dot; reports a text without both.
-fn split(entry: Table<'_>, endpoint: &Spanned<String>) -> Option<(String, String)> {
+fn split(entry: Table<'_>, endpoint: &Spanned<String>) -> Option<Endpoint> {
     let parts = endpoint.value.split_once('.').filter(|(component, name)| !component.is_empty() && !name.is_empty());
     if parts.is_none() {
         let problem = endpoint.span.problem(format!("`{}` names no component and what it offers", endpoint.value));
         entry.report(problem.with_label("here").with_help("write COMPONENT.NAME, as in `Door.open`"));
     }
-    parts.map(|(component, name)| (component.to_owned(), name.to_owned()))
+    let placed = |part: &str| Spanned { value: part.to_owned(), span: endpoint.span.clone() };
+    parts.map(|(component, name)| Endpoint { component: placed(component), name: placed(name) })
 }
 
 /// Reads a table whose keys are names.
@@ -235,18 +186,15 @@ fn fields<T>(
     table.names(name).filter_map(|(name, span)| read(table, name, span, about)).collect()
 }
 
-fn argument(table: Table<'_>, field: &str, _: &Span, about: &str) -> Option<(String, Argument)> {
+fn argument(table: Table<'_>, field: &str, span: &Span, about: &str) -> Option<(Spanned<String>, Spanned<Argument>)> {
     let item = table.get::<Item<'_>>(field).about(about).rules(scalar).optional()?;
     let port = item.as_text().and_then(|text| text.strip_prefix('{')?.strip_suffix('}').map(str::to_owned));
-    if let Some(port) = port {
-        let span = item.span().clone();
-        return Some((field.to_owned(), Argument::Port(Spanned { value: port, span })));
-    }
-    let value = datum(&item);
+    let value = port.map(Argument::Port).or_else(|| datum(&item).map(Argument::Constant));
     if value.is_none() {
         table.report(item.wrong("a string, a number, true or false"));
     }
-    Some((field.to_owned(), Argument::Constant(value?)))
+    let field = Spanned { value: field.to_owned(), span: span.clone() };
+    Some((field, Spanned { value: value?, span: item.span().clone() }))
 }
 
 fn written(table: Table<'_>, port: &str, span: &Span, about: &str) -> Option<Written> {

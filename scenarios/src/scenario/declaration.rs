@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bt::Tree;
 use channels::{Capacity, Domain, Process, ProcessId, Shape, Topology, Use, Value, WiringError};
-use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Operation, Processes, operations};
+use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION, Processes, operations};
 use diagnostics::Problem;
 use interfaces::Interface;
 use maps::Places;
@@ -14,6 +14,7 @@ use recording::TREE;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use super::leaves::entry_of;
+use super::offer::Offer;
 use super::{Component, LeafEntry, Runs, Scenario, Skill};
 use crate::error::Complaints;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
@@ -127,14 +128,11 @@ pub(crate) fn check_machines(
         return BTreeMap::new();
     }
     check_replies(parts.components, &clients, complaints);
-    for entry in parts.leaves {
-        // All leaves with the same entry have the same channels.
-        let leaf = parts.tree.leaves().find(|leaf| entry_of(parts.leaves, leaf).is_some_and(|of| ptr::eq(of, entry)));
-        if let (Some(leaf), Some(asking)) = (leaf, &entry.asking) {
-            asking.check_fields(leaf.process(), &topology, complaints);
-        }
-    }
+    let unfit = check_entries(parts, &offers(parts, &clients, places), complaints);
+    let machines: Vec<(&String, &Skill)> =
+        machines.into_iter().filter(|(name, _)| !unfit.contains(name.as_str())).collect();
     let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
+    let leaves = leaves.filter(|leaf| !unfit.contains(leaf.process()));
     let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
     let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
     let data: Vec<Vec<(&str, Datum)>> =
@@ -145,6 +143,25 @@ pub(crate) fn check_machines(
         complaints.push(error);
     }
     driven_to(&machines, &topology)
+}
+
+/// Reports entries of the table `leaves` that ask what nobody offers. Returns the processes of their leaves, whose
+/// machines nobody wrote: what is wrong with these would be reported in terms of their SCXML.
+fn check_entries<'p>(
+    parts: &Parts<'p>,
+    offers: &[(&str, Vec<Offer>)],
+    complaints: &mut Complaints,
+) -> BTreeSet<&'p str> {
+    let mut unfit = BTreeSet::new();
+    for entry in parts.leaves {
+        let is_of = |leaf: &&bt::Node| entry_of(parts.leaves, leaf).is_some_and(|of| ptr::eq(of, entry));
+        let leaves: Vec<&str> = parts.tree.leaves().filter(is_of).map(bt::Node::process).collect();
+        let asking = entry.asking.as_ref().filter(|_| !leaves.is_empty());
+        if asking.is_some_and(|asking| !asking.check(offers, complaints)) {
+            unfit.extend(leaves);
+        }
+    }
+    unfit
 }
 
 /// Reports services of a component whose replies look alike to a client that asks both.
@@ -183,6 +200,22 @@ fn driven_to(machines: &[SkillOfSystem<'_>], topology: &Topology) -> BTreeMap<St
     driven_to
 }
 
+/// What each component offers, the built-in ones first. Without `places`, there is no robot, and therefore none of its
+/// components.
+fn offers<'p>(parts: &Parts<'p>, clients: &[Client<'_>], places: Option<&Places>) -> Vec<(&'p str, Vec<Offer>)> {
+    // Only the skills of the paper's published system take turns in navigating.
+    let takes_turns = clients.iter().any(|client| !client.asks(BLACKBOARD).is_empty());
+    let builtin = BUILTIN.into_iter().filter(|_| places.is_some());
+    let builtin = builtin.chain(takes_turns.then_some(BLACKBOARD));
+    let operations = operations(places.unwrap_or(&Places::default()));
+    let builtin = builtin.filter(|name| !parts.components.contains_key(*name)).map(|name| {
+        let own = operations.iter().filter(|operation| operation.component == name);
+        (name, own.map(Offer::from).collect())
+    });
+    let components = parts.components.iter();
+    builtin.chain(components.map(|(name, component)| (name.as_str(), Offer::all(&component.interface)))).collect()
+}
+
 /// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
 /// is no robot, and therefore none of its components.
 fn declare(
@@ -195,22 +228,15 @@ fn declare(
     for name in parts.tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
-    // Only the skills of the paper's published system take turns in navigating.
-    let takes_turns = clients.iter().any(|client| !client.asks(BLACKBOARD).is_empty());
-    let builtin = BUILTIN.into_iter().filter(|_| places.is_some());
-    let builtin = builtin.chain(takes_turns.then_some(BLACKBOARD));
-    let builtin: Vec<&str> = builtin.filter(|name| !parts.components.contains_key(*name)).collect();
-    let components = builtin.iter().copied().chain(parts.components.keys().map(String::as_str));
-    let components: Vec<(&str, ProcessId)> =
-        components.map(|name| Ok((name, topology.process(name)?))).collect::<Result<_, WiringError>>()?;
+    let offers = offers(parts, clients, places);
+    let components = offers.into_iter().map(|(name, offers)| Ok((name, topology.process(name)?, offers)));
+    let components: Vec<(&str, ProcessId, Vec<Offer>)> = components.collect::<Result<_, WiringError>>()?;
     bt::declare_channels(parts.tree, topology, tree.tree, tree.tick_generator)?;
-    let operations = operations(places.unwrap_or(&Places::default()));
     let mut lines = Lines::default();
-    for (name, component) in components {
-        let offers: Vec<Offer> = match parts.components.get(name) {
-            Some(Component { interface, .. }) => Offer::declare(interface, component, topology),
-            None => operations.iter().filter(|operation| operation.component == name).map(Offer::from).collect(),
-        };
+    for (name, component, offers) in components {
+        if let Some(Component { interface, .. }) = parts.components.get(name) {
+            declare_interface(interface, component, topology);
+        }
         for client in clients.iter().filter(|client| client.name != name) {
             let id = topology.find_process(client.name).expect("every machine's process has just been declared");
             declare_offers(client, id, name, component, &offers, &mut lines);
@@ -226,42 +252,13 @@ fn of_robot(topology: &Topology) -> Processes {
     Processes { battery_reader: id(BATTERY_READER), localization: id(LOCALIZATION), navigation: id(NAVIGATION) }
 }
 
-/// Something that a component does for others: the messages that they send and receive.
-struct Offer {
-    requests: Vec<Shape>,
-    replies: Vec<Shape>,
-}
-
-impl From<&Operation> for Offer {
-    fn from(operation: &Operation) -> Self {
-        Self { requests: vec![operation.request.clone()], replies: operation.replies.clone() }
-    }
-}
-
-impl Offer {
-    /// What a component with this interface does. What it publishes and understands is declared, whoever uses it.
-    fn declare(interface: &Interface, component: ProcessId, topology: &mut Topology) -> Vec<Self> {
-        interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
-        interface.requests().into_iter().for_each(|request| topology.understand(component, request));
-        let replies = interface.services.iter().flat_map(|service| service.replies().to_vec());
-        let replies = replies.chain(interface.actions.iter().flat_map(|action| action.answers().to_vec()));
-        replies.for_each(|answer| topology.answer(component, answer));
-        let services = interface
-            .services
-            .iter()
-            .map(|service| Self { requests: vec![service.request()], replies: service.replies().to_vec() });
-        let actions = interface
-            .actions
-            .iter()
-            .map(|action| Self { requests: action.requests().to_vec(), replies: action.answers().to_vec() });
-        let topics = interface.topics.iter().map(|topic| Self { requests: Vec::new(), replies: vec![topic.message()] });
-        services.chain(actions).chain(topics).collect()
-    }
-
-    /// Whether one of these messages begins with the symbol.
-    fn has(shapes: &[Shape], head: &str) -> bool {
-        shapes.iter().flat_map(Shape::heads).any(|symbol| symbol.name() == head)
-    }
+/// Declares what a component with this interface publishes and understands, whoever uses it.
+fn declare_interface(interface: &Interface, component: ProcessId, topology: &mut Topology) {
+    interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
+    interface.requests().into_iter().for_each(|request| topology.understand(component, request));
+    let replies = interface.services.iter().flat_map(|service| service.replies().to_vec());
+    let replies = replies.chain(interface.actions.iter().flat_map(|action| action.answers().to_vec()));
+    replies.for_each(|answer| topology.answer(component, answer));
 }
 
 /// The channels to be declared, with their messages, in the order in which their first messages are known.

@@ -79,13 +79,14 @@ pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<V
             }
             _ => Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() },
         };
-        values.push(value(given, kind).ok_or_else(unfit)?);
+        values.push(field_value(given, kind).ok_or_else(unfit)?);
     }
     Ok(values)
 }
 
 /// A datum as a value of this kind, if it can be one: conversions are never guessed.
-pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
+#[must_use]
+pub fn field_value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
     match (kind, datum) {
         (FieldKind::Symbol(symbols), Datum::Text(name)) => {
             symbols.iter().find(|symbol| symbol.name() == &**name).map(|symbol| Value::Symbol(symbol.clone()))
@@ -97,9 +98,9 @@ pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
         (FieldKind::Real, Datum::Number(number)) if !number.is_nan() => Some(Value::Real(*number)),
         (FieldKind::Text, Datum::Text(text)) => Some(Value::Text(Arc::clone(text))),
         (FieldKind::Optional(_), Datum::Undefined) => Some(Value::symbol(FieldKind::NONE)),
-        (FieldKind::Optional(kind), datum) => value(datum, kind),
+        (FieldKind::Optional(kind), datum) => field_value(datum, kind),
         (FieldKind::List(kind), Datum::Array(items)) => {
-            items.items().iter().map(|item| value(item, kind)).collect::<Option<_>>().map(Value::List)
+            items.items().iter().map(|item| field_value(item, kind)).collect::<Option<_>>().map(Value::List)
         }
         _ => None,
     }

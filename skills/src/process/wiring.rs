@@ -167,7 +167,7 @@ pub(super) fn shapes_of<'a>(domain: &'a Domain, head: &'a str) -> impl Iterator<
 /// Whether a message that begins with this symbol can have this value in the field with this name.
 pub(super) fn takes(domain: &Domain, head: &str, field: &str, value: &Datum) -> bool {
     let mut kinds = shapes_of(domain, head).flat_map(Shape::fields).filter(|(name, _)| name == field);
-    kinds.any(|(_, kind)| translate::value(value, kind).is_some())
+    kinds.any(|(_, kind)| translate::field_value(value, kind).is_some())
 }
 
 fn message(domain: &Domain, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {

@@ -7,7 +7,8 @@ use skills::Datum;
 use std::collections::BTreeSet;
 
 use super::success::DATA;
-use super::{Argument, Asking, PATIENCE, Subject, Written};
+use super::{Argument, Asking, Endpoint, PATIENCE, Written};
+use crate::scenario::offer::Subject;
 use crate::scenario::scxml_text::Text;
 
 /// The datum that says whether the last message of a topic means success.
@@ -32,8 +33,8 @@ impl Asking {
 
     /// The machine's data: the ports that it reads, and the values of those that it writes.
     fn data(&self, is_condition: bool) -> BTreeSet<String> {
-        let ports = self.arguments.iter().filter_map(|(_, argument)| match argument {
-            Argument::Port(port) => Some(port.value.clone()),
+        let ports = self.arguments.iter().filter_map(|(_, argument)| match &argument.value {
+            Argument::Port(port) => Some(port.clone()),
             Argument::Constant(_) => None,
         });
         let ports = ports.chain(self.success_when.iter().flat_map(|when| when.ports.iter().cloned()));
@@ -145,8 +146,8 @@ impl Asking {
             text.element("onentry", |text| {
                 text.line(&format!(
                     "<send type=\"channel\" target=\"{0}\" event=\"{1}.cancel\"/>",
-                    attribute(&self.component),
-                    attribute(&self.name)
+                    attribute(&self.asked.component.value),
+                    attribute(&self.asked.name.value)
                 ));
                 text.line(&format!("<send event=\"timeout\" id=\"patience\" delay=\"{}ms\"/>", PATIENCE.as_millis()));
             });
@@ -172,11 +173,11 @@ impl Asking {
     }
 
     fn leave(&self, text: &mut Text) {
-        if let Some((component, service)) = &self.on_halt {
+        if let Some(Endpoint { component, name }) = &self.on_halt {
             text.line(&format!(
                 "<send type=\"channel\" target=\"{}\" event=\"{}\"/>",
-                attribute(component),
-                attribute(service)
+                attribute(&component.value),
+                attribute(&name.value)
             ));
         }
         text.send_to_tree("halted", &[], Written::datum);
@@ -185,18 +186,21 @@ impl Asking {
     /// The request or goal.
     fn begin(&self, text: &mut Text) {
         let event = match self.of {
-            Subject::Request => self.name.clone(),
-            Subject::Action => format!("{}.goal", self.name),
+            Subject::Request => self.asked.name.value.clone(),
+            Subject::Action => format!("{}.goal", self.asked.name.value),
             Subject::Topic => return,
         };
-        let send =
-            format!("send type=\"channel\" target=\"{}\" event=\"{}\"", attribute(&self.component), attribute(&event));
+        let send = format!(
+            "send type=\"channel\" target=\"{}\" event=\"{}\"",
+            attribute(&self.asked.component.value),
+            attribute(&event)
+        );
         text.filled(&send, &self.arguments, |(field, argument)| {
-            let value = match argument {
-                Argument::Port(port) => port.value.clone(),
+            let value = match &argument.value {
+                Argument::Port(port) => port.clone(),
                 Argument::Constant(value) => literal(value),
             };
-            format!("<param name=\"{}\" expr=\"{}\"/>", attribute(field), attribute(&value))
+            format!("<param name=\"{}\" expr=\"{}\"/>", attribute(&field.value), attribute(&value))
         });
     }
 
@@ -222,13 +226,13 @@ impl Asking {
 
     /// An event of the component about the action or topic.
     fn event(&self, what: &str) -> String {
-        attribute(&format!("{}.{}{what}", self.component, self.name))
+        attribute(&format!("{}.{}{what}", self.asked.component.value, self.asked.name.value))
     }
 
     /// The event that may mean success.
     fn success(&self) -> String {
         match self.of {
-            Subject::Request => attribute(&format!("{}.ok", self.component)),
+            Subject::Request => attribute(&format!("{}.ok", self.asked.component.value)),
             Subject::Action => self.event(".succeeded"),
             Subject::Topic => self.event(""),
         }
@@ -242,7 +246,7 @@ impl Asking {
     /// The events that mean failure, without the timeout.
     fn refusals(&self) -> String {
         match self.of {
-            Subject::Request => attribute(&format!("{}.error", self.component)),
+            Subject::Request => attribute(&format!("{}.error", self.asked.component.value)),
             Subject::Action => format!("{} {}", self.event(".rejected"), self.ends()),
             Subject::Topic => String::new(),
         }
