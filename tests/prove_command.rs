@@ -132,7 +132,7 @@ fn a_property_that_remembers_a_level_or_computes_with_it_is_refused() {
     ] {
         std::fs::write(&file, format!("property levels := {condition}\n")).expect("room for a file");
         let properties = format!("properties=['{}']", file.display());
-        let said = refusal(&["prove", "nominal", "--set", &properties, "--set", "prove={}"]);
+        let said = refusal(&["prove", "nominal", "--property", "levels", "--set", &properties, "--set", "prove={}"]);
         assert!(said.contains("the property levels remembers a level or computes with it"), "{said}");
     }
 }
@@ -238,7 +238,8 @@ fn a_property_that_cannot_be_proved_is_refused_before_any_search() {
         property exact := always not (BatteryReader, BatteryLevel, level < 1.23456789)";
     std::fs::write(&file, text).expect("room for a file");
     let properties = format!("properties=['{}']", file.display());
-    let output = steward(&["prove", "nominal", "--set", &properties, "--set", "prove.expect={}"]);
+    let expect = "prove.expect={late='proved', exact='proved'}";
+    let output = steward(&["prove", "nominal", "--set", &properties, "--set", expect]);
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
     let said = String::from_utf8_lossy(&output.stderr);
@@ -247,7 +248,7 @@ fn a_property_that_cannot_be_proved_is_refused_before_any_search() {
 
 #[test]
 fn what_cannot_be_proved_is_reported_with_a_remedy() {
-    let pick = refusal(&["prove", "pick"]);
+    let pick = refusal(&["prove", "pick", "--property", "delivered"]);
     assert!(pick.contains("the property delivered requires something without a time limit"), "{pick}");
     let guide = refusal(&["prove", "guide", "--set", "prove.components={}"]);
     assert!(guide.contains("TourPlanner cannot be explored: it is a program"), "{guide}");

@@ -324,6 +324,17 @@ fn a_violation_of_which_nothing_is_expected_is_named_first() {
 }
 
 #[test]
+fn an_answer_that_is_missing_has_the_value_that_was_remembered() {
+    let out = tempdir().unwrap();
+    let asked = "always ((GoToDestination, Navigation, m[1] = <start_navigation> and place as p) implies \
+                 time_until (GotoRechargingStation, Navigation, m[1] = <get_status> and place = p) < 3 s)";
+    let expect = format!("expect={{phi1=\"violated\",back=\"violated\",satisfied={{back=\"{asked}\"}}}}");
+    report("battery_fault", out.path(), &["--no-snapshots", "--set", &expect]);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(page.contains("had to tell Navigation <code>[&lt;get_status&gt;, &lt;Destination&gt;]</code> by tick 2"));
+}
+
+#[test]
 fn junit_has_a_case_for_each_property_and_expectation() {
     let out = tempdir().unwrap();
     let file = out.path().join("results/junit.xml");

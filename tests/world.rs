@@ -275,14 +275,21 @@ fn a_proof_knows_the_true_place_where_nobody_asks() {
 fn what_a_proof_does_not_know_of_the_world_is_left_out_or_refused() {
     let text = "property fast := always (World, Monitors, speed_mps < 1)
         property soon := always ((World, Monitors, level_pct < 50) implies time_until (World, Monitors, charging = true) < 9)
-        property level := always (World, Monitors, level_pct >= 0)";
+        property level := always (World, Monitors, level_pct >= 0)
+        property rests := eventually (BatteryReader, BatteryLevel, true)
+        timed property prompt := always ((BatteryLevel, BatteryReader, true) implies time_until (BatteryReader, BatteryLevel, true) < 1 s)";
     let (found, results) = proved(text, &[]);
     assert_eq!(found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["level", "progress"]);
     let said = results["assumptions"].to_string();
     let expected = "Not proved: fast (speaks of more than the level and the place), soon (counts messages or measures \
-                    time, and speaks of the world).";
+                    time, and speaks of the world), rests (requires something without a time limit, and no search can \
+                    wait forever), prompt (cannot be explored: `prompt` is a timed property, and a proof has no notion \
+                    of time between ticks).";
     assert!(said.contains(expected), "{said}");
     let own = folder("base = \"nominal\"\n[expect]\n[prove]\nexpect = {}", text);
     let said = refusal(&["prove", own.path().join("own.toml").to_str().unwrap(), "--property", "fast"]);
     assert!(said.contains("the property fast speaks of more than the level and the place"), "{said}");
+    let own = folder("base = \"nominal\"\n[expect]\n[prove]\nexpect = { fast = \"proved\" }", text);
+    let said = refusal(&["prove", own.path().join("own.toml").to_str().unwrap()]);
+    assert!(said.contains("the property fast speaks of more") && !said.contains("the property soon"), "{said}");
 }

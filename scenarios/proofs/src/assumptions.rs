@@ -98,8 +98,8 @@ pub(super) fn told() -> Assumption {
 }
 
 /// That some properties are not proved, with the reasons; `None` if there are none.
-pub(super) fn left_out(beyond: &[(String, String)]) -> Option<Assumption> {
-    let each: Vec<String> = beyond.iter().map(|(name, why)| format!("{name} ({why})")).collect();
+pub(super) fn left_out(properties: &[(String, String)]) -> Option<Assumption> {
+    let each: Vec<String> = properties.iter().map(|(name, why)| format!("{name} ({why})")).collect();
     (!each.is_empty()).then(|| Assumption::new(About::Always, format!("Not proved: {}.", each.join(", "))))
 }
 

@@ -29,6 +29,7 @@ mod written;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use bt::{Kind, Node};
 use channels::{ChannelId, ChannelSystem, Monitor};
 use components::{BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation};
 use explorer::{
@@ -36,6 +37,7 @@ use explorer::{
     Refused, Replay, Ticks,
 };
 use monitors::scope_monitor;
+use recording::TREE;
 use robot::Streams;
 use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
@@ -52,7 +54,7 @@ use self::coverage::Coverage;
 pub use self::coverage::{Mistake, Unreachable, Unreached};
 use self::environment::{RobotEnvironment, Trips};
 use self::faults::WithFaults;
-use self::levels::{Rates, micros};
+use self::levels::{Micros, Rates, micros};
 pub use self::mutants::Mutant;
 pub use self::physics::Physical;
 pub use self::questions::{Question, Subject};
@@ -66,17 +68,15 @@ pub struct Proof {
     ids: Ids,
     monitoring: Arc<Monitoring>,
     /// The levels with which its machines compare the battery's.
-    thresholds: BTreeSet<i64>,
+    thresholds: BTreeSet<Micros>,
     damaged: Vec<ChannelId>,
     /// The faults that may occur.
     faults: Vec<Switched>,
     questions: Vec<Question>,
     /// What the world shows to monitors, if a property speaks of it.
     truths: Option<Truths>,
-    /// The properties that speak of what a proof does not know of the world, each with the reason.
-    beyond: Vec<(String, String)>,
-    /// Whether no property is named: then these are left out.
-    names_none: bool,
+    /// The properties that cannot be proved and that nobody names, each with the reason.
+    left_out: Vec<(String, String)>,
 }
 
 /// The result for a property.
@@ -133,14 +133,6 @@ impl Answer {
     }
 }
 
-/// An ordinary monitor of a property, at its start; `None` for those that have none.
-fn monitor_of<'m>(question: &Question, monitoring: &'m Monitoring) -> Option<&'m dyn Monitor> {
-    match question.subject {
-        Subject::Monitor(monitor) => Some(monitoring.monitors()[monitor].1.as_ref()),
-        Subject::Progress | Subject::AllReached => None,
-    }
-}
-
 /// Whether messages on the channel can change a verdict.
 fn watches(monitor: &dyn Monitor, channel: ChannelId) -> bool {
     let mut is_watched = MachineMonitor::of(monitor).is_some_and(|machine| machine.watches(channel));
@@ -168,48 +160,54 @@ impl Proof {
         let damaged = damaged(&scenario, &system, &mut complaints);
         let faults = faults::of(&scenario, &system, &mut complaints);
         let truths = wired.truths;
-        let beyond = beyond(&monitoring, truths.as_ref(), has_battery(&system));
-        let left_out: Vec<&str> = beyond.iter().map(|(name, _)| name.as_str()).collect();
-        let questions = questions::of(&scenario, &monitoring, &left_out, only, &mut complaints);
-        for (name, why) in beyond.iter().filter(|(name, _)| questions.iter().any(|asked| asked.property == *name)) {
-            let problem = diagnostics::Problem::new(format!("the property {name} {why}"));
-            complaints.push(problem.with_help(
-                "of the world, a proof knows `level_pct`, `charging` and the places, and shows them when they change: \
-                 judge runs with `steward run` and `steward campaign`",
-            ));
-        }
-        let names_none = only.is_empty() && scenario.file.prove.properties.is_empty();
-        for monitor in questions.iter().filter_map(|question| monitor_of(question, &monitoring)) {
-            subject::check_numbers(&scenario, &system, monitor, &mut complaints);
-        }
+        let questions = questions::of(&scenario, &monitoring, only, &mut complaints);
         complaints.check()?;
         let ids = wired.ids;
-        let proof = Self {
+        let mut proof = Self {
             scenario,
             ids,
             monitoring,
             thresholds,
             damaged,
             faults,
-            questions,
+            questions: Vec::new(),
+            left_out: Vec::new(),
             truths,
-            beyond,
-            names_none,
             system,
         };
-        // A search can take long: no property may be refused after that of another one.
-        let has_robot = proof.ids.robot.is_some();
-        if has_robot {
+        if proof.ids.robot.is_some() {
             proof.battery(None)?;
         }
-        for monitor in proof.questions.iter().filter_map(|question| proof.monitor(question)) {
-            complaints.take(explorer::check(monitor).map_err(refused));
-            if has_robot {
+        // A search can take long: no property may be refused after that of another one.
+        for question in questions {
+            match proof.monitor(&question).map_or(Ok(()), |monitor| proof.check(monitor)) {
+                Ok(()) => proof.questions.push(question),
+                Err(error) if question.is_named => _ = complaints.take::<()>(Err(error)),
+                Err(error) => {
+                    let why = error.reasons().replace(&format!("the property {} ", question.property), "");
+                    proof.left_out.push((question.property, why));
+                }
+            }
+        }
+        if proof.ids.robot.is_some() {
+            for monitor in proof.questions.iter().filter_map(|question| proof.monitor(question)) {
                 complaints.take(proof.battery(Some(monitor)));
             }
         }
         complaints.check()?;
         Ok(proof)
+    }
+
+    /// # Errors
+    /// [`Error::BadInput`] with everything that prevents a proof of what a monitor requires.
+    fn check(&self, monitor: &dyn Monitor) -> Result<(), Error> {
+        let mut complaints = Complaints::default();
+        complaints.note(subject::check_world(monitor, self.truths.as_ref(), has_battery(&self.system)));
+        complaints.note(subject::check_time_limit(monitor));
+        subject::check_numbers(&self.scenario, &self.system, monitor, &mut complaints);
+        complaints.take(explorer::check(monitor).map_err(|error| self.refused(&error)));
+        complaints.take(self.thresholds_for(Some(monitor)));
+        complaints.check()
     }
 
     /// The properties to be proved.
@@ -230,8 +228,7 @@ impl Proof {
         let mut all = assumptions::all(&self.scenario, &self.system, &self.faults);
         let asked = self.questions.iter().filter_map(|question| self.monitor(question));
         all.extend(asked.filter_map(|monitor| self.truths_for(Some(monitor))).next().map(|_| assumptions::told()));
-        // Whoever names properties knows what is left out.
-        all.extend(assumptions::left_out(&self.beyond).filter(|_| self.names_none));
+        all.extend(assumptions::left_out(&self.left_out));
         all
     }
 
@@ -244,7 +241,10 @@ impl Proof {
     /// An ordinary monitor of a property, at its start; `None` for those that have none.
     #[must_use]
     pub fn monitor(&self, question: &Question) -> Option<&dyn Monitor> {
-        monitor_of(question, &self.monitoring)
+        match question.subject {
+            Subject::Monitor(monitor) => Some(self.monitoring.monitors()[monitor].1.as_ref()),
+            Subject::Progress | Subject::AllReached => None,
+        }
     }
 
     /// Explores everything until the property is decided. The limits hold for each search, but the limit of visits for
@@ -272,7 +272,7 @@ impl Proof {
                 Round { number: first + usize::from(is_second), levels, progress: *progress }
             };
             let explored = explorer::explore(&model, monitor, &limits, &mut |now| progress(&round(now)));
-            let mut exploration = explored.map_err(refused)?;
+            let mut exploration = explored.map_err(|error| self.refused(&error))?;
             rounds.extend(exploration.earlier.iter().chain([&exploration.progress]).map(round));
             let concretized = match (&mut exploration.outcome, &mut battery) {
                 (Outcome::Violated(path), Some(BatteryModel { levels, bounds: Some(bounds), .. })) => {
@@ -358,13 +358,7 @@ impl Proof {
     /// The battery, if there is one, with levels divided as finely as the machines and the monitor distinguish them.
     fn battery(&self, monitor: Option<&dyn Monitor>) -> Result<Option<BatteryModel>, Error> {
         let Some(process) = process_of::<BatteryReader>(&self.system, BATTERY_READER) else { return Ok(None) };
-        let mut complaints = Complaints::default();
-        let mut thresholds = self.thresholds.clone();
-        if let Some(monitor) = monitor {
-            let shown = self.truths.as_ref().map(|truths| truths.channel);
-            thresholds::of_monitor(monitor, &self.system, (process, shown), &mut thresholds, &mut complaints);
-        }
-        complaints.check()?;
+        let thresholds = self.thresholds_for(monitor)?;
         let many = "the compared levels and the drain give too many classes of levels";
         let drained = match &self.scenario.file.prove.battery {
             BatteryAssumption::Free => {
@@ -378,6 +372,47 @@ impl Proof {
             let problem = drained.place.problem(many).with_label("this battery");
             Error::bad_input(problem.with_help("make the drain or the charge per tick larger"))
         })
+    }
+
+    /// Reports why a system cannot be explored as bad input.
+    fn refused(&self, error: &Refused) -> Error {
+        let help = match error {
+            Refused::Process { help, .. } | Refused::Property { help, .. } => help.clone(),
+            Refused::TooManyStates { process, .. } if process == TREE => self.timed_nodes(),
+            _ => None,
+        };
+        Error::refused(error.to_string(), help.unwrap_or_else(|| "`steward help prove` says what can be proved".into()))
+    }
+
+    /// Which nodes of the tree count time, in words: each multiplies its states by the number of ticks that it counts.
+    fn timed_nodes(&self) -> Option<String> {
+        let is_timed = |node: &&Node| {
+            matches!(
+                node.kind(),
+                Kind::Delay | Kind::Timeout | Kind::Sleep | Kind::RateController | Kind::SpeedController
+            )
+        };
+        let name = |node: &Node| match ["msec", "delay_msec", "hz"].map(|key| node.attribute(key)) {
+            [Some(value), ..] | [_, Some(value), _] => format!("`{}` of {value} ms", node.label()),
+            [.., Some(value)] => format!("`{}` of {value} Hz", node.label()),
+            _ => format!("`{}`", node.label()),
+        };
+        let nodes: Vec<String> = self.scenario.tree()?.nodes().iter().filter(is_timed).map(name).collect();
+        let help = "these nodes count time, each tick is another state, and together they have the product of them: ";
+        (!nodes.is_empty())
+            .then(|| format!("{help}{}. Shorten them, or make `execution.tick_s` longer", nodes.join(", ")))
+    }
+
+    /// The levels with which machines, and the monitor, compare the battery's.
+    fn thresholds_for(&self, monitor: Option<&dyn Monitor>) -> Result<BTreeSet<Micros>, Error> {
+        let (mut thresholds, mut complaints) = (self.thresholds.clone(), Complaints::default());
+        let process = process_of::<BatteryReader>(&self.system, BATTERY_READER);
+        if let Some((monitor, process)) = monitor.zip(process) {
+            let shown = self.truths.as_ref().map(|truths| truths.channel);
+            thresholds::of_monitor(monitor, &self.system, (process, shown), &mut thresholds, &mut complaints);
+        }
+        complaints.check()?;
+        Ok(thresholds)
     }
 
     /// The bounds of the battery's level. Levels are exact: a run that a proof finds has levels that add up.
@@ -394,16 +429,6 @@ impl Proof {
         let start = (exact(*start.start())?, exact(*start.end())?);
         Ok(Bounds { rates, start, is_full_from: exact(sim.recharge_below_pct)? })
     }
-}
-
-/// The properties that speak of what a proof does not know of the world, each with the reason.
-fn beyond(monitoring: &Monitoring, truths: Option<&Truths>, has_battery: bool) -> Vec<(String, String)> {
-    let Some(truths) = truths else { return Vec::new() };
-    let monitors = monitoring.monitors().iter().map(|(_, monitor)| monitor.as_ref());
-    let of_world = monitors.filter(|monitor| watches(*monitor, truths.channel));
-    let beyond = of_world
-        .filter_map(|monitor| Some((monitor.name().to_owned(), subject::beyond(monitor, truths, has_battery)?)));
-    beyond.collect()
 }
 
 fn has_battery(system: &ChannelSystem) -> bool {
@@ -446,18 +471,6 @@ fn damaged(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complai
         }
     }
     damaged
-}
-
-/// Reports why a system cannot be explored as bad input.
-fn refused(error: Refused) -> Error {
-    let help = match &error {
-        Refused::Process { help, .. } | Refused::Property { help, .. } => help.clone(),
-        _ => None,
-    };
-    let problem = diagnostics::Problem::new(error.to_string());
-    Error::bad_input(
-        problem.with_help(help.unwrap_or_else(|| "`steward help prove` says what can be proved".to_owned())),
-    )
 }
 
 #[cfg(test)]

@@ -92,8 +92,7 @@ impl Proof {
             damaged: self.damaged.clone(),
             faults: self.faults.clone(),
             truths: self.truths.clone(),
-            beyond: self.beyond.clone(),
-            names_none: self.names_none,
+            left_out: self.left_out.clone(),
             questions: self.questions.clone(),
         })
     }

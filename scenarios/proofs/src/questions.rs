@@ -1,7 +1,6 @@
 //! The properties to be proved.
 
 use diagnostics::Problem;
-use monitors::scope_monitor;
 use scenarios::Complaints;
 use scenarios::names::unknown;
 use scenarios::scenario::{ALL_REACHED, GENERAL, Monitoring, PROGRESS, ProofOutcome, Scenario};
@@ -13,6 +12,8 @@ pub struct Question {
     pub property: String,
     /// The expected result.
     pub expected: ProofOutcome,
+    /// Whether somebody names it. One that nobody names is left out if it cannot be proved.
+    pub is_named: bool,
     /// What is asked.
     pub subject: Subject,
 }
@@ -28,12 +29,10 @@ pub enum Subject {
     AllReached,
 }
 
-/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for. If it
-/// does not name any, those that speak of the world are left out.
+/// The properties to be proved: those that `only` names or, if it is empty, those that the scenario asks for.
 pub(super) fn of(
     scenario: &Scenario,
     monitoring: &Monitoring,
-    of_world: &[&str],
     only: &[String],
     complaints: &mut Complaints,
 ) -> Vec<Question> {
@@ -53,7 +52,7 @@ pub(super) fn of(
     // What is never reached is shown after every complete proof without a monitor; that it is a question of its own,
     // and may fail, must be asked for.
     let is_asked = |name: &str, subject| match (only, subject) {
-        ([], Subject::Monitor(_)) if prove.properties.is_empty() => !of_world.contains(&name),
+        ([], Subject::Monitor(_)) if prove.properties.is_empty() => true,
         ([], Subject::Monitor(_)) => is_named(name),
         ([], Subject::Progress) => true,
         ([], Subject::AllReached) => is_named(name) || expected(name).is_some(),
@@ -63,11 +62,10 @@ pub(super) fn of(
     let question = |(name, subject): (&str, Subject)| Question {
         property: name.to_owned(),
         expected: expected(name).map_or(ProofOutcome::Proved, |(_, outcome)| *outcome),
+        is_named: !only.is_empty() || !prove.properties.is_empty() || expected(name).is_some(),
         subject,
     };
-    let questions: Vec<Question> = asked.map(question).collect();
-    questions.iter().for_each(|question| check_time_limit(question, monitoring, complaints));
-    questions
+    asked.map(question).collect()
 }
 
 /// Reports unknown properties in the scenario and in `only`.
@@ -82,19 +80,5 @@ fn check_names(scenario: &Scenario, known: &[(&str, Subject)], only: &[String], 
     for name in only.iter().filter(|name| !is_known(name)) {
         let help = diagnostics::nearest_or_all(name, "properties", &known);
         complaints.push(Problem::new(format!("there is no property `{name}`")).with_help(help));
-    }
-}
-
-/// Reports a property that can be violated only by waiting forever.
-fn check_time_limit(question: &Question, monitoring: &Monitoring, complaints: &mut Complaints) {
-    let Subject::Monitor(monitor) = question.subject else { return };
-    let scope = scope_monitor(monitoring.monitors()[monitor].1.as_ref());
-    if scope.is_some_and(|scope| !scope.formula().is_safety()) {
-        let name = &question.property;
-        let message =
-            format!("the property {name} requires something without a time limit, and no search can wait forever");
-        let help = "limit it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
-                    `prove.properties`";
-        complaints.push(Problem::new(message).with_help(help));
     }
 }

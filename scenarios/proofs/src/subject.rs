@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use channels::{ChannelId, ChannelSystem, FieldKind, Monitor, Relation, Use, Value};
 use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
+use diagnostics::Problem;
 use monitors::{Bound, Formula, scope_monitor};
 use scenarios::names::unknown;
 use scenarios::scenario::{
@@ -78,10 +79,36 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     }
 }
 
+/// # Errors
+/// The problem of a property that can be violated only by waiting forever.
+pub(super) fn check_time_limit(monitor: &dyn Monitor) -> Result<(), Problem> {
+    if scope_monitor(monitor).is_none_or(|scope| scope.formula().is_safety()) {
+        return Ok(());
+    }
+    let name = monitor.name();
+    let message =
+        format!("the property {name} requires something without a time limit, and no search can wait forever");
+    let help = "limit it in ticks, `time_until (…) < 60`, or prove other properties: `--property NAME`, \
+                `prove.properties`";
+    Err(Problem::new(message).with_help(help))
+}
+
+/// # Errors
+/// The problem of a property that speaks of what a proof does not know of the world.
+pub(super) fn check_world(monitor: &dyn Monitor, truths: Option<&Truths>, has_battery: bool) -> Result<(), Problem> {
+    let of_world = truths.filter(|truths| crate::watches(monitor, truths.channel));
+    let Some(why) = of_world.and_then(|truths| beyond(monitor, truths, has_battery)) else { return Ok(()) };
+    let problem = Problem::new(format!("the property {} {why}", monitor.name()));
+    Err(problem.with_help(
+        "of the world, a proof knows `level_pct`, `charging` and the places, and shows them when they change: judge \
+         runs with `steward run` and `steward campaign`",
+    ))
+}
+
 /// Why a property that speaks of the world cannot be proved, in words; `None` if it can: a proof knows the level and
 /// the place, and shows them when they change. How often the world is shown in between is not known.
-pub(super) fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<String> {
-    let Some(scope) = scope_monitor(monitor) else { return Some("is a machine".to_owned()) };
+fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) -> Option<&'static str> {
+    let Some(scope) = scope_monitor(monitor) else { return Some("is a machine") };
     let mut unknown = None;
     scope.formula().events(&mut |event| {
         if event.channel == truths.channel {
@@ -93,9 +120,9 @@ pub(super) fn beyond(monitor: &dyn Monitor, truths: &Truths, has_battery: bool) 
         }
     });
     match unknown {
-        Some(()) => Some("speaks of more than the level and the place".to_owned()),
+        Some(()) => Some("speaks of more than the level and the place"),
         None if !is_steady(scope.formula(), truths.channel) => {
-            Some("counts messages or measures time, and speaks of the world".to_owned())
+            Some("counts messages or measures time, and speaks of the world")
         }
         None => None,
     }
