@@ -239,7 +239,7 @@ const MOST_REASONS: usize = 5;
 fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     let Summary { runs, outcomes, .. } = summary;
     text.paint(HEAD, &counted(runs, "run"), 0);
-    if summary.expects {
+    if summary.expects || outcomes.not_as_expected > 0 {
         text.write_str(": ")?;
         text.paint(GOOD, &format!("{} as expected", outcomes.as_expected), 0);
         if outcomes.not_as_expected > 0 {
@@ -293,7 +293,7 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
 
 /// How often a property was violated; of a RoAML model, how often it was true, as SMC Storm reports it.
 fn rate(estimate: &Estimate, of_roaml: bool) -> String {
-    let Estimate { count, rate, interval, inconclusive, .. } = estimate;
+    let Estimate { count, rate, interval, inconclusive, vacuous, .. } = estimate;
     let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
     if of_roaml {
         let (held, interval) = (runs - happened, interval.complement());
@@ -301,8 +301,11 @@ fn rate(estimate: &Estimate, of_roaml: bool) -> String {
         return format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})");
     }
     let repeated = estimate.repeated().map_or_else(String::new, |all| format!("; {all}"));
-    let open =
-        inconclusive.filter(|runs| *runs > 0).map_or_else(String::new, |runs| format!("; inconclusive in {runs}"));
+    let some = |what: &str, runs: &Option<u64>| match runs {
+        None | Some(0) => String::new(),
+        Some(runs) => format!("; {what} in {runs}"),
+    };
+    let open = some("inconclusive", inconclusive) + &some("vacuous", vacuous);
     format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4}){repeated}{open}")
 }
 

@@ -423,10 +423,10 @@ fn unrelated_results_are_refused_and_left_untouched() {
     let old = String::from_utf8(before[2].clone()).unwrap().replacen("\"version\":\"", "\"version\":\"0.0.", 1);
     fs::write(out.join("journal.jsonl"), &old).unwrap();
     assert!(refused(&again[..4]).contains("results of version 0.0."));
-    let other_format = old.replacen("\"format\":3", "\"format\":1", 1).replacen("\"layout\"", "\"columns\"", 1);
+    let other_format = old.replacen("\"format\":4", "\"format\":1", 1).replacen("\"layout\"", "\"columns\"", 1);
     fs::write(out.join("journal.jsonl"), other_format).unwrap();
     let said = refused(&again[..4]);
-    let parts = [" in format 1; this program is version ", " and writes format 3"];
+    let parts = [" in format 1; this program is version ", " and writes format 4"];
     assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     fs::write(out.join("journal.jsonl"), &old).unwrap();
     assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), old);

@@ -22,6 +22,7 @@
 //! | `PROPERTY.latency_s` | real | time from the first fault's onset to the violation |
 //! | `PROPERTY.violations` | integer | how often it was violated; for good counts once |
 //! | `PROPERTY.violated_s` | real | how long in all, if it can be violated again |
+//! | `PROPERTY.vacuous` | boolean | whether it was satisfied although a condition in it never occurred |
 //!
 //! Missing values are null. A dataset depends only on the records of its runs: the same campaign gives the same bytes
 //! on any number of cores, resumed or not, sharded or not.
@@ -144,6 +145,7 @@ fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
         columns.number(&format!("{name}.latency_s"), |row| monitor(row)?.latency_s);
         columns.integer(&format!("{name}.violations"), |row| Some(monitor(row)?.violations as i64));
         columns.number(&format!("{name}.violated_s"), |row| monitor(row)?.violated_s);
+        columns.boolean(&format!("{name}.vacuous"), |row| Some(monitor(row)?.vacuous));
     }
     columns.all
 }
@@ -169,6 +171,10 @@ impl Columns<'_> {
 
     fn number(&mut self, name: &str, of: impl Fn(&RunRecord) -> Option<f64>) {
         self.push(name, Cells::Numbers(self.rows.iter().map(of).collect()));
+    }
+
+    fn boolean(&mut self, name: &str, of: impl Fn(&RunRecord) -> Option<bool>) {
+        self.push(name, Cells::Booleans(self.rows.iter().map(of).collect()));
     }
 
     /// The column of a count in each run that did not fail.
@@ -273,6 +279,7 @@ mod tests {
             latency_s: None,
             violations: 3,
             violated_s: Some(1.5),
+            vacuous: false,
         };
         let facts = RunFacts {
             ended: "time_limit".into(),
@@ -372,6 +379,7 @@ mod tests {
             ("phi1.latency_s", Field::Null),
             ("phi1.violations", Field::Long(3)),
             ("phi1.violated_s", Field::Double(1.5)),
+            ("phi1.vacuous", Field::Bool(false)),
         ] {
             assert_eq!(cell(last, name), wanted, "{name}");
         }

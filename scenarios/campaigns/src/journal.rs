@@ -19,7 +19,7 @@ use super::{Measure, Model, Parameter, ParameterDomain, ParameterValue, Plan, Ru
 use crate::Error;
 
 /// The format of journals and datasets.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The dataset made from the journal.
 pub(super) const DATASET: &str = "dataset.parquet";

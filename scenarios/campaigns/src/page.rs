@@ -19,6 +19,7 @@ use drawing::scale::short;
 use maud::{Markup, html};
 use reports::html::{document, figure, row, section, table, text};
 
+use super::Measure;
 use super::journal::{Layout, ParameterLayout};
 use super::statistics::{Confidence, Count, Interval};
 use super::summary::{Estimate, Summary};
@@ -120,8 +121,9 @@ impl Page<'_> {
                 p.about { (text(&self.layout.about)) }
                 p.quiet {
                     (runs) " runs of " code { (scenario) } ", which differ in " (self.what_varies()) " · "
-                    @if self.summary.expects { (outcomes.as_expected) " as expected, " (outcomes.not_as_expected) " not, " }
-                    @else { "nothing expected of them, " }
+                    @if self.summary.expects || outcomes.not_as_expected > 0 {
+                        (outcomes.as_expected) " as expected, " (outcomes.not_as_expected) " not, "
+                    } @else { "nothing expected of them, " }
                     (outcomes.failed) " failed · steward " (version)
                 }
             }
@@ -152,6 +154,7 @@ impl Page<'_> {
                         (count.happened()) " of " (count.runs())
                         @if let Some(all) = estimate.repeated() { span.note { (all.to_string()) } }
                         @if let Some(runs @ 1..) = estimate.inconclusive { span.note { "inconclusive in " (runs) } }
+                        @if let Some(runs @ 1..) = estimate.vacuous { span.note { "vacuous in " (runs) } }
                     }
                     td { (estimate.rate.map_or("–".to_owned(), percent)) }
                     td { (interval(estimate.interval)) }
@@ -288,7 +291,17 @@ impl Page<'_> {
         });
         let lead = html! { p { "The line is the median; the band contains the middle 80\u{a0}% of the runs." } };
         let charts = html! { @for chart in charts { (chart) } };
-        section("measures", "What was measured", charts_below(&lead, &charts))
+        let known = self.survey.parameters.first().map_or(&[][..], |parameter| &parameter.measures);
+        let mut silent = self.layout.measures.clone();
+        silent.retain(|measure| known.iter().all(|(known, _)| known != measure));
+        let silent: Vec<&str> = silent.into_iter().map(Measure::about).collect();
+        let measured = html! {
+            (charts_below(&lead, &charts))
+            @if !silent.is_empty() && !self.survey.parameters.is_empty() {
+                p.note { "No run has a value of: " (silent.join("; ")) "." }
+            }
+        };
+        section("measures", "What was measured", measured)
     }
 
     fn latencies(&self) -> Markup {

@@ -114,6 +114,8 @@ pub struct MonitorFacts {
     pub violations: u64,
     /// How long they lasted together, in seconds; none if there were none, or if the monitor does not go on.
     pub violated_s: Option<f64>,
+    /// Whether it was satisfied vacuously: a condition in it never occurred.
+    pub vacuous: bool,
 }
 
 impl RunRecord {
@@ -183,6 +185,7 @@ impl MonitorFacts {
             latency_s: latency,
             violations: all.map_or(once, |all| all.count),
             violated_s: all.filter(|all| all.goes_on).map(|all| all.total_s),
+            vacuous: monitor.verdict == Outcome::Satisfied && !monitor.vacuous.is_empty(),
         }
     }
 }

@@ -169,6 +169,8 @@ struct Tally {
     violations: Vec<u64>,
     /// In how many runs each property was inconclusive.
     inconclusive: Vec<u64>,
+    /// In how many runs each property was satisfied vacuously.
+    vacuous: Vec<u64>,
     /// The simulated time of the runs that did not fail, in seconds.
     simulated_s: f64,
     expectation: Count,
@@ -186,6 +188,7 @@ impl Tally {
             outcomes: Outcomes::default(),
             violations: vec![0; properties.len()],
             inconclusive: vec![0; properties.len()],
+            vacuous: vec![0; properties.len()],
             properties,
             simulated_s: 0.0,
             expectation: Count::default(),
@@ -208,6 +211,8 @@ impl Tally {
             for (sum, monitor) in self.inconclusive.iter_mut().zip(&facts.monitors) {
                 *sum += u64::from(monitor.verdict == Outcome::Inconclusive);
             }
+            let vacuous = self.vacuous.iter_mut().zip(&facts.monitors);
+            vacuous.for_each(|(sum, monitor)| *sum += u64::from(monitor.vacuous));
         }
         for expected in &record.unmet {
             *self.unmet.entry(expected.clone()).or_default() += 1;
@@ -243,11 +248,13 @@ impl Tally {
             interval: count.interval(confidence),
             violations: None,
             inconclusive: None,
+            vacuous: None,
         };
         let hours = self.simulated_s / 3600.0;
         let of_property = |(index, name): (usize, &String)| Estimate {
             violations: Some(Frequency::of(self.violations[index], self.properties[index].runs(), hours)),
             inconclusive: Some(self.inconclusive[index]),
+            vacuous: Some(self.vacuous[index]),
             ..estimate(name, self.properties[index])
         };
         let again = layout.again();

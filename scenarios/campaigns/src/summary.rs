@@ -56,8 +56,11 @@ impl Summary {
         if self.of_roaml {
             return (sorted, Vec::new());
         }
-        sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive)));
-        let is_fine = |estimate: &&Estimate| estimate.count.happened() == 0 && estimate.inconclusive == Some(0);
+        let is_fine = |estimate: &&Estimate| {
+            let is_tested = estimate.vacuous < Some(estimate.count.runs());
+            estimate.count.happened() == 0 && estimate.inconclusive == Some(0) && is_tested
+        };
+        sorted.sort_by_key(|estimate| Reverse((estimate.count.happened(), estimate.inconclusive, !is_fine(estimate))));
         let first_fine = sorted.iter().position(is_fine).unwrap_or(sorted.len());
         let fine = if sorted.len() - first_fine < MANY { Vec::new() } else { sorted.split_off(first_fine) };
         (sorted, fine)
@@ -110,6 +113,9 @@ pub struct Estimate {
     pub violations: Option<Frequency>,
     /// In how many runs a property was inconclusive at the end; null for `expectation`.
     pub inconclusive: Option<u64>,
+    /// In how many runs a property was satisfied vacuously, since a condition in it never occurred; null for
+    /// `expectation`.
+    pub vacuous: Option<u64>,
 }
 
 /// How often a property was violated, counting every violation of a run.

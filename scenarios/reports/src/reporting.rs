@@ -106,7 +106,8 @@ fn outcomes(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
 
 /// The properties that are violated and of which the scenario says nothing.
 fn unexpected_violations(view: &RunView) -> impl Iterator<Item = ExpectationReport> {
-    let is_unsaid = |monitor: &MonitorView| view.header().expected.of(monitor.name()).is_none();
+    let expected = &view.header().expected;
+    let is_unsaid = |monitor: &MonitorView| !expected.others_may_be_violated && expected.of(monitor.name()).is_none();
     let violated = view.monitors().filter(|monitor| monitor.outcome() == Outcome::Violated);
     violated.filter(is_unsaid).map(|monitor| {
         let name = monitor.name();

@@ -38,6 +38,7 @@ impl Expectations {
         let satisfied = satisfied.map(|name| (name.clone(), Outcome::Satisfied));
         Expected {
             outcomes: outcomes.chain(satisfied).collect(),
+            others_may_be_violated: false,
             reached: names(&self.reached),
             not_reached: names(&self.not_reached),
             failed_programs: names(&self.failed_programs),

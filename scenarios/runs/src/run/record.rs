@@ -6,7 +6,9 @@ use std::time::Duration;
 use channels::{Event, Monitor, ProcessId};
 use maps::{Place, Places};
 use programs::ProgramProcess;
-use recording::{Detail, Details, End, Ended, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step};
+use recording::{
+    Detail, Details, End, Ended, Expected, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene, Step,
+};
 use robot::RobotModel;
 use scenarios::scenario::schedule::DriverData;
 use scenarios::scenario::{Behavior, MachineMonitor, Premises, Scenario};
@@ -47,7 +49,7 @@ impl Run {
             premises: premises.map(premises_record),
             robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
             snapshots: file.snapshots.clone(),
-            expected: file.expect.record(),
+            expected: Expected { others_may_be_violated: is_model, ..file.expect.record() },
         }
     }
 
