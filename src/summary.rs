@@ -94,8 +94,12 @@ fn errors(report: &Report) -> impl Iterator<Item = Fact<'_>> {
 /// Battery, robot and places; of a run without a robot, the time.
 fn robot(report: &Report) -> Vec<Fact<'_>> {
     let mut facts = Vec::new();
-    if let Some(BatteryReport { initial, minimum, r#final: last }) = report.battery {
-        let words = format!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %");
+    if let Some(BatteryReport { initial, minimum, r#final: last, empty_at_s }) = report.battery {
+        let lowest = match empty_at_s {
+            Some(time_s) => format!("empty at {time_s:.2} s: the robot stood still"),
+            None => format!("never below {minimum:.1} %"),
+        };
+        let words = format!("{initial:.1} % at the start, {last:.1} % at the end, {lowest}");
         facts.push(("battery", words));
     }
     let Some(robot) = &report.robot else {

@@ -191,28 +191,6 @@ fn inputs_that_a_machine_does_not_read_give_a_warning() {
 }
 
 #[test]
-fn a_leaf_that_asks_what_nobody_offers_is_refused_in_terms_of_its_entry() {
-    for (change, problem) in [
-        ("BatteryAbove.request=\"BatteryReder.get_level\"", "unknown component `BatteryReder`"),
-        ("BatteryAbove.request=\"BatteryReader.get_levl\"", "unknown service of BatteryReader `get_levl`"),
-        ("BatteryAbove.success_when=\"reply.levl > 3\"", "unknown field of <ok> from BatteryReader `levl`"),
-        (
-            "BeginTour={action=\"TourPlanner.begin_tour\"}",
-            "`begin_tour` is not an action of TourPlanner, but a service",
-        ),
-        ("BeginTour.on_halt=\"TourPlanner.tick_off\"", "`tick_off` needs the field `place`"),
-        ("BeginTour.on_halt=\"Lamp.off\"", "unknown component `Lamp`"),
-        ("ChooseStop.arguments={}", "`next_stop` needs the field `wish`"),
-        ("ChooseStop.arguments.wsh=\"{wish}\"", "unknown field of next_stop `wsh`"),
-        ("TickOff.arguments.shown=3", "the field `shown` of tick_off cannot be 3"),
-    ] {
-        let refused = refusal(&["--scenario", "guide", "--no-snapshots", "--set", &format!("leaves.{change}")]);
-        assert!(refused.contains(problem), "{change}: {refused}");
-        assert!(!refused.contains("<send") && !refused.contains("problems"), "{change}: {refused}");
-    }
-}
-
-#[test]
 fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
     let lines = format!(
         "{TABLE}\nleaves.GoToDok.machine = \"GoToDestination.scxml\"\nleaves.Do.data.place = \"dock\"\n\

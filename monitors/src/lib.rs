@@ -61,8 +61,8 @@
 //!
 //! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` become clauses (an
 //! `and` of `or`s), the operand of `eventually` and the right of `until` become products (an `or` of `and`s). A part
-//! that contains another part is dropped. A part's *own* atoms are its events, fresh or not, outside any further temporal operator
-//! or `time_until`; its own channels are the channels of these events.
+//! that contains another part is dropped. A part's *own* atoms are its events, fresh or not, outside any further
+//! temporal operator or `time_until`; its own channels are the channels of these events.
 //!
 //! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message. A part
 //! without own atoms is checked at every tick, and at the messages on the channels of its literals about the past.

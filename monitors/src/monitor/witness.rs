@@ -45,7 +45,6 @@ pub struct Sighting {
     /// The message.
     pub message: Message,
     /// The names of its fields, if it shows what was true: which fields such a message has depends on the properties.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<String>,
 }
 

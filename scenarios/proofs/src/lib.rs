@@ -36,15 +36,12 @@ use explorer::{
     Environment, Exploration, Limit, Limits, MessageFaults, Model, Onlooker, Outcome, Path, Progress, Reduction,
     Refused, Replay, Ticks,
 };
-use monitors::scope_monitor;
 use recording::TREE;
 use robot::Streams;
 use runs::{Ids, Switched, wire};
 use scenarios::names::unknown;
 use scenarios::scenario::schedule::process_of;
-use scenarios::scenario::{
-    BatteryAssumption, Drained, Fact, MachineMonitor, Monitoring, Passes, ProofOutcome, Scenario, Truths,
-};
+use scenarios::scenario::{BatteryAssumption, Drained, Fact, Monitoring, Passes, ProofOutcome, Scenario, Truths};
 use scenarios::{Complaints, Error};
 
 pub use self::assumptions::Assumption;
@@ -131,15 +128,6 @@ impl Answer {
             (_, outcome) => Some(proved_if(matches!(outcome, Outcome::Proved))),
         }
     }
-}
-
-/// Whether messages on the channel can change a verdict.
-fn watches(monitor: &dyn Monitor, channel: ChannelId) -> bool {
-    let mut is_watched = MachineMonitor::of(monitor).is_some_and(|machine| machine.watches(channel));
-    if let Some(scope) = scope_monitor(monitor) {
-        scope.formula().events(&mut |event| is_watched |= event.channel == channel);
-    }
-    is_watched
 }
 
 impl Proof {
@@ -332,7 +320,7 @@ impl Proof {
     /// What the world shows to a monitor that hears it.
     fn truths_for(&self, monitor: Option<&dyn Monitor>) -> Option<&Truths> {
         let truths = self.truths.as_ref()?;
-        watches(monitor?, truths.channel).then_some(truths)
+        subject::watches(monitor?, truths.channel).then_some(truths)
     }
 
     fn environment(&self, monitor: Option<&dyn Monitor>, battery: Option<BatteryModel>) -> RobotEnvironment {

@@ -79,6 +79,15 @@ pub(super) fn check_assumptions(scenario: &Scenario, complaints: &mut Complaints
     }
 }
 
+/// Whether messages on the channel can change a verdict.
+pub(super) fn watches(monitor: &dyn Monitor, channel: ChannelId) -> bool {
+    let mut is_watched = MachineMonitor::of(monitor).is_some_and(|machine| machine.watches(channel));
+    if let Some(scope) = scope_monitor(monitor) {
+        scope.formula().events(&mut |event| is_watched |= event.channel == channel);
+    }
+    is_watched
+}
+
 /// # Errors
 /// The problem of a property that can be violated only by waiting forever.
 pub(super) fn check_time_limit(monitor: &dyn Monitor) -> Result<(), Problem> {
@@ -96,7 +105,7 @@ pub(super) fn check_time_limit(monitor: &dyn Monitor) -> Result<(), Problem> {
 /// # Errors
 /// The problem of a property that speaks of what a proof does not know of the world.
 pub(super) fn check_world(monitor: &dyn Monitor, truths: Option<&Truths>, has_battery: bool) -> Result<(), Problem> {
-    let of_world = truths.filter(|truths| crate::watches(monitor, truths.channel));
+    let of_world = truths.filter(|truths| watches(monitor, truths.channel));
     let Some(why) = of_world.and_then(|truths| beyond(monitor, truths, has_battery)) else { return Ok(()) };
     let problem = Problem::new(format!("the property {} {why}", monitor.name()));
     Err(problem.with_help(

@@ -308,7 +308,6 @@ pub struct Expected {
     /// The expected outcome of each property.
     pub outcomes: Vec<(String, Outcome)>,
     /// Whether any other property may be violated, too: those of a RoAML model are questions, and not requirements.
-    #[serde(default)]
     pub others_may_be_violated: bool,
     /// Places where the robot must have come to rest.
     pub reached: Vec<String>,

@@ -1,5 +1,7 @@
 //! What is counted over the steps of a run.
 
+use std::time::Duration;
+
 use crate::{Battery, RobotState, Truth};
 
 /// Aggregates over the steps of a run.
@@ -22,6 +24,8 @@ pub struct BatteryTally {
     pub initial_pct: f64,
     /// The lowest so far, in percent.
     pub minimum_pct: f64,
+    /// When it was empty for the first time, if it was: then the robot stands still.
+    pub empty_at: Option<Duration>,
 }
 
 /// The error of localization over the steps of a run.
@@ -37,10 +41,12 @@ pub struct LocalizationError {
 
 impl Tally {
     /// Takes note of the robot's state and of what has changed in it.
-    pub(crate) fn note(&mut self, robot: &RobotState, changes: &RobotState) {
+    pub(crate) fn note(&mut self, now: Duration, robot: &RobotState, changes: &RobotState) {
         if let Some(Battery { charge_pct, .. }) = changes.battery {
-            let battery = self.battery.get_or_insert(BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct });
+            let first = BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct, empty_at: None };
+            let battery = self.battery.get_or_insert(first);
             battery.minimum_pct = battery.minimum_pct.min(charge_pct);
+            battery.empty_at = battery.empty_at.or((charge_pct <= 0.0).then_some(now));
         }
         if changes.pose().is_some() {
             self.error = robot.truth.zip(robot.estimate).map(|(Truth { pose, .. }, estimate)| {

@@ -119,7 +119,7 @@ impl RunView {
         self.step = Step { happenings: Vec::new(), details: None, ..step };
         let (changes, was_charging) = (self.step.robot, self.robot.is_charging());
         self.robot = self.robot.with(&changes);
-        self.tally.note(&self.robot, &changes);
+        self.tally.note(self.step.time, &self.robot, &changes);
         self.note_entries(&changes);
         self.changes = changes;
         self.changes.battery = changes.battery.filter(|battery| battery.charging != was_charging);

@@ -1,8 +1,9 @@
 //! The results of runs as JUnit XML, for continuous integration.
 //!
 //! Each run is a suite with one test case per property and expectation. A property with an expectation passes if it is
-//! met; any other property fails if it is violated (is skipped in a RoAML model), and is skipped if it is inconclusive. No case fails if and only if
-//! the run was as expected. There are no times: the same run gives the same bytes.
+//! met; any other property fails if it is violated (in a RoAML model, it is skipped), and is skipped if it is
+//! inconclusive. No case fails if and only if the run was as expected. There are no times: the same run gives the same
+//! bytes.
 
 use std::fmt;
 use std::path::Path;

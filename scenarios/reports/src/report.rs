@@ -329,6 +329,8 @@ pub struct BatteryReport {
     pub minimum: f64,
     /// At the end.
     pub r#final: f64,
+    /// When it was empty for the first time, in seconds; null if it never was. Then the robot stands still.
+    pub empty_at_s: Option<f64>,
 }
 
 /// The results of the robot.

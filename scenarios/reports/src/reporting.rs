@@ -245,8 +245,13 @@ fn tree_error(view: &RunView, error: &TreeError) -> TreeErrorReport {
 }
 
 fn battery(view: &RunView) -> Option<BatteryReport> {
-    let BatteryTally { initial_pct, minimum_pct } = view.tally().battery()?;
-    Some(BatteryReport { initial: initial_pct, minimum: minimum_pct, r#final: view.robot().battery?.charge_pct })
+    let BatteryTally { initial_pct, minimum_pct, empty_at } = view.tally().battery()?;
+    Some(BatteryReport {
+        initial: initial_pct,
+        minimum: minimum_pct,
+        r#final: view.robot().battery?.charge_pct,
+        empty_at_s: empty_at.as_ref().map(Duration::as_secs_f64),
+    })
 }
 
 fn robot(view: &RunView) -> Option<RobotReport> {

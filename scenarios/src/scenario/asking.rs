@@ -110,16 +110,18 @@ impl Asking {
         is_misfit.then_some("a condition cannot begin an action: it says at once whether it holds")
     }
 
-    /// Reports ports that the leaf does not have.
-    pub(super) fn check_ports(&self, tree: &Tree, leaf: &Node, complaints: &mut Complaints) {
+    /// Reports ports that the leaf does not have. Returns whether there is nothing to report.
+    pub(super) fn check_ports(&self, tree: &Tree, leaf: &Node, complaints: &mut Complaints) -> bool {
         let known = |inputs: bool| {
             let unfit = if inputs { Direction::Output } else { Direction::Input };
             tree.ports(leaf.id()).filter(move |port| port.direction != unfit).map(|port| port.name)
         };
+        let mut fits = true;
         let mut check = |port: &Spanned<String>, inputs: bool| {
             if !known(inputs).any(|name| name == port.value) {
                 let what = format!("{} port of `{}`", if inputs { "input" } else { "output" }, leaf.process());
                 complaints.push(unknown(&what, port, known(inputs)));
+                fits = false;
             }
         };
         for (_, argument) in &self.arguments {
@@ -132,6 +134,7 @@ impl Asking {
             named.for_each(|port| check(&port, true));
         }
         self.outputs.iter().chain(&self.feedback).for_each(|written| check(&written.port, false));
+        fits
     }
 }
 

@@ -155,11 +155,11 @@ fn check_entries<'p>(
     let mut unfit = BTreeSet::new();
     for entry in parts.leaves {
         let is_of = |leaf: &&bt::Node| entry_of(parts.leaves, leaf).is_some_and(|of| ptr::eq(of, entry));
-        let leaves: Vec<&str> = parts.tree.leaves().filter(is_of).map(bt::Node::process).collect();
-        let asking = entry.asking.as_ref().filter(|_| !leaves.is_empty());
-        if asking.is_some_and(|asking| !asking.check(offers, complaints)) {
-            unfit.extend(leaves);
-        }
+        let leaves: Vec<&bt::Node> = parts.tree.leaves().filter(is_of).collect();
+        let Some(asking) = entry.asking.as_ref().filter(|_| !leaves.is_empty()) else { continue };
+        let fits = asking.check(offers, complaints);
+        let leaves = leaves.into_iter().filter(|leaf| !asking.check_ports(parts.tree, leaf, complaints) || !fits);
+        unfit.extend(leaves.map(bt::Node::process));
     }
     unfit
 }

@@ -128,7 +128,6 @@ impl FileReader<'_> {
                 problems.push(tree.problem_at(leaf.id(), why.to_owned(), "this leaf", "make it an action of the tree"));
                 return None;
             }
-            asking.check_ports(tree, leaf, self.complaints);
             let name = format!("leaves.{}", key(leaf.process()));
             let chart = self.complaints.note(Chart::load(&name, &asking.scxml(leaf)))?;
             return Some((PathBuf::from(name), chart));

@@ -26,7 +26,8 @@ pub(super) fn numbers(report: &Report) -> Markup {
     ];
     if let Some(battery) = &report.battery {
         let levels = [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ");
-        facts.push(("battery at the start, lowest, at the end", levels));
+        let empty = battery.empty_at_s.map(|time_s| format!("; empty at {time_s:.2} s: the robot stood still"));
+        facts.push(("battery at the start, lowest, at the end", levels + &empty.unwrap_or_default()));
     }
     if let Some(robot) = &report.robot {
         facts.push(("driven", format!("{} m", words::decimals(robot.distance_m, 1))));
