@@ -11,7 +11,7 @@ const SIZES = [[390, 844], [768, 1024], [1366, 768], [1920, 1080]];
 const SCHEMES = ['light', 'dark'];
 
 // What axe-core calls serious or critical, with the elements.
-async function serious({ page }) {
+export async function serious({ page }) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate(() => window.axe.run());
   return violations.filter(({ impact }) => ['serious', 'critical'].includes(impact))

@@ -1,10 +1,12 @@
 // Measures the live page: node tests/live/measure.mjs STEWARD [MEASUREMENT…]
 
 import { readdirSync, readFileSync } from 'node:fs';
+import { readFile, writeFile } from 'node:fs/promises';
 import { getPriority, loadavg, setPriority } from 'node:os';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { browser, Live } from './cockpit.mjs';
 import { frame, Line, upgrade } from './line.mjs';
+import { report } from './timeline.mjs';
 
 const ENDLESS = ['--set', 'stop.after_s=1000000', '--set', 'execution.max_time_s=1000000'];
 
@@ -28,7 +30,7 @@ const quantile = (numbers, share) => numbers.toSorted((a, b) => a - b)[Math.ceil
 const median = numbers => quantile(numbers, 0.5);
 
 function spread(what, took) {
-  const [middle, most] = [0.5, 0.95].map(share => quantile(took, share).toFixed(0));
+  const [middle, most] = [0.5, 0.95].map(share => quantile(took, share).toFixed(1));
   const [load] = loadavg();
   console.log(`${what}: median ${middle} ms, 95 % within ${most} ms, of ${took.length}; load ${load.toFixed(1)}`);
 }
@@ -174,6 +176,36 @@ async function memory(steward) {
   }
 }
 
-const measurements = { latency, reaction, processor, viewers, memory };
+// What a frame of the report's timeline costs in script and layout while one zooms, with 100,000 bars in 20 lanes.
+async function timeline(steward) {
+  const file = await report(steward);
+  const bars = Array.from({ length: 5000 }, (_, bar) => [200, bar % 7 - 1]).flat();
+  const lanes = Array.from({ length: 20 }, (_, lane) => ({ name: `lane ${lane}`, bars }));
+  const crowd = data => ({ ...data, end: 1000, axis: [[0, 1000, 0, 1, false]], groups: [{ title: 'Lanes', lanes, rest: '' }] });
+  const page = await readFile(file, 'utf8');
+  const [before, rest] = page.split('<script type="application/json">');
+  const end = rest.indexOf('</script>');
+  await writeFile(file, `${before}<script type="application/json">${JSON.stringify(crowd(JSON.parse(rest.slice(0, end))))}${rest.slice(end)}`);
+  const chromium = await browser();
+  const context = await chromium.newPage({ viewport: { width: 1366, height: 768 } });
+  await context.goto(`file://${file}`);
+  const took = await context.evaluate(async () => {
+    const canvas = document.querySelector('.explore canvas'), took = [];
+    canvas.focus();
+    for (let step = 0; step < 300; step++) {
+      const deltaY = step % 100 < 50 ? -60 : 60, { left, top } = canvas.getBoundingClientRect();
+      canvas.dispatchEvent(new WheelEvent('wheel', { deltaY, clientX: left + 600, clientY: top + 200, cancelable: true }));
+      took.push(await new Promise(done => requestAnimationFrame(began => {
+        canvas.getBoundingClientRect();
+        done(performance.now() - began);
+      })));
+    }
+    return took;
+  });
+  spread('a frame of the timeline with 100,000 bars', took);
+  await chromium.close();
+}
+
+const measurements = { latency, reaction, processor, viewers, memory, timeline };
 const [steward, ...wanted] = process.argv.slice(2);
 for (const name of wanted.length ? wanted : Object.keys(measurements)) await measurements[name](steward);

@@ -92,6 +92,12 @@ impl TimeAxis {
         stretch.map_or(0.0, |stretch| stretch.x(time_s))
     }
 
+    /// All stretches, from left to right.
+    #[must_use]
+    pub fn stretches(&self) -> &[Stretch] {
+        &self.stretches
+    }
+
     /// The compressed stretches.
     pub fn shortened(&self) -> impl Iterator<Item = &Stretch> {
         self.stretches.iter().filter(|stretch| stretch.shortened)

@@ -1,7 +1,8 @@
 //! The report as a page: `report.html`, one self-contained file that explains to a stranger what happened in a run.
 //!
-//! It needs no network and no script, has a light and a dark color scheme, and can be read on a phone and on paper:
-//! every chart is drawn twice, for wide and for narrow screens. The same run gives the same bytes: the page does not
+//! It needs no network, has a light and a dark color scheme, and can be read on a phone and on paper: every chart is
+//! drawn twice, for wide and for narrow screens. A script lets one explore the timeline; without it, the page says the
+//! same. The page allows this script and no other. The same run gives the same bytes: the page does not
 //! say how long the computer took.
 //!
 //! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts. The page prescribes the
@@ -27,11 +28,14 @@ mod verdicts;
 mod violations;
 mod words;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use diagnostics::Staging;
 use drawing::{Renderer, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
 use recording::RunView;
+use sha2::{Digest, Sha256};
 
 use crate::Error;
 use crate::file_name;
@@ -55,6 +59,9 @@ pub const FILE: &str = "report.html";
 const MOST_BYTES: usize = 780_000;
 
 const STYLE: &str = include_str!("html/style.css");
+
+/// Draws the timeline anew as one explores it.
+const SCRIPT: &str = include_str!("html/timeline.js");
 
 /// Writes the page of a finished run beside the report's snapshots.
 ///
@@ -120,18 +127,26 @@ pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Pi
 
 /// A self-contained page with this title, in the colors and the style of all pages.
 pub fn document(title: &str, main: &Markup) -> String {
+    let has_timeline = main.0.contains("<figure class=\"panel timeline\"");
+    let script = if has_timeline { SCRIPT } else { "" };
+    let allowed = format!("'sha256-{}'", BASE64.encode(Sha256::digest(script)));
+    let policy = format!("default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {allowed}");
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(policy);
                 meta name="generator" content={ "steward " (env!("CARGO_PKG_VERSION")) };
                 title { (title) }
                 link rel="icon" href="data:,";
                 style { (PreEscaped(colors::definitions())) (PreEscaped(STYLE)) }
             }
-            body { main { (main) } }
+            body {
+                main { (main) }
+                @if has_timeline { script { (PreEscaped(script)) } }
+            }
         }
     };
     // Users' texts may contain characters that are not allowed in a page, and maud lets them through.
@@ -236,9 +251,22 @@ fn course(view: &RunView, timeline: &Timeline) -> Markup {
         Some(_) => "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis",
         None => "Timeline of behavior tree, skills, components, monitors and faults on one time axis",
     };
+    let keys = "Drag, or turn the wheel once you have clicked; keys + - ← → 0, and , . from event to event";
+    // Inside a script, only `</script` would end it.
+    let data = chart::data(view, timeline).to_string().replace('<', "\\u003c");
     let content = html! {
-        figure.panel {
+        figure.panel.timeline {
             (figure(label, |layout| chart::draw(view, timeline, layout)))
+            div.explore {
+                p.tools {
+                    button type="button" value="+" { "zoom in" }
+                    button type="button" value="-" { "zoom out" }
+                    button type="button" value="0" { "whole run" }
+                    output { (keys) "." }
+                }
+                canvas tabindex="0" role="application" aria-label={ (label) ". " (keys) } {}
+            }
+            script type="application/json" { (PreEscaped(data)) }
             figcaption { (chart::caption(view, timeline)) }
         }
     };

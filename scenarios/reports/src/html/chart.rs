@@ -1,6 +1,7 @@
 //! The run on one time axis: battery, what the tree was doing, its leaves, skills, components and monitors.
 
 mod battery;
+mod data;
 mod happenings;
 mod lanes;
 mod sheet;
@@ -20,6 +21,8 @@ use crate::timeline::Timeline;
 use happenings::Happening;
 use lanes::Group;
 use sheet::{Chart, Sizes};
+
+pub(super) use data::data;
 
 /// Draws the timeline of a run.
 pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawing {

@@ -1,6 +1,7 @@
 //! Small pieces of HTML.
 
 use std::iter;
+use std::time::Duration;
 
 use drawing::Verdict;
 use drawing::icons::Look;
@@ -12,6 +13,11 @@ use super::figure::sign;
 /// A text for people, without a line break between a number and its percent sign.
 pub fn text(text: &str) -> String {
     text.replace(" %", "\u{a0}%")
+}
+
+/// A moment in words, which leads to it on the timeline.
+pub(super) fn moment(time: Duration, words: &str) -> Markup {
+    html! { a href="#timeline" data-at=(time.as_secs_f64()) { (words) } }
 }
 
 /// A name that may be broken between its words.

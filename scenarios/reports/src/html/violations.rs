@@ -73,7 +73,7 @@ impl Story {
             details.again { summary { "The same messages as text" } (transcript(&sequence)) }
         };
         let name = evidence.name.to_owned();
-        Self { id: anchor(evidence), facts: facts(evidence, view, timeline), words, messages, name }
+        Self { id: anchor(evidence.name), facts: facts(evidence, view, timeline), words, messages, name }
     }
 
     /// How many bytes of the page it takes.
@@ -96,7 +96,16 @@ fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
     if let Some(words) = ending.violations.and_then(|all| all.in_words(view.time())) {
         facts.push(("how often", words));
     }
-    html! { dl.facts.inline { @for (name, value) in facts { div { dt { (name) } dd { (text(&value)) } } } } }
+    html! {
+        dl.facts.inline {
+            @for (name, value) in facts {
+                div {
+                    dt { (name) }
+                    dd { @if name == "when" { (markup::moment(decided.time, &text(&value))) } @else { (text(&value)) } }
+                }
+            }
+        }
+    }
 }
 
 /// A position in words: the place where the robot is, or the nearest one.
@@ -130,12 +139,12 @@ pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
-    html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence)) } { "How it happened" } }
+    html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence.name)) } { "How it happened" } }
 }
 
-fn anchor(evidence: &Evidence<'_>) -> String {
-    let name: String =
-        evidence.name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
+/// Where the page tells the story of a property's violation.
+pub(super) fn anchor(property: &str) -> String {
+    let name: String = property.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
     format!("violation-{name}")
 }
 
@@ -417,18 +426,24 @@ fn transcript(sequence: &Sequence) -> Markup {
         Weight::Plain | Weight::Afterwards => None,
     };
     let line = |row: &Row| match row {
-        Row::Tick { tick, time } => html! { li.tick { "Tick " (tick) ", " (words::time(*time)) } },
+        Row::Tick { tick, time } => {
+            html! { li.tick { (markup::moment(*time, &format!("Tick {tick}, {}", words::time(*time)))) } }
+        }
         Row::Message { seen: Seen { at, from, to, message }, weight, .. } => {
             html! { li class=[class(*weight)] { "step " (at.step) ": " (from) " → " (to) " " code { (message) } } }
         }
         Row::Ticks { first, last, words } if first == last => html! { li { "Tick " (first) ": " (words) } },
         Row::Ticks { first, last, words } => html! { li { "Ticks " (first) " to " (last) ": " (words) } },
-        Row::Fault { words, time } => html! { li { "Fault at " (words::time(*time)) ": " (words) } },
+        Row::Fault { words, time } => {
+            html! { li { "Fault at " (markup::moment(*time, &words::time(*time))) ": " (words) } }
+        }
         Row::Moved { words } => html! { li { (words) } },
         Row::Missing { from, to, message, words } => {
             html! { li.decisive { (words) ": " (name(*from)) " → " (name(*to)) " " code { (message) } } }
         }
-        Row::Verdict { words, time } => html! { li.decisive { (words) " at " (words::time(*time)) } },
+        Row::Verdict { words, time } => {
+            html! { li.decisive { (words) " at " (markup::moment(*time, &words::time(*time))) } }
+        }
     };
     html! { ul.transcript { @for row in &sequence.rows { (line(row)) } } }
 }

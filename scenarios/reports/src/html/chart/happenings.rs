@@ -7,8 +7,11 @@ use drawing::canvas::{Canvas, Paint, TextStyle};
 use drawing::icons::Icon;
 use drawing::theme::{self, Color};
 use recording::{FaultCourse, RunView, words};
+use serde_json::{Value, json};
 
+use super::data::{self, round};
 use super::sheet::Chart;
+use crate::html::violations;
 use crate::timeline::Timeline;
 
 /// Something that happened at one moment.
@@ -24,17 +27,30 @@ pub(super) struct Happening {
     times: Vec<Duration>,
     /// When a fault was in effect.
     held: Vec<(Duration, Duration)>,
+    /// The place on the page that says more.
+    anchor: Option<String>,
 }
 
 impl Happening {
     /// Something that happened once, and at one instant.
     fn at(time: Duration, words: String, icon: Icon, color: Color) -> Self {
-        Self { time, words, icon, color, across: false, times: vec![time], held: Vec::new() }
+        Self { time, words, icon, color, across: false, times: vec![time], held: Vec::new(), anchor: None }
     }
 
     /// The same, marked across all lanes.
     fn across(self) -> Self {
         Self { across: true, ..self }
+    }
+
+    /// For the script: time, words, color, whether it is marked across all lanes, and where the page says more.
+    pub(super) fn data(&self) -> Value {
+        let color = data::variable(self.color);
+        json!([round(self.time.as_secs_f64(), 3), self.words, color, self.across, self.anchor])
+    }
+
+    /// When it was in effect, in seconds.
+    pub(super) fn held(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.held.iter().map(|(from, to)| [from, to].map(|time| round(time.as_secs_f64(), 3)))
     }
 
     /// Whether it is a fault that was in effect for a while.
@@ -52,7 +68,11 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
     });
     let violations = timeline.episodes().iter().map(|episode| {
         let words = format!("{} violated", view.monitor(episode.property).name());
-        Happening::at(episode.decided.time, words, Icon::Cross, theme::BAD).across()
+        let anchor = violations::anchor(view.monitor(episode.property).name());
+        Happening {
+            anchor: Some(anchor),
+            ..Happening::at(episode.decided.time, words, Icon::Cross, theme::BAD).across()
+        }
     });
     let arrivals =
         view.arrivals().map(|(place, at)| Happening::at(at, words::arrival(place), Icon::Check, theme::GOOD));

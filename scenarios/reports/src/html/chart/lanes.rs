@@ -7,7 +7,9 @@ use drawing::icons::{Icon, Look};
 use drawing::text::{Font, Weight};
 use drawing::theme::{self, Color};
 use drawing::{Area, NodeStatus, Verdict};
+use serde_json::{Value, json};
 
+use super::data::{Looks, variable};
 use super::sheet::Chart;
 use crate::html::activities::{self, Activity};
 use crate::html::words;
@@ -113,7 +115,41 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     groups.into_iter().filter(|group| !group.lanes.is_empty() || !group.resting.1.is_empty()).collect()
 }
 
+impl Group {
+    /// For the script: title, lanes, and those in which nothing happens.
+    pub(super) fn data(&self, looks: &mut Looks) -> Value {
+        let (what, names) = &self.resting;
+        let rest = if names.is_empty() { String::new() } else { format!("{what}: {}", names.join(", ")) };
+        let lanes: Vec<Value> = self.lanes.iter().map(|lane| lane.data(looks)).collect();
+        json!({ "title": self.title, "lanes": lanes, "rest": rest })
+    }
+}
+
 impl Bars {
+    /// For the script: each bar's length in milliseconds and its look, or -1 where there is none.
+    fn data(&self, looks: &mut Looks) -> Value {
+        let mut bars = Vec::new();
+        let mut last_ms = 0;
+        for Bar { from, to, text, style } in &self.bars {
+            let [from_ms, to_ms] = [from, to].map(|time| time.as_millis() as i64);
+            if from_ms > last_ms {
+                bars.extend([from_ms - last_ms, -1]);
+            }
+            let sign = match style.icon {
+                Some(Icon::Check) => "✓ ",
+                Some(Icon::Cross) => "✗ ",
+                Some(Icon::Play) => "▸ ",
+                _ => "",
+            };
+            let is_line = style.icon == Some(Icon::Dash);
+            let ground = if is_line { String::new() } else { variable(style.ground) };
+            let look = [format!("{sign}{text}"), ground, variable(style.outline), variable(style.ink)];
+            bars.extend([to_ms - from_ms.max(last_ms), looks.number(look) as i64]);
+            last_ms = to_ms;
+        }
+        json!({ "name": self.name, "bars": bars })
+    }
+
     fn is_at_rest(&self) -> bool {
         self.bars.iter().all(|bar| [BarStyle::QUIET, BarStyle::status(NodeStatus::NotTicked)].contains(&bar.style))
     }

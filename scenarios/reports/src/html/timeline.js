@@ -1,0 +1,437 @@
+// The timeline as one explores it: drawn anew for each view, from the data beside it. Without this script, and on paper,
+// the page shows the whole run as a drawing. Positions on the axis are shares of it, from 0 to 1, since parts of it may be
+// compressed.
+"use strict";
+(() => {
+  const LANE = 20, LINE = 16, HEAD = 28, BATTERY = 90, SIGN = 7, MARGIN = 14, CLOSEST_S = 0.05;
+  const FACE = '12px Ubuntu,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"Liberation Sans",sans-serif';
+  const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+
+  /** The first index from which on a sorted list is greater than a value. */
+  function beyond(list, value) {
+    let [low, high] = [0, list.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (list[middle] > value) high = middle;
+      else low = middle + 1;
+    }
+    return low;
+  }
+
+  /** From seconds to shares of the axis, and back. */
+  function scale(stretches) {
+    const between = (value, [a, b, c, d]) => c + ((value - a) / (b - a || 1)) * (d - c);
+    const find = (value, end) => stretches.find((stretch) => value <= stretch[end]) ?? stretches.at(-1);
+    return {
+      share: (seconds) => between(seconds, find(seconds, 1)),
+      seconds: (share) => {
+        const [a, b, c, d] = find(share, 3);
+        return between(share, [c, d, a, b]);
+      },
+    };
+  }
+
+  const clock = (seconds) => `${seconds.toFixed(2)} s`;
+
+  function explore(root) {
+    const data = JSON.parse(root.querySelector("script").textContent);
+    const [stage, canvas, output] = ["explore", "explore canvas", "explore output"].map((one) => root.querySelector(`.${one}`));
+    const pen = canvas.getContext("2d");
+    const { share, seconds } = scale(data.axis);
+    const colors = new Map(), widths = new Map();
+    const color = (name) => {
+      if (!colors.has(name)) colors.set(name, getComputedStyle(document.documentElement).getPropertyValue(name));
+      return colors.get(name);
+    };
+    const width = (text) => {
+      if (!widths.has(text)) widths.set(text, pen.measureText(text).width);
+      return widths.get(text);
+    };
+    const groups = data.groups.map((group) => ({ ...group, folded: false, lanes: group.lanes.map(lane) }));
+    const events = data.events.map(([at, words, ink, across, anchor]) => ({ at, share: share(at), words, ink, across, anchor }));
+    const battery = data.battery.map(([at, level]) => [share(at), level]), charged = battery.map(([share]) => share);
+    let view = { from: 0, to: 1 }, pointer = null, rows = [], size = { width: 0, height: 0 }, left = 0, waiting = false;
+
+    /** A lane's bars: where each begins, and what it looks like. */
+    function lane({ name, bars }) {
+      const edges = new Float64Array(bars.length / 2 + 1), looks = new Int32Array(bars.length / 2);
+      let at = 0;
+      for (let bar = 0; bar < looks.length; bar++) {
+        edges[bar] = share(at / 1000);
+        looks[bar] = bars[2 * bar + 1];
+        at += bars[2 * bar];
+      }
+      edges[looks.length] = share(at / 1000);
+      return { name, edges, looks };
+    }
+
+    const x = (share) => left + ((share - view.from) / (view.to - view.from)) * (size.width - left - MARGIN);
+    const at = (x) => view.from + ((x - left) / (size.width - left - MARGIN)) * (view.to - view.from);
+
+    function fit(text, room) {
+      if (width(text) <= room) return text;
+      let end = Math.floor((text.length * room) / width(text));
+      while (end > 0 && pen.measureText(`${text.slice(0, end)}…`).width > room) end--;
+      return end > 4 ? `${text.slice(0, end)}…` : "";
+    }
+
+    function write(text, x, y, ink, align = "left", room = Infinity) {
+      pen.fillStyle = color(ink);
+      pen.textAlign = align;
+      pen.fillText(room === Infinity ? text : fit(text, room), x, y);
+    }
+
+    /** The rows from the top, for this width. */
+    function arrange() {
+      const narrow = size.width < 600;
+      left = narrow ? MARGIN : 170;
+      let y = 0;
+      rows = [];
+      const row = (kind, height, more) => {
+        rows.push({ kind, y, height, ...more });
+        y += height;
+      };
+      row("ticks", LINE + 6);
+      row("events", placed() * LINE + 4);
+      if (battery.length) row("battery", BATTERY + HEAD);
+      for (const group of groups) {
+        row("head", HEAD, { group });
+        if (group.folded) continue;
+        for (const lane of group.lanes) row("lane", LANE + 4 + (narrow ? LINE : 0), { lane, narrow });
+        for (const text of group.rest ? wrapped(group.rest) : []) row("rest", LINE, { text });
+      }
+      size.height = y + 6;
+    }
+
+    /** Places the events in view and their words, in as few rows as they need, and returns how many these are. */
+    function placed() {
+      const free = [];
+      for (const event of events) {
+        const at = x(event.share);
+        event.spot = null;
+        if (at < left - SIGN || at > size.width) continue;
+        const words = fit(event.words, 260), isAtEnd = at + SIGN + 3 + width(words) > size.width;
+        const [from, to] = isAtEnd ? [at - SIGN - 3 - width(words), at + SIGN] : [at - SIGN, at + SIGN + 8 + width(words)];
+        let level = free.findIndex((end) => end < from);
+        if (level < 0) level = free.length < 3 ? free.length : free.findIndex((end) => end < at - SIGN);
+        const fits = level >= 0 && !(free[level] >= from);
+        if (level < 0) level = 0;
+        free[level] = Math.max(free[level] ?? 0, fits ? to : at + SIGN);
+        event.spot = [at, LINE + 6 + (level + 0.5) * LINE];
+        event.label = fits ? [words, isAtEnd ? at - SIGN - 3 : at + SIGN + 3, isAtEnd ? "right" : "left"] : null;
+      }
+      return free.length;
+    }
+
+    function wrapped(text) {
+      const lines = [];
+      for (const word of text.split(" ")) {
+        const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+        if (lines.length && width(longer) <= size.width - left - MARGIN) lines[lines.length - 1] = longer;
+        else lines.push(word);
+      }
+      return lines;
+    }
+
+    /** Times to be labeled: as many as there is room for, at round numbers. */
+    function ticks() {
+      const all = [];
+      let free = -Infinity;
+      for (const [from, to, , , compressed] of data.axis) {
+        const [a, b] = [Math.max(x(share(from)), left), Math.min(x(share(to)), size.width - MARGIN)];
+        if (b <= a || compressed) continue;
+        const [first, last] = [seconds(at(a)), seconds(at(b))];
+        const rough = ((last - first) / (b - a)) * 64, power = 10 ** Math.floor(Math.log10(rough));
+        const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
+        for (let tick = Math.ceil(first / step); tick * step <= last; tick++) {
+          const place = x(share(tick * step));
+          if (place - free < 50) continue;
+          all.push([place, `${+(tick * step).toFixed(3)} s`]);
+          free = place;
+        }
+      }
+      return all;
+    }
+
+    function grid() {
+      for (const [from, to, , , compressed] of data.axis) {
+        if (!compressed) continue;
+        pen.fillStyle = color("--idle-light");
+        pen.fillRect(x(share(from)), LINE, x(share(to)) - x(share(from)), size.height);
+      }
+      pen.fillStyle = color("--rule");
+      for (const [place] of ticks()) pen.fillRect(place, LINE + 2, 1, size.height);
+      for (const [from, to] of data.held) {
+        pen.fillStyle = color("--bad-light");
+        pen.globalAlpha = 0.5;
+        pen.fillRect(x(share(from)), LINE, Math.max(x(share(to)) - x(share(from)), 1), size.height);
+        pen.globalAlpha = 1;
+      }
+    }
+
+    function drawEvents(row) {
+      for (const { spot, label, ink, across } of events) {
+        if (!spot) continue;
+        pen.fillStyle = color(ink);
+        if (across) pen.fillRect(spot[0] - 0.5, row.y, 1, size.height);
+        pen.beginPath();
+        pen.arc(...spot, SIGN - 1, 0, 7);
+        pen.fill();
+        if (label) write(label[0], label[1], spot[1], ink, label[2]);
+      }
+    }
+
+    function drawBattery(row) {
+      const [top, y] = [row.y + HEAD - 4, (level) => row.y + HEAD - 4 + (BATTERY - 8) * (1 - clamp(level, 0, 100) / 100)];
+      write("Battery, in percent", 1, row.y + HEAD / 2, "--ink");
+      for (const level of [0, 50, 100]) {
+        pen.fillStyle = color("--rule");
+        pen.fillRect(left, y(level), size.width - left - MARGIN, 1);
+        if (left > 40) write(String(level), left - 6, y(level), "--muted", "right");
+      }
+      pen.save();
+      pen.beginPath();
+      pen.rect(left, top - 2, size.width - left - MARGIN, BATTERY);
+      pen.clip();
+      pen.beginPath();
+      const first = Math.max(beyond(charged, view.from) - 1, 0);
+      for (let point = first; point < battery.length; point++) {
+        pen.lineTo(x(battery[point][0]), y(battery[point][1]));
+        if (battery[point][0] > view.to) break;
+      }
+      pen.strokeStyle = color("--ink");
+      pen.lineWidth = 2;
+      pen.stroke();
+      pen.lineWidth = 1;
+      let above = -Infinity;
+      for (const [level, label, critical] of data.thresholds) {
+        pen.strokeStyle = color(critical ? "--bad" : "--busy");
+        pen.setLineDash([5, 4]);
+        pen.strokeRect(left, y(level), size.width, 0);
+        pen.setLineDash([]);
+        const beside = y(level) - above < 20 ? y(level) + 8 : y(level) - 8;
+        [pen.strokeStyle, pen.lineWidth, pen.textAlign] = [color("--paper"), 3, "right"];
+        pen.strokeText(label, size.width - MARGIN - 4, beside);
+        pen.lineWidth = 1;
+        write(label, size.width - MARGIN - 4, beside, critical ? "--bad" : "--busy-dark", "right");
+        above = y(level);
+      }
+      pen.restore();
+    }
+
+    function drawLane({ lane, y, narrow }) {
+      const top = y + (narrow ? LINE : 0);
+      if (narrow) write(lane.name, left, y + LINE / 2, "--muted", "left", size.width - left);
+      else write(lane.name, left - 10, y + LANE / 2, "--muted", "right", left - 14);
+      const [low, high] = [left, size.width - MARGIN];
+      let crowd = null;
+      const crowded = () => {
+        if (crowd) {
+          pen.fillStyle = color("--solid");
+          pen.fillRect(crowd[0], top, Math.max(crowd[1] - crowd[0], 1), LANE - 1);
+        }
+        crowd = null;
+      };
+      for (let bar = Math.max(beyond(lane.edges, view.from) - 1, 0); bar < lane.looks.length; bar++) {
+        if (lane.edges[bar] >= view.to) break;
+        if (lane.looks[bar] < 0) continue;
+        const [a, b] = [clamp(x(lane.edges[bar]), low, high), clamp(x(lane.edges[bar + 1]), low, high)];
+        if (b - a < 3) {
+          if (crowd && a - crowd[1] < 1) crowd[1] = b;
+          else {
+            crowded();
+            crowd = [a, b];
+          }
+          continue;
+        }
+        crowded();
+        const [text, ground, outline, ink] = data.looks[lane.looks[bar]];
+        if (!ground) {
+          pen.fillStyle = color("--rule");
+          pen.fillRect(a + 2, top + LANE / 2, Math.max(b - a - 4, 1), 1.5);
+          continue;
+        }
+        pen.beginPath();
+        pen.roundRect(a + 0.5, top, b - a - 1, LANE - 1, 3.5);
+        pen.fillStyle = color(ground);
+        pen.fill();
+        pen.strokeStyle = color(outline);
+        pen.stroke();
+        if (b - a > 16) write(text, a + 6, top + LANE / 2, ink, "left", b - a - 9);
+      }
+      crowded();
+    }
+
+    function draw() {
+      waiting = false;
+      const wide = stage.clientWidth;
+      if (!wide) return;
+      size.width = wide;
+      pen.font = FACE;
+      arrange();
+      const ratio = window.devicePixelRatio || 1;
+      if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(size.height * ratio)) {
+        [canvas.width, canvas.height] = [Math.round(wide * ratio), Math.round(size.height * ratio)];
+        canvas.style.height = `${size.height}px`;
+      }
+      pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+      pen.clearRect(0, 0, wide, size.height);
+      pen.font = FACE;
+      pen.textBaseline = "middle";
+      pen.save();
+      pen.beginPath();
+      pen.rect(left - 1, 0, wide - left - MARGIN + 2, size.height);
+      pen.clip();
+      grid();
+      pen.restore();
+      for (const row of rows) {
+        if (row.kind === "ticks") for (const [place, text] of ticks()) write(text, place, LINE / 2, "--muted", "center");
+        if (row.kind === "events") drawEvents(row);
+        if (row.kind === "battery") drawBattery(row);
+        if (row.kind === "head") write(`${row.group.folded ? "▸" : "▾"} ${row.group.title}`, 1, row.y + HEAD / 2, "--ink");
+        if (row.kind === "lane") drawLane(row);
+        if (row.kind === "rest") write(row.text, left, row.y + LINE / 2, "--muted");
+      }
+      if (pointer) {
+        pen.fillStyle = color("--muted");
+        pen.fillRect(clamp(pointer.x, left, wide - MARGIN), LINE, 1, size.height);
+      }
+    }
+
+    function redraw() {
+      if (!waiting) requestAnimationFrame(draw);
+      waiting = true;
+    }
+
+    /** Shows this part of the axis, or as much of it as there is. */
+    function show(from, to) {
+      const closest = Math.min(CLOSEST_S / (data.end || 1), 1), length = clamp(to - from, closest, 1);
+      const middle = (from + to) / 2, begin = clamp(middle - length / 2, 0, 1 - length);
+      view = { from: begin, to: begin + length };
+      redraw();
+    }
+
+    function zoom(factor, around) {
+      const length = (view.to - view.from) * factor, part = (around - view.from) / (view.to - view.from);
+      show(around - part * length, around + (1 - part) * length);
+    }
+
+    const pan = (part) => show(view.from + part * (view.to - view.from), view.to + part * (view.to - view.from));
+
+    /** Zooms to a moment, and says what happened there. */
+    function visit(moment) {
+      const half = Math.min(0.05, 10 / (data.end || 1)), place = share(moment);
+      show(place - half, place + half);
+      pointer = { x: x(place), y: 0 };
+      say(moment, rows.find((row) => row.kind === "events"));
+    }
+
+    /** What is at this time in this row, in words. */
+    function say(moment, row) {
+      const words = [clock(moment)];
+      const near = events.filter((event) => Math.abs(x(event.share) - x(share(moment))) < SIGN);
+      if (row?.kind === "lane") {
+        const { name, edges, looks } = row.lane, bar = clamp(beyond(edges, share(moment)) - 1, 0, looks.length - 1);
+        const text = looks[bar] < 0 ? "" : data.looks[looks[bar]][0];
+        words.push(`${name}: ${text || "–"}, from ${clock(seconds(edges[bar]))} to ${clock(seconds(edges[bar + 1]))}`);
+      }
+      if (battery.length) {
+        const next = clamp(beyond(charged, share(moment)), 1, battery.length - 1);
+        const [[a, low], [b, high]] = [battery[next - 1] ?? battery[0], battery[next] ?? battery[0]];
+        const level = low + (high - low) * clamp((share(moment) - a) / (b - a || 1), 0, 1);
+        words.push(`battery ${level.toFixed(1)} %`);
+      }
+      output.textContent = words.concat(near.map((event) => event.words)).join(" · ");
+    }
+
+    const rowAt = (y) => rows.find((row) => y >= row.y && y < row.y + row.height);
+    const eventAt = ({ x, y }) => events.find(({ spot }) => spot && Math.hypot(spot[0] - x, spot[1] - y) <= SIGN + 2);
+    const place = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return { x: event.clientX - box.left, y: event.clientY - box.top };
+    };
+
+    const fingers = new Map();
+    let dragged = 0;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.focus({ preventScroll: true });
+      canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, place(event));
+      dragged = 0;
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      pointer = place(event);
+      const before = fingers.get(event.pointerId);
+      if (before) {
+        const other = [...fingers].find(([finger]) => finger !== event.pointerId)?.[1];
+        if (other) {
+          const [was, is] = [before, pointer].map((one) => Math.max(Math.abs(one.x - other.x), 10));
+          zoom(was / is, at(other.x));
+        } else pan((before.x - pointer.x) / (size.width - left - MARGIN));
+        dragged += Math.abs(before.x - pointer.x);
+        fingers.set(event.pointerId, pointer);
+      }
+      const row = rowAt(pointer.y);
+      canvas.style.cursor = row?.kind === "head" || eventAt(pointer)?.anchor ? "pointer" : fingers.size ? "grabbing" : "grab";
+      if (pointer.x >= left) say(seconds(clamp(at(pointer.x), 0, 1)), row);
+      redraw();
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener("pointerleave", () => {
+      pointer = null;
+      redraw();
+    });
+    canvas.addEventListener("click", (event) => {
+      if (dragged > 4) return;
+      const found = eventAt(place(event)), row = rowAt(place(event).y);
+      if (found?.anchor) location.hash = found.anchor;
+      else if (row?.kind === "head") row.group.folded = !row.group.folded;
+      redraw();
+    });
+    canvas.addEventListener("dblclick", () => show(0, 1));
+    // A page scrolls until one has turned to the timeline.
+    canvas.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return;
+      event.preventDefault();
+      if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) pan(event.deltaX / size.width);
+      else zoom(Math.exp(clamp(event.deltaY, -240, 240) * 0.002), clamp(at(place(event).x), view.from, view.to));
+    }, { passive: false });
+    const middle = () => (view.from + view.to) / 2;
+    const keys = {
+      "+": () => zoom(0.7, middle()),
+      "=": () => zoom(0.7, middle()),
+      "-": () => zoom(1 / 0.7, middle()),
+      ArrowLeft: () => pan(-0.1),
+      ArrowRight: () => pan(0.1),
+      0: () => show(0, 1),
+      Home: () => show(0, 1),
+      Escape: () => show(0, 1),
+      ",": () => step(-1),
+      ".": () => step(1),
+    };
+    let stepped = -1;
+    function step(by) {
+      if (!events.length) return;
+      stepped = clamp(stepped + by, 0, events.length - 1);
+      visit(events[stepped].at);
+    }
+    canvas.addEventListener("keydown", (event) => {
+      if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      keys[event.key]();
+    });
+    for (const button of stage.querySelectorAll("button")) button.addEventListener("click", () => keys[button.value]());
+    for (const link of document.querySelectorAll("a[data-at]")) {
+      link.addEventListener("click", () => visit(Number(link.dataset.at)));
+    }
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      colors.clear();
+      redraw();
+    });
+    new ResizeObserver(redraw).observe(stage);
+    root.classList.add("explored");
+    draw();
+  }
+
+  document.querySelectorAll(".timeline").forEach(explore);
+})();
