@@ -61,7 +61,7 @@ export async function timeline(steward, browser) {
   const { width } = await canvas.boundingBox();
   await explored.point(width - 60, /phi1: ✗ violated, from 21\.02 s to/);
   const level = await explored.point(width - 60, /BatteryLevel: ✗ failure, from 21\.02 s to/);
-  assert.match(await explored.output(), /battery 8\.\d %/);
+  assert.match(await explored.output(), /Battery, in percent: 8\.\d/);
 
   // A page scrolls over the timeline until one has turned to it.
   await page.mouse.move(0, 0);

@@ -8,6 +8,7 @@
 //! makes the page from it, with charts drawn on the canvas of `drawing`; `reporting` makes `report.json`, whose fields
 //! `report` lists; `junit` writes results for CI. `report_recording` does all of this from a file.
 
+pub mod bounds;
 mod error;
 mod file_name;
 pub mod html;

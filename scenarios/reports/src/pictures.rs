@@ -4,19 +4,17 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, Relation, Shape, Topology, Value, Verdict};
+use channels::Verdict;
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
-use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
 use recording::{
-    FaultCourse, Follower, Graph, Happening, Header, LEVEL, MachineState, Monitor, MonitorState, MonitorView, Node,
-    Premises, RunView,
+    FaultCourse, Follower, Graph, Happening, MachineState, MonitorState, MonitorView, Node, Premises, RunView,
 };
+
+use crate::bounds;
 
 /// The trail has a point this often, in meters.
 const TRAIL_STEP_M: f64 = 0.10;
-/// The component that reports the battery's level.
-const BATTERY: &str = "BatteryReader";
 /// The battery's curve has a point this often.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 
@@ -112,7 +110,7 @@ impl Camera {
             history,
             level_pct: charge_pct,
             charging,
-            thresholds: thresholds(view.header()),
+            thresholds: bounds::thresholds(view.header()),
             faults: view.faults().iter().map(|record| (record.time, "fault".to_owned())).collect(),
         })
     }
@@ -130,169 +128,6 @@ impl Follower for Camera {
 /// Time and level of the battery, if there is one.
 fn level(view: &RunView) -> Option<(Duration, f64)> {
     view.robot().battery.map(|battery| (view.time(), battery.charge_pct))
-}
-
-/// The battery levels in the properties, each with the names of the properties that compare the level read by a skill
-/// with it. A level that a property requires is critical; one that is only a condition is not.
-pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
-    let mut thresholds: Vec<drawing::Threshold> = Vec::new();
-    for monitor in header.monitors.iter() {
-        for ComparedLevel { level_pct, critical, .. } in compared_levels(monitor, &header.topology) {
-            match thresholds.iter_mut().find(|known| known.level_pct == level_pct) {
-                Some(known) => {
-                    known.critical |= critical;
-                    if !known.label.split(", ").any(|name| name == monitor.name) {
-                        known.label += &format!(", {}", monitor.name);
-                    }
-                }
-                None => thresholds.push(drawing::Threshold { level_pct, label: monitor.name.clone(), critical }),
-            }
-        }
-    }
-    thresholds
-}
-
-/// A battery level with which a property compares those in messages.
-pub(crate) struct ComparedLevel {
-    /// The channel of the messages.
-    pub(crate) channel: ChannelId,
-    /// The level, in percent.
-    pub(crate) level_pct: f64,
-    /// Whether a lower level violates the property by itself.
-    pub(crate) critical: bool,
-}
-
-/// The battery levels in a property.
-pub(crate) fn compared_levels(monitor: &Monitor, topology: &Topology) -> Vec<ComparedLevel> {
-    let mut levels = Levels { topology, found: Vec::new() };
-    monitor.formula.iter().for_each(|formula| levels.of_formula(formula, Role { holds: true, alone: true }));
-    levels.found
-}
-
-/// The battery levels in formulas.
-struct Levels<'a> {
-    topology: &'a Topology,
-    found: Vec<ComparedLevel>,
-}
-
-/// What a part of a formula means for the whole.
-#[derive(Clone, Copy)]
-struct Role {
-    /// Whether the part has to hold, rather than its negation.
-    holds: bool,
-    /// Whether it counts by itself, rather than as a condition or an alternative.
-    alone: bool,
-}
-
-impl Role {
-    fn negated(self) -> Self {
-        Self { holds: !self.holds, ..self }
-    }
-
-    fn among_others(self) -> Self {
-        Self { alone: false, ..self }
-    }
-}
-
-impl Levels<'_> {
-    fn of_formula(&mut self, formula: &Formula, role: Role) {
-        match formula {
-            Formula::Event(event) | Formula::Fresh(event) => self.of_event(event, role),
-            // What happens at most zero times never happens.
-            Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
-                self.of_event(event, role.negated());
-            }
-            Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
-                self.of_event(event, role.among_others());
-            }
-            Formula::Not(part) => self.of_formula(part, role.negated()),
-            Formula::Timed(part) | Formula::Next(part) => self.of_formula(part, role),
-            Formula::Always(part) | Formula::Historically(_, part) if role.holds => self.of_formula(part, role),
-            // What never holds is a requirement, too.
-            Formula::Eventually(part) | Formula::Once(_, part) if !role.holds => self.of_formula(part, role),
-            // `not (a and b)` is `a implies not b`.
-            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
-            Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
-            Formula::Implies(a, b) if matches!(**b, Formula::False) => self.of_formula(a, role.negated()),
-            Formula::Implies(a, b) => {
-                self.of_formula(a, role.among_others());
-                self.of_formula(b, role);
-            }
-            others => {
-                others.operands().into_iter().for_each(|part| self.of_formula(part, role.among_others()));
-            }
-        }
-    }
-
-    fn of_event(&mut self, event: &EventAtom, role: Role) {
-        let (from, _) = self.topology.ends(event.channel);
-        if from == BATTERY {
-            self.of_condition(&event.condition, event.channel, role);
-        }
-    }
-
-    fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
-        match condition {
-            MessageCondition::Compare { field, relation, value } => {
-                let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
-                let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
-                self.of_comparison((field, value), (least, most), channel, role);
-            }
-            // `15 <= m.level`.
-            MessageCondition::Relate { left: Term::Value(value), relation, right: Term::Field(field) } => {
-                let most = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
-                let least = matches!(relation, Relation::LessOrEqual | Relation::Less);
-                self.of_comparison((field, value), (least, most), channel, role);
-            }
-            MessageCondition::True
-            | MessageCondition::False
-            | MessageCondition::Relate { .. }
-            | MessageCondition::Remember { .. } => {}
-            MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
-            MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
-            MessageCondition::Or(parts) if !role.holds => {
-                parts.iter().for_each(|part| self.of_condition(part, channel, role));
-            }
-            MessageCondition::Or(parts) => {
-                // `m[1] = <error> or level >= 15`: messages of other kinds have no level.
-                let is_other_kind = |part: &&MessageCondition| {
-                    matches!(part, MessageCondition::Compare { relation: Relation::Equal, value: Value::Symbol(_), .. })
-                };
-                let selects = parts.iter().filter(is_other_kind).count() + 1 == parts.len();
-                let role = if selects { role } else { role.among_others() };
-                parts.iter().for_each(|part| self.of_condition(part, channel, role));
-            }
-            MessageCondition::Implies(a, b) => {
-                self.of_condition(a, channel, role.among_others());
-                self.of_condition(b, channel, role);
-            }
-        }
-    }
-
-    /// A comparison of a field with a value, as a lower or an upper bound. Only what is required by itself is critical:
-    /// a lower bound where the condition must hold, an upper bound where it must not.
-    fn of_comparison(
-        &mut self,
-        (field, value): (&MessageField, &Value),
-        (least, most): (bool, bool),
-        channel: ChannelId,
-        role: Role,
-    ) {
-        if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, field)) {
-            self.found.push(ComparedLevel { channel, level_pct, critical: role.alone && least == role.holds });
-        }
-    }
-
-    /// Whether a field of a channel's messages is the battery's level.
-    fn is_level(&self, channel: ChannelId, field: &MessageField) -> bool {
-        let named = |shape: &Shape| {
-            field.number.checked_sub(1).and_then(|at| shape.fields().get(at)).is_some_and(|(name, _)| name == LEVEL)
-        };
-        match &field.name {
-            Some(name) => &**name == LEVEL,
-            None => self.topology.get(channel).domain.shapes().iter().any(named),
-        }
-    }
 }
 
 fn place(place: &recording::Place) -> drawing::Place {
@@ -444,6 +279,7 @@ fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
 
 #[cfg(test)]
 mod tests {
+    use recording::Header;
     use runs::Run;
     use scenarios::scenario::{Scenario, find};
 
@@ -454,53 +290,6 @@ mod tests {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
         Run::new(Arc::new(scenario), 1, true).unwrap().header()
-    }
-
-    #[test]
-    fn levels_are_those_of_the_properties() {
-        let levels = |header: &Header| -> Vec<(f64, String, bool)> {
-            thresholds(header).into_iter().map(|known| (known.level_pct, known.label, known.critical)).collect()
-        };
-        let shipped = [(20.0, "phi1".to_owned(), true), (30.0, "phi2, phi3".to_owned(), false)];
-        assert_eq!(levels(&header(&[])), shipped);
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("own.scope");
-        let text = "property own := always not (BatteryReader, BatteryLevel, m[1] = <ok> and m[2] < 60)\n\
-                    property other := always ((Navigation, GoToDestination, m[2] = <running>) implies true)\n";
-        std::fs::write(&file, text).unwrap();
-        let own = format!("properties=[\"{}\"]", file.display());
-        assert_eq!(levels(&header(&[&own])), [(60.0, "own".to_owned(), true)]);
-        assert_eq!(levels(&header(&["properties=[]"])), []);
-    }
-
-    #[test]
-    fn a_required_level_is_critical_however_it_is_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("own.scope");
-        let own = format!("properties=[\"{}\"]", file.display());
-        let critical = |requirement: &str| {
-            let text = requirement.replace("[", "(BatteryReader, BatteryLevel, ").replace(']', ")");
-            std::fs::write(&file, format!("property own := {text}\n")).unwrap();
-            thresholds(&header(&[&own])).iter().map(|known| (known.level_pct, known.critical)).collect::<Vec<_>>()
-        };
-        for requirement in [
-            "always [level >= 15]",
-            "always [15 <= level]",
-            "always not [15 > level]",
-            "always ([level < 15] implies false)",
-            "always at most 0 [level < 15] in 10 s",
-            "always [status = <error> or level >= 15]",
-        ] {
-            assert_eq!(critical(requirement), [(15.0, true)], "{requirement}");
-        }
-        for requirement in [
-            "always [15 > level]",
-            "always ([level < 15] implies next [level >= 0])",
-            "always at most 1 [level < 15] in 10 s",
-        ] {
-            let found = critical(requirement);
-            assert!(found.contains(&(15.0, false)), "{requirement}: {found:?}");
-        }
     }
 
     #[test]

@@ -13,8 +13,10 @@ mod trail;
 use std::convert::Infallible;
 use std::time::Duration;
 
+use channels::EventKind;
 use recording::{Follower, Happening, Navigation, RunView};
 
+use crate::bounds::{Signal, signals};
 use crate::pictures;
 
 pub use course::Course;
@@ -23,6 +25,12 @@ pub use track::{Interval, Lane, Track};
 pub use trail::{Stage, Trail};
 
 use recent::Recent;
+
+/// The values of a signal, as exact as a chart and its bounds need.
+fn course(signal: &Signal) -> Course {
+    let most = signal.bounds.iter().map(|(bound, ..)| bound.abs()).fold(0.0, f64::max);
+    Course::within(if most > 0.0 { most / 500.0 } else { 1e-3 })
+}
 
 /// The state of a monitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +46,7 @@ pub struct MonitorState {
 pub struct Timeline {
     battery: Course,
     charging: Track<bool>,
+    signals: Vec<(Signal, Course)>,
     navigation: Track<Navigation>,
     leaves: Vec<Lane<drawing::NodeStatus>>,
     skills: Vec<Lane<String>>,
@@ -59,6 +68,7 @@ impl Timeline {
         let mut timeline = Self {
             battery: Course::default(),
             charging: Track::default(),
+            signals: signals(header).into_iter().map(|signal| (signal.clone(), course(&signal))).collect(),
             navigation: Track::default(),
             leaves: leaves.map(|leaf| Lane::new(&leaf.process)).collect(),
             skills: lanes(&header.skills),
@@ -86,6 +96,16 @@ impl Timeline {
             self.navigation.note(now, navigation);
         }
         self.trail.note(now, view.position());
+    }
+
+    /// Records the values of signals in the messages of the last step.
+    fn hear(&mut self, view: &RunView) {
+        for event in view.events() {
+            let EventKind::Received { channel, message } = &event.kind else { continue };
+            for (signal, course) in self.signals.iter_mut().filter(|(signal, _)| signal.channel == *channel) {
+                signal.value(message, view.topology()).into_iter().for_each(|value| course.note(event.time, value));
+            }
+        }
     }
 
     /// Records what changes only when a message is received or a tick is generated.
@@ -117,6 +137,7 @@ impl Timeline {
         Self {
             battery: self.battery.until(now),
             charging: self.charging.until(now),
+            signals: self.signals.iter().map(|(signal, course)| (signal.clone(), course.until(now))).collect(),
             navigation: self.navigation.until(now),
             leaves: Lane::all_until(&self.leaves, now),
             skills: Lane::all_until(&self.skills, now),
@@ -145,6 +166,12 @@ impl Timeline {
     #[must_use]
     pub fn charging(&self) -> &Track<bool> {
         &self.charging
+    }
+
+    /// The fields of messages that properties compare with numbers, with their values.
+    #[must_use]
+    pub fn signals(&self) -> &[(Signal, Course)] {
+        &self.signals
     }
 
     /// What navigation is doing; nothing if there is none.
@@ -197,6 +224,7 @@ impl Follower for Timeline {
         let events = view.events();
         if !events.is_empty() {
             self.recent.see(events);
+            self.hear(view);
             self.look_at_processes(view);
         }
         self.look(view);

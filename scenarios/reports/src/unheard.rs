@@ -6,19 +6,19 @@
 use monitors::Outcome;
 use recording::{HeardLevels, Monitor, RunView, decimals};
 
-use crate::pictures::compared_levels;
+use crate::bounds::levels_of;
 
 /// For a satisfied property that requires levels in messages: that the true level fell below them, in words.
 #[must_use]
 pub fn unheard_level(property: &Monitor, outcome: Outcome, view: &RunView) -> Option<String> {
     let truth = view.tally().battery()?;
     let is_satisfied = outcome == Outcome::Satisfied;
-    let mut levels = compared_levels(property, view.topology()).into_iter().filter(|_| is_satisfied);
+    let mut levels = levels_of(property, view.topology()).into_iter().filter(|_| is_satisfied);
     levels.find_map(|compared| {
-        let required_pct = compared.level_pct;
+        let required_pct = compared.value;
         let heard = view.heard(compared.channel)?;
         let is_unheard = heard.is_none_or(|heard| heard.lowest_pct >= required_pct);
-        if !compared.critical || truth.minimum_pct >= required_pct || !is_unheard {
+        if !compared.is_required || !compared.is_lower || truth.minimum_pct >= required_pct || !is_unheard {
             return None;
         }
         let messages = match heard {

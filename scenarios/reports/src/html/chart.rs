@@ -1,25 +1,25 @@
 //! The run on one time axis: battery, what the tree was doing, its leaves, skills, components and monitors.
 
-mod battery;
 mod data;
 mod happenings;
 mod lanes;
+mod plots;
 mod sheet;
 
 use std::time::Duration;
 
+use drawing::Area;
 use drawing::canvas::Canvas;
 use drawing::time_axis::TimeAxis;
-use drawing::{Area, Threshold};
 use maud::{Markup, html};
 use recording::RunView;
 
 use super::figure::{Drawing, Layout};
-use crate::pictures;
 use crate::timeline::Timeline;
 
 use happenings::Happening;
 use lanes::Group;
+use plots::Plot;
 use sheet::{Chart, Sizes};
 
 pub(super) use data::data;
@@ -30,7 +30,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
     let mut chart = Chart::new(timeline, &happenings, sizes);
-    chart.draw(timeline, &happenings, &groups, &pictures::thresholds(view.header()));
+    chart.draw(timeline, &happenings, &groups, &plots::plots(view, timeline));
     let height = chart.y;
     let mut canvas = Canvas::for_browsers();
     chart.grid(&mut canvas, height);
@@ -50,11 +50,11 @@ pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
             " Dark gray: changes that follow each other too quickly to be drawn individually."
         }
         @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
-        @if !pictures::thresholds(view.header()).is_empty() {
-            " Dashed lines in the battery’s chart: levels in the properties named there."
+        @if plots::plots(view, timeline).iter().any(|plot| !plot.bounds.is_empty()) {
+            " Dashed lines: numbers in the properties named there, red where one requires it."
         }
         @if charts[0].axis.shortened().next().is_some() {
-            " The time axis is compressed where the background is gray and only the battery changes."
+            " The time axis is compressed where the background is gray and only numbers change."
         }
     }
 }
@@ -85,12 +85,12 @@ impl Chart {
         Self { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 }
     }
 
-    fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group], thresholds: &[Threshold]) {
+    fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group], plots: &[Plot]) {
         self.axis_labels();
         self.shortened_labels();
         let top = self.y;
         self.happenings(happenings);
-        self.battery(timeline, thresholds);
+        plots.iter().for_each(|plot| self.plot(plot, timeline));
         for group in groups {
             self.group(group);
         }

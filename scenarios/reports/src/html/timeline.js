@@ -3,7 +3,7 @@
 // compressed.
 "use strict";
 (() => {
-  const LANE = 20, LINE = 16, HEAD = 28, BATTERY = 90, SIGN = 7, MARGIN = 14, CLOSEST_S = 0.05;
+  const LANE = 20, LINE = 16, HEAD = 28, PLOT = 90, SIGN = 7, MARGIN = 14, CLOSEST_S = 0.05;
   const FACE = '12px Ubuntu,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"Liberation Sans",sans-serif';
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
@@ -49,7 +49,10 @@
     };
     const groups = data.groups.map((group) => ({ ...group, folded: false, lanes: group.lanes.map(lane) }));
     const events = data.events.map(([at, words, ink, across, anchor]) => ({ at, share: share(at), words, ink, across, anchor }));
-    const battery = data.battery.map(([at, level]) => [share(at), level]), charged = battery.map(([share]) => share);
+    const plots = data.plots.map((plot) => {
+      const points = plot.points.map(([at, value]) => [share(at), value]);
+      return { ...plot, points, shares: points.map(([share]) => share) };
+    });
     let view = { from: 0, to: 1 }, pointer = null, rows = [], size = { width: 0, height: 0 }, left = 0, waiting = false;
 
     /** A lane's bars: where each begins, and what it looks like. */
@@ -93,7 +96,7 @@
       };
       row("ticks", LINE + 6);
       row("events", placed() * LINE + 4);
-      if (battery.length) row("battery", BATTERY + HEAD);
+      for (const plot of plots) row("plot", PLOT + HEAD, { plot });
       for (const group of groups) {
         row("head", HEAD, { group });
         if (group.folded) continue;
@@ -181,40 +184,38 @@
       }
     }
 
-    function drawBattery(row) {
-      const [top, y] = [row.y + HEAD - 4, (level) => row.y + HEAD - 4 + (BATTERY - 8) * (1 - clamp(level, 0, 100) / 100)];
-      write("Battery, in percent", 1, row.y + HEAD / 2, "--ink");
-      for (const level of [0, 50, 100]) {
+    function drawPlot({ plot, y: top }) {
+      const { points, range: [low, high] } = plot, right = size.width - MARGIN;
+      const y = (value) => top + HEAD - 4 + (PLOT - 8) * (1 - clamp((value - low) / (high - low), 0, 1));
+      write(plot.title, 1, top + HEAD / 2, "--ink");
+      for (const value of plot.ticks) {
         pen.fillStyle = color("--rule");
-        pen.fillRect(left, y(level), size.width - left - MARGIN, 1);
-        if (left > 40) write(String(level), left - 6, y(level), "--muted", "right");
+        pen.fillRect(left, y(value), right - left, 1);
+        if (left > 40) write(String(+value.toFixed(3)), left - 6, y(value), "--muted", "right");
       }
       pen.save();
       pen.beginPath();
-      pen.rect(left, top - 2, size.width - left - MARGIN, BATTERY);
+      pen.rect(left, top + HEAD - 6, right - left, PLOT);
       pen.clip();
       pen.beginPath();
-      const first = Math.max(beyond(charged, view.from) - 1, 0);
-      for (let point = first; point < battery.length; point++) {
-        pen.lineTo(x(battery[point][0]), y(battery[point][1]));
-        if (battery[point][0] > view.to) break;
+      for (let point = Math.max(beyond(plot.shares, view.from) - 1, 0); point < points.length; point++) {
+        pen.lineTo(x(points[point][0]), y(points[point][1]));
+        if (points[point][0] > view.to) break;
       }
       pen.strokeStyle = color("--ink");
       pen.lineWidth = 2;
       pen.stroke();
-      pen.lineWidth = 1;
       let above = -Infinity;
-      for (const [level, label, critical] of data.thresholds) {
-        pen.strokeStyle = color(critical ? "--bad" : "--busy");
+      for (const [value, label, critical] of plot.bounds) {
+        const ink = critical ? "--bad" : "--busy-dark", beside = y(value) + (y(value) - above < 20 ? 8 : -8);
+        [pen.strokeStyle, pen.lineWidth] = [color(critical ? "--bad" : "--busy"), 1];
         pen.setLineDash([5, 4]);
-        pen.strokeRect(left, y(level), size.width, 0);
+        pen.strokeRect(left, y(value), size.width, 0);
         pen.setLineDash([]);
-        const beside = y(level) - above < 20 ? y(level) + 8 : y(level) - 8;
         [pen.strokeStyle, pen.lineWidth, pen.textAlign] = [color("--paper"), 3, "right"];
-        pen.strokeText(label, size.width - MARGIN - 4, beside);
-        pen.lineWidth = 1;
-        write(label, size.width - MARGIN - 4, beside, critical ? "--bad" : "--busy-dark", "right");
-        above = y(level);
+        pen.strokeText(label, right - 4, beside);
+        write(label, right - 4, beside, ink, "right");
+        above = y(value);
       }
       pen.restore();
     }
@@ -287,7 +288,7 @@
       for (const row of rows) {
         if (row.kind === "ticks") for (const [place, text] of ticks()) write(text, place, LINE / 2, "--muted", "center");
         if (row.kind === "events") drawEvents(row);
-        if (row.kind === "battery") drawBattery(row);
+        if (row.kind === "plot") drawPlot(row);
         if (row.kind === "head") write(`${row.group.folded ? "▸" : "▾"} ${row.group.title}`, 1, row.y + HEAD / 2, "--ink");
         if (row.kind === "lane") drawLane(row);
         if (row.kind === "rest") write(row.text, left, row.y + LINE / 2, "--muted");
@@ -335,11 +336,11 @@
         const text = looks[bar] < 0 ? "" : data.looks[looks[bar]][0];
         words.push(`${name}: ${text || "–"}, from ${clock(seconds(edges[bar]))} to ${clock(seconds(edges[bar + 1]))}`);
       }
-      if (battery.length) {
-        const next = clamp(beyond(charged, share(moment)), 1, battery.length - 1);
-        const [[a, low], [b, high]] = [battery[next - 1] ?? battery[0], battery[next] ?? battery[0]];
-        const level = low + (high - low) * clamp((share(moment) - a) / (b - a || 1), 0, 1);
-        words.push(`battery ${level.toFixed(1)} %`);
+      for (const { title, points, shares, range } of row?.kind === "plot" ? [row.plot] : plots.slice(0, 1)) {
+        const next = clamp(beyond(shares, share(moment)), 1, points.length - 1);
+        const [[a, from], [b, to]] = [points[next - 1] ?? points[0], points[next] ?? points[0]];
+        const value = from + (to - from) * clamp((share(moment) - a) / (b - a || 1), 0, 1);
+        words.push(`${title}: ${value.toFixed(range[1] - range[0] > 20 ? 1 : 3)}`);
       }
       output.textContent = words.concat(near.map((event) => event.words)).join(" · ");
     }

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use super::happenings::{self, Happening};
 use super::lanes::{self, Group};
+use super::plots::{self, Plot};
 use super::sheet::{Chart, Sizes};
 use crate::html::colors;
 use crate::html::figure::Layout;
-use crate::pictures;
 use crate::timeline::Timeline;
 
 /// The looks of all bars, each once: text, ground, outline and ink.
@@ -43,14 +43,10 @@ pub(in crate::html) fn data(view: &RunView, timeline: &Timeline) -> Value {
     let axis: Vec<Value> = chart.axis.stretches().iter().map(stretch).collect();
     let mut looks = Looks::default();
     let groups: Vec<Value> = lanes::groups(timeline).iter().map(|group| Group::data(group, &mut looks)).collect();
-    let battery = timeline.battery().points().into_iter();
-    let battery: Vec<[f64; 2]> = battery.map(|(at, level)| [round(at.as_secs_f64(), 3), round(level, 3)]).collect();
-    let mut thresholds = pictures::thresholds(view.header());
-    thresholds.retain(|_| !battery.is_empty());
-    thresholds.sort_by(|a, b| b.level_pct.total_cmp(&a.level_pct));
-    let thresholds = thresholds
-        .into_iter()
-        .map(|one| json!([one.level_pct, format!("{} % {}", one.level_pct, one.label), one.critical]));
+    let plots = plots::plots(view, timeline).into_iter().map(|Plot { title, points, range, ticks, bounds, .. }| {
+        let points = points.iter().map(|(at, value)| [round(at.as_secs_f64(), 3), round(*value, 4)]);
+        json!({ "title": title, "points": points.collect::<Vec<_>>(), "range": range, "ticks": ticks, "bounds": bounds })
+    });
     json!({
         "end": round(timeline.end().as_secs_f64(), 3),
         "axis": axis,
@@ -58,8 +54,7 @@ pub(in crate::html) fn data(view: &RunView, timeline: &Timeline) -> Value {
         "looks": looks.all,
         "events": happenings.iter().map(Happening::data).collect::<Vec<_>>(),
         "held": happenings.iter().flat_map(Happening::held).collect::<Vec<_>>(),
-        "battery": battery,
-        "thresholds": thresholds.collect::<Vec<_>>(),
+        "plots": plots.collect::<Vec<_>>(),
     })
 }
 

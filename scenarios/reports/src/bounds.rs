@@ -1,0 +1,316 @@
+//! The numbers with which properties compare fields of messages: the battery's levels, and other signals with their
+//! bounds.
+
+use channels::{ChannelId, Message, Relation, Topology, Value};
+use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
+use recording::{Header, LEVEL, Monitor};
+
+/// The component that reports the battery's level.
+const BATTERY: &str = "BatteryReader";
+
+/// A number with which a property compares a field.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Bound {
+    /// The channel of the messages.
+    pub(crate) channel: ChannelId,
+    /// The field's name.
+    pub(crate) field: String,
+    /// The number.
+    pub(crate) value: f64,
+    /// Whether the comparison is required by itself, rather than as a condition or an alternative.
+    pub(crate) is_required: bool,
+    /// Whether the field has to stay above it, rather than below it.
+    pub(crate) is_lower: bool,
+}
+
+/// A field that properties compare with numbers: its values over time, and these numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// The channel of the messages.
+    pub channel: ChannelId,
+    /// The field's name.
+    pub field: String,
+    /// The numbers, each with the names of its properties, and whether one of them requires it by itself.
+    pub bounds: Vec<(f64, String, bool)>,
+}
+
+impl Signal {
+    /// The value that a message gives it.
+    #[must_use]
+    pub fn value(&self, message: &Message, topology: &Topology) -> Option<f64> {
+        let shapes = topology.get(self.channel).domain.shapes();
+        let shape = shapes.iter().find(|shape| shape.contains(message))?;
+        let place = shape.fields().iter().position(|(name, _)| *name == self.field)?;
+        message.fields()[place].as_number().filter(|value| value.is_finite())
+    }
+
+    /// What it is, in words: `VisitorSensor → Welcome, distance_m`.
+    #[must_use]
+    pub fn title(&self, topology: &Topology) -> String {
+        let (from, to) = topology.ends(self.channel);
+        format!("{from} → {to}, {}", self.field)
+    }
+}
+
+/// The signals of which properties speak, except for the battery's level: that is drawn as it really is.
+#[must_use]
+pub fn signals(header: &Header) -> Vec<Signal> {
+    let mut signals: Vec<Signal> = Vec::new();
+    for monitor in header.monitors.iter() {
+        for bound in bounds(monitor, &header.topology).into_iter().filter(|bound| !bound.is_level(&header.topology)) {
+            let known = signals.iter_mut().position(|one| (one.channel, &one.field) == (bound.channel, &bound.field));
+            let known = known.unwrap_or_else(|| {
+                signals.push(Signal { channel: bound.channel, field: bound.field.clone(), bounds: Vec::new() });
+                signals.len() - 1
+            });
+            add(&mut signals[known].bounds, bound.value, &monitor.name, bound.is_required);
+        }
+    }
+    signals
+}
+
+/// The battery levels in the properties, each with the names of the properties that compare the level read by a skill
+/// with it. A level that a property requires is critical; one that is only a condition is not.
+pub(crate) fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
+    let mut levels = Vec::new();
+    for monitor in header.monitors.iter() {
+        for bound in levels_of(monitor, &header.topology) {
+            add(&mut levels, bound.value, &monitor.name, bound.is_required && bound.is_lower);
+        }
+    }
+    let threshold = |(level_pct, label, critical)| drawing::Threshold { level_pct, label, critical };
+    levels.into_iter().map(threshold).collect()
+}
+
+/// Adds a number of a property, each number once.
+fn add(bounds: &mut Vec<(f64, String, bool)>, value: f64, property: &str, is_critical: bool) {
+    match bounds.iter_mut().find(|(known, ..)| *known == value) {
+        Some((_, label, critical)) => {
+            *critical |= is_critical;
+            if !label.split(", ").any(|name| name == property) {
+                *label += &format!(", {property}");
+            }
+        }
+        None => bounds.push((value, property.to_owned(), is_critical)),
+    }
+}
+
+/// The battery levels in a property.
+pub(crate) fn levels_of(monitor: &Monitor, topology: &Topology) -> Vec<Bound> {
+    bounds(monitor, topology).into_iter().filter(|bound| bound.is_level(topology)).collect()
+}
+
+fn bounds(monitor: &Monitor, topology: &Topology) -> Vec<Bound> {
+    let mut bounds = Bounds { topology, found: Vec::new() };
+    monitor.formula.iter().for_each(|formula| bounds.of_formula(formula, Role { holds: true, alone: true }));
+    bounds.found
+}
+
+impl Bound {
+    /// Whether it is one of the battery's level.
+    fn is_level(&self, topology: &Topology) -> bool {
+        topology.ends(self.channel).0 == BATTERY && self.field == LEVEL
+    }
+}
+
+/// The numbers in formulas.
+struct Bounds<'a> {
+    topology: &'a Topology,
+    found: Vec<Bound>,
+}
+
+/// What a part of a formula means for the whole.
+#[derive(Clone, Copy)]
+struct Role {
+    /// Whether the part has to hold, rather than its negation.
+    holds: bool,
+    /// Whether it counts by itself, rather than as a condition or an alternative.
+    alone: bool,
+}
+
+impl Role {
+    fn negated(self) -> Self {
+        Self { holds: !self.holds, ..self }
+    }
+
+    fn among_others(self) -> Self {
+        Self { alone: false, ..self }
+    }
+}
+
+impl Bounds<'_> {
+    fn of_formula(&mut self, formula: &Formula, role: Role) {
+        match formula {
+            Formula::Event(event) | Formula::Fresh(event) => self.of_event(event, role),
+            // What happens at most zero times never happens.
+            Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
+                self.of_event(event, role.negated());
+            }
+            Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
+                self.of_event(event, role.among_others());
+            }
+            Formula::Not(part) => self.of_formula(part, role.negated()),
+            Formula::Timed(part) | Formula::Next(part) => self.of_formula(part, role),
+            Formula::Always(part) | Formula::Historically(_, part) if role.holds => self.of_formula(part, role),
+            // What never holds is a requirement, too.
+            Formula::Eventually(part) | Formula::Once(_, part) if !role.holds => self.of_formula(part, role),
+            // `not (a and b)` is `a implies not b`.
+            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Or(parts) if !role.holds => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Implies(a, b) if matches!(**b, Formula::False) => self.of_formula(a, role.negated()),
+            Formula::Implies(a, b) => {
+                self.of_formula(a, role.among_others());
+                self.of_formula(b, role);
+            }
+            others => {
+                others.operands().into_iter().for_each(|part| self.of_formula(part, role.among_others()));
+            }
+        }
+    }
+
+    fn of_event(&mut self, event: &EventAtom, role: Role) {
+        self.of_condition(&event.condition, event.channel, role);
+    }
+
+    fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
+        match condition {
+            MessageCondition::Compare { field, relation, value } => {
+                let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
+                let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
+                self.of_comparison((field, value), (least, most), channel, role);
+            }
+            // `15 <= m.level`.
+            MessageCondition::Relate { left: Term::Value(value), relation, right: Term::Field(field) } => {
+                let most = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
+                let least = matches!(relation, Relation::LessOrEqual | Relation::Less);
+                self.of_comparison((field, value), (least, most), channel, role);
+            }
+            MessageCondition::True
+            | MessageCondition::False
+            | MessageCondition::Relate { .. }
+            | MessageCondition::Remember { .. } => {}
+            MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
+            MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
+            MessageCondition::Or(parts) if !role.holds => {
+                parts.iter().for_each(|part| self.of_condition(part, channel, role));
+            }
+            MessageCondition::Or(parts) => {
+                // `m[1] = <error> or level >= 15`: messages of other kinds have no level.
+                let is_other_kind = |part: &&MessageCondition| {
+                    matches!(part, MessageCondition::Compare { relation: Relation::Equal, value: Value::Symbol(_), .. })
+                };
+                let selects = parts.iter().filter(is_other_kind).count() + 1 == parts.len();
+                let role = if selects { role } else { role.among_others() };
+                parts.iter().for_each(|part| self.of_condition(part, channel, role));
+            }
+            MessageCondition::Implies(a, b) => {
+                self.of_condition(a, channel, role.among_others());
+                self.of_condition(b, channel, role);
+            }
+        }
+    }
+
+    /// A comparison of a field with a value, as a lower or an upper bound: of what has to hold, or of its opposite.
+    fn of_comparison(
+        &mut self,
+        (field, value): (&MessageField, &Value),
+        (least, most): (bool, bool),
+        channel: ChannelId,
+        role: Role,
+    ) {
+        if let Some(value) = value.as_number().filter(|_| least || most)
+            && let Some(field) = self.name(channel, field)
+        {
+            let is_lower = least == role.holds;
+            self.found.push(Bound { channel, field, value, is_required: role.alone, is_lower });
+        }
+    }
+
+    /// The name of a field. Different messages may have different fields at the same place: the level comes first.
+    fn name(&self, channel: ChannelId, field: &MessageField) -> Option<String> {
+        let shapes = self.topology.get(channel).domain.shapes().iter();
+        let at = field.number.checked_sub(1)?;
+        let mut names: Vec<&str> = match &field.name {
+            Some(name) => vec![name],
+            None => shapes.filter_map(|shape| Some(shape.fields().get(at)?.0.as_str())).collect(),
+        };
+        names.sort_by_key(|name| *name != LEVEL);
+        names.first().map(|name| (*name).to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use runs::Run;
+    use scenarios::scenario::{Scenario, find};
+
+    use super::*;
+
+    /// The header of a scenario with this property file and other changes.
+    fn header(overrides: &[&str]) -> Header {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
+        Run::new(Arc::new(scenario), 1, true).unwrap().header()
+    }
+
+    #[test]
+    fn levels_are_those_of_the_properties() {
+        let levels = |header: &Header| -> Vec<(f64, String, bool)> {
+            thresholds(header).into_iter().map(|known| (known.level_pct, known.label, known.critical)).collect()
+        };
+        let shipped = [(20.0, "phi1".to_owned(), true), (30.0, "phi2, phi3".to_owned(), false)];
+        assert_eq!(levels(&header(&[])), shipped);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.scope");
+        let text = "property own := always not (BatteryReader, BatteryLevel, m[1] = <ok> and m[2] < 60)\n\
+                    property other := always ((Navigation, GoToDestination, m[2] = <running>) implies true)\n";
+        std::fs::write(&file, text).unwrap();
+        let own = format!("properties=[\"{}\"]", file.display());
+        assert_eq!(levels(&header(&[&own])), [(60.0, "own".to_owned(), true)]);
+        assert_eq!(levels(&header(&["properties=[]"])), []);
+    }
+
+    #[test]
+    fn a_required_level_is_critical_however_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.scope");
+        let own = format!("properties=[\"{}\"]", file.display());
+        let critical = |requirement: &str| {
+            let text = requirement.replace("[", "(BatteryReader, BatteryLevel, ").replace(']', ")");
+            std::fs::write(&file, format!("property own := {text}\n")).unwrap();
+            thresholds(&header(&[&own])).iter().map(|known| (known.level_pct, known.critical)).collect::<Vec<_>>()
+        };
+        for requirement in [
+            "always [level >= 15]",
+            "always [15 <= level]",
+            "always not [15 > level]",
+            "always ([level < 15] implies false)",
+            "always at most 0 [level < 15] in 10 s",
+            "always [status = <error> or level >= 15]",
+        ] {
+            assert_eq!(critical(requirement), [(15.0, true)], "{requirement}");
+        }
+        for requirement in [
+            "always [15 > level]",
+            "always ([level < 15] implies next [level >= 0])",
+            "always at most 1 [level < 15] in 10 s",
+        ] {
+            let found = critical(requirement);
+            assert!(found.contains(&(15.0, false)), "{requirement}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn signals_have_the_bounds_of_their_properties() {
+        let own = "expect={satisfied={slow=\"always (World, Monitors, speed_mps < 0.5)\", \
+                   brisk=\"always (World, Monitors, speed_mps >= 0.5 implies clearance_m > 0.2)\"}}";
+        let header = header(&["properties=[]", own]);
+        let found = signals(&header);
+        let words: Vec<_> = found.iter().map(|signal| (signal.field.as_str(), signal.bounds.clone())).collect();
+        let speed = vec![(0.5, "slow, brisk".to_owned(), true)];
+        assert_eq!(words, [("speed_mps", speed), ("clearance_m", vec![(0.2, "brisk".to_owned(), true)])]);
+        assert_eq!(found[0].title(&header.topology), "World → Monitors, speed_mps");
+    }
+}
