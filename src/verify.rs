@@ -3,6 +3,7 @@
 mod args;
 mod bag;
 mod judge;
+mod logs;
 #[cfg(test)]
 mod random;
 
@@ -10,7 +11,7 @@ use std::cell::Cell;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -28,27 +29,33 @@ use crate::counted::counted;
 use crate::monitor::System;
 use crate::output::{complain, note, print, print_json, print_wrapped};
 use judge::{Verified, judge, load, recorded, unheard};
+use logs::Line;
 
 pub(crate) use args::VerifyArgs;
 
 /// Checks each log. Status 2 if one cannot be checked, otherwise 1 if a property is violated, or its verdict is unsure.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
-    let (mut bad, mut refused, mut reports) = (false, false, Vec::new());
+    let (mut bad, mut refused, mut reports, mut lines) = (false, false, Vec::new(), Vec::new());
     let several = args.logs.len() > 1;
-    for log in &args.logs {
+    for (log, folder) in args.logs.iter().zip(folders(args)) {
         let inspected = if args.list {
             bag::list(log).map(Inspected::Contents)
         } else {
-            verify_log(args, log).map(Inspected::Verdicts)
+            verify_log(args, log, folder.as_deref()).map(Inspected::Verdicts)
         };
         let inspected = match inspected {
             Ok(inspected) => inspected,
             Err(error) => {
                 complain(&error);
                 refused = true;
+                reports.push(Line::refused(log, &error));
+                lines.push(Line::of(log, folder, Err(&error)));
                 continue;
             }
         };
+        if let Inspected::Verdicts(verified) = &inspected {
+            lines.push(Line::of(log, folder, Ok(verified)));
+        }
         bad |= inspected.is_bad();
         if args.json {
             reports.push(inspected.as_json(log));
@@ -63,12 +70,29 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
             Inspected::Contents(contents) => print(&bag::in_words(&contents))?,
         }
     }
+    logs::sort(&mut lines);
     match reports.as_slice() {
-        [report] if !several => print_json(report)?,
+        [report] if args.json && !several => print_json(report)?,
         reports if args.json => print_json(&reports)?,
+        _ if several && !args.list => print(&logs::in_words(&lines))?,
         _ => {}
     }
+    if let Some(out) = args.out.as_ref().filter(|_| several) {
+        logs::write_index(&lines, out)?;
+    }
+    if let Some(junit) = &args.junit {
+        logs::write_junit(&lines, junit)?;
+    }
     Ok(ExitCode::from(if refused { 2 } else { u8::from(bad) }))
+}
+
+/// The folder of each log's report; none if none is asked for.
+fn folders(args: &VerifyArgs) -> Vec<Option<PathBuf>> {
+    match &args.out {
+        None => vec![None; args.logs.len()],
+        Some(out) if args.logs.len() == 1 => vec![Some(out.clone())],
+        Some(out) => logs::folders(&args.logs, out).into_iter().map(Some).collect(),
+    }
 }
 
 /// What was asked about a log.
@@ -90,17 +114,18 @@ impl Inspected {
     }
 }
 
-fn verify_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+/// Checks a log, and writes its report to the folder, if there is one.
+fn verify_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
     // A recording of a run is also a bag. It needs no mapping, but accepts one.
     let is_recording = || matches!(Recording::open(path), Ok(_) | Err(RecordingError::Version { .. }));
     let is_bag = bags::is_bag(path) && (args.map_channels.is_some() || !is_recording());
-    let verified = if is_bag { bag::verify(args, path) } else { verify_event_log(args, path) }?;
+    let verified = if is_bag { bag::verify(args, path, folder) } else { verify_event_log(args, path, folder) }?;
     verified.notes.iter().for_each(|text| note(text));
     Ok(verified)
 }
 
 /// Reads a log once, from start to end, in constant memory.
-fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
     if args.map_channels.is_some() {
         let message = format!("{} is not a ROS 2 bag, so it needs no mapping", path.display());
         return Err(Error::refused(message, "leave out `--map-channels`"));
@@ -133,7 +158,7 @@ fn verify_event_log(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
     let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
     let (end, unsure) =
-        judge(args, path, [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
+        judge(args, (path, folder), [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let missing = log.missing().map(str::to_owned);
@@ -365,7 +390,16 @@ mod tests {
 
     fn args(log: &Path, property: &str) -> VerifyArgs {
         let (logs, properties) = (vec![log.to_owned()], vec![PathBuf::from(property)]);
-        VerifyArgs { logs, properties, scenario: None, map_channels: None, out: None, list: false, json: true }
+        VerifyArgs {
+            logs,
+            properties,
+            scenario: None,
+            map_channels: None,
+            out: None,
+            junit: None,
+            list: false,
+            json: true,
+        }
     }
 
     #[test]
@@ -373,7 +407,7 @@ mod tests {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
         for text in ["", "{}\n"] {
             write!(file, "{text}").expect("room for a line");
-            let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+            let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
             assert!(in_words(&verified).starts_with("0 messages, 0 ticks\nthe log contains no events"), "{text}");
             let notes = &as_json(&verified, file.path())["notes"];
             assert!(notes[0].as_str().is_some_and(|note| note.contains("no events")), "{notes}");
@@ -390,12 +424,12 @@ mod tests {
         };
         let first = [r#"{"scenario":"nominal"}"#, r#"{"step":0,"tick":0,"time_s":0,"generated":"tick"}"#];
         writeln!(file, "{}\n{}\n{}", first.join("\n"), level(1, 50.0), level(9, 40.0)).expect("room for four lines");
-        let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+        let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.outcome(0)), ("unsure", monitors::Outcome::Satisfied));
         let missing = "lines are missing before line 4 of the log: step 9 comes where 2 should";
         assert_eq!((verified.unsure[0].as_deref(), &verified.notes), (Some(missing), &vec![missing.to_owned()]));
         writeln!(file, "{}", level(11, 10.0)).expect("room for a line");
-        let verified = verify_log(&args(file.path(), "phi1"), file.path()).expect("a readable log");
+        let verified = verify_log(&args(file.path(), "phi1"), file.path(), None).expect("a readable log");
         assert_eq!((verified.verdict(0), verified.notes.len()), ("violated", 1), "by a message, whatever is missing");
     }
 

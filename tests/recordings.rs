@@ -222,6 +222,40 @@ fn a_killed_run_leaves_what_it_had_recorded() {
 }
 
 #[test]
+fn several_logs_are_a_table_a_page_and_test_cases() {
+    let out = tempdir().unwrap();
+    let at = |name: &str| out.path().join(name).to_str().unwrap().to_owned();
+    let record = |scenario: &str, file: &str| {
+        let recorded = ["run", scenario, "--no-snapshots", "--record", file, "--out", &at("run")];
+        assert!(steward(&recorded).status.success());
+    };
+    std::fs::create_dir(out.path().join("other #1")).unwrap();
+    let logs = [at("night.mcap"), at("other #1/night.rec"), at("none.jsonl")];
+    record("battery_fault", &logs[0]);
+    record("already_there", &logs[1]);
+    let [first, second, none] = logs.each_ref().map(String::as_str);
+    let output = steward(&["verify", first, second, none, "--out", &at("all"), "--junit", &at("all.xml")]);
+    assert_eq!(output.status.code(), Some(2));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (_, table) = text.split_once("\n\n").unwrap();
+    assert!(
+        table.starts_with("3 logs: 0 fine, 2 with a property violated or unsure, 1 that could not be checked\n"),
+        "{table}"
+    );
+    assert!(table.contains(&format!("  {first}  51.0 s: phi1 violated, 2 satisfied\n")), "{table}");
+    assert!(table.contains(&format!("  {none}  not checked: cannot read the log {none}")), "{table}");
+    // Logs with one name have a folder each, and the page leads to both.
+    let page = std::fs::read_to_string(at("all/index.html")).unwrap();
+    assert!(page.contains("href=\"night/report.html\"") && page.contains("href=\"night-2/report.html\""), "{page}");
+    assert!(out.path().join("all/night-2/report.html").exists());
+    let junit = std::fs::read_to_string(at("all.xml")).unwrap();
+    assert!(junit.starts_with("<?xml") && junit.contains("failures=\"2\" errors=\"1\""), "{junit}");
+    let json = steward(&["verify", first, none, "--json"]);
+    let json: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((json.as_array().unwrap().len(), json[1]["refused"].is_string()), (2, true));
+}
+
+#[test]
 fn a_recording_is_judged_by_its_own_properties() {
     let out = tempdir().unwrap();
     let scenario = out.path().join("own.toml");

@@ -22,11 +22,15 @@ pub(crate) struct VerifyArgs {
     /// Maps the messages of a bag to channels: a TOML file, which `--list` proposes
     #[arg(long, value_name = "FILE")]
     pub(crate) map_channels: Option<PathBuf>,
-    /// Writes the report of each log with its page to DIR; for several logs, to folders in it
+    /// Writes the report of each log with its page to DIR; for several logs, to folders in it, with a page that leads to
+    /// them
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Writes the verdicts to FILE, as JUnit XML: a suite for each log
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
     /// Lists the contents of bags instead, and proposes a mapping
-    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out"])]
+    #[arg(long, conflicts_with_all = ["properties", "scenario", "map_channels", "out", "junit"])]
     pub(crate) list: bool,
     /// Prints the verdicts, or the list, as JSON instead of text; for several logs, an array
     #[arg(long)]

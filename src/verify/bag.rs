@@ -14,7 +14,7 @@ use super::judge::{Verified, judge, load};
 use crate::monitor::System;
 
 /// Checks a bag against properties, in constant memory.
-pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> {
+pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
     let Some(mapping) = &args.map_channels else {
         open(path)?;
         let message = format!("there is no mapping from the messages of {} to channels", path.display());
@@ -34,7 +34,8 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path) -> Result<Verified, Error> 
     let about = format!("A ROS 2 bag{start}");
     // What the mapping leaves out is often what its channels cannot carry.
     let doubts = Doubts::about_any_messages(&properties, &system.topology);
-    let (end, unsure) = judge(args, path, [about, text], &system, &mut properties, doubts, events.by_ref().map(Ok))?;
+    let (end, unsure) =
+        judge(args, (path, folder), [about, text], &system, &mut properties, doubts, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
     let unheard = vec![None; properties.len()];
     Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })

@@ -7,7 +7,7 @@ use campaigns::{Error, refuse_campaign};
 use channels::Topology;
 use monitors::{LogEnd, Outcome, Property, ScopeMonitor};
 use recording::{Doubts, Follower, Header, Judge, Monitor, Origin, Recording, RunView};
-use reports::{Outputs, Presentation, file_name};
+use reports::{Outputs, Presentation};
 use runs::FITS;
 
 use super::args::VerifyArgs;
@@ -114,21 +114,20 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
-/// Makes the monitors judge the events; with `--out`, also writes the report, which shows the texts `about` and
+/// Makes the monitors judge the events; also writes the report to the folder, if there is one, which shows the texts `about` and
 /// `mapping`. `doubts` says what may be missing.
 pub(super) fn judge(
     args: &VerifyArgs,
-    path: &Path,
+    (path, folder): (&Path, Option<&Path>),
     [about, mapping]: [String; 2],
     system: &System,
     properties: &mut [Property],
     doubts: Doubts,
     mut events: impl Iterator<Item = Result<Found, Error>>,
 ) -> Result<Judged, Error> {
-    let Some(out) = &args.out else { return judge_in_words(&mut events, properties, doubts) };
+    let Some(folder) = folder else { return judge_in_words(&mut events, properties, doubts) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = if args.logs.len() > 1 { out.join(file_name(&name)) } else { out.clone() };
-    let outputs = Outputs { folder: Some(folder), ..Outputs::default() };
+    let outputs = Outputs { folder: Some(folder.to_owned()), ..Outputs::default() };
     refuse_campaign(&outputs)?;
     let origin = Origin { text: mapping, recorded: Some(args.command(path)), ..Origin::default() };
     let (mut judge, header, start) =

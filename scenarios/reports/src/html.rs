@@ -15,6 +15,7 @@ mod evidence;
 mod facts;
 mod figure;
 pub mod live;
+mod logs;
 mod map;
 mod markup;
 pub mod picture;
@@ -48,6 +49,8 @@ use violations::Story;
 
 pub use pictures::Picture;
 pub use settings::quoted;
+
+pub use logs::{LogRow, logs};
 
 pub use figure::{Drawing, Layout, NARROW, figure};
 pub use markup::{row, section, table, text};

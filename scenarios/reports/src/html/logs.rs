@@ -1,0 +1,76 @@
+//! The page that leads to the reports of several logs.
+
+use std::collections::BTreeSet;
+
+use maud::{Markup, html};
+
+use super::markup::{section, table};
+use super::{document, words};
+
+/// A log on the page.
+#[derive(Clone, Debug, Default)]
+pub struct LogRow {
+    /// Its name.
+    pub log: String,
+    /// Where its report is, if there is one.
+    pub page: Option<String>,
+    /// When it begins, and how long it lasts, in words.
+    pub begins: String,
+    /// How long it lasts, in words.
+    pub lasts: String,
+    /// For each property its name, its verdict, and the verdict in words.
+    pub verdicts: Vec<(String, &'static str, String)>,
+    /// What is missing from it, in words.
+    pub notes: Vec<String>,
+    /// Why it could not be checked, if it could not.
+    pub refused: Option<String>,
+}
+
+/// The page: a line for each log, with a column for each property of one of them.
+#[must_use]
+pub fn logs(rows: &[LogRow]) -> String {
+    let mut seen = BTreeSet::new();
+    let all = rows.iter().flat_map(|row| &row.verdicts).map(|(property, ..)| property.as_str());
+    let properties: Vec<&str> = all.filter(|name| seen.insert(*name)).collect();
+    let is_dated = rows.iter().any(|row| !row.begins.is_empty());
+    let lines = html! { @for log in rows { (line(log, &properties, is_dated)) } };
+    let columns = ["log"].into_iter().chain(is_dated.then_some("begins")).chain(["lasts"]);
+    let columns = columns.chain(properties.iter().copied());
+    let title = "Recordings under runtime monitors";
+    let main = html! {
+        header.head {
+            p.over { (title) }
+            h1 { (words::count(rows.len(), "log")) }
+        }
+        (section("logs", "What they say", html! { div.panel { (table("matrix", columns, &lines)) } }))
+    };
+    document(title, &main)
+}
+
+fn line(row: &LogRow, properties: &[&str], is_dated: bool) -> Markup {
+    let verdict = |name: &str| row.verdicts.iter().find(|(property, ..)| property == name);
+    html! {
+        tr {
+            th scope="row" {
+                @match &row.page { Some(page) => a href=(url(page)) { (row.log) }, None => (row.log) }
+                @for note in &row.notes { span.note { (note) } }
+                @if let Some(reason) = &row.refused { span.note.bad { "not checked: " (reason) } }
+            }
+            @if is_dated { td data-of="begins" { (row.begins) } }
+            td data-of="lasts" { (row.lasts) }
+            @for name in properties {
+                @match verdict(name) {
+                    Some((_, verdict, words)) => {
+                        td.(if *verdict == "unsure" { "violated" } else { verdict }) data-of=(name) { (words) }
+                    }
+                    None => td {},
+                }
+            }
+        }
+    }
+}
+
+/// A path as a link.
+fn url(path: &str) -> String {
+    path.replace('%', "%25").replace('#', "%23").replace('?', "%3F").replace(' ', "%20")
+}

@@ -1,0 +1,213 @@
+//! What logs say together: a line for each, a page that leads to their reports, and test cases.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use campaigns::Error;
+use reports::html::{self, LogRow};
+use reports::junit::{self, Case, CaseResult, Suite};
+use serde_json::{Value, json};
+
+use super::judge::Verified;
+use crate::counted::counted;
+
+/// The name of the page that leads to the reports.
+const INDEX: &str = "index.html";
+
+/// A log that was checked, or could not be.
+pub(super) struct Line {
+    log: PathBuf,
+    /// The folder of its report.
+    folder: Option<PathBuf>,
+    result: Result<Checked, String>,
+}
+
+/// What remains of a log: little, since there may be many.
+struct Checked {
+    start_ns: Option<i64>,
+    end: Duration,
+    messages: u64,
+    verdicts: Vec<Judgment>,
+    notes: Vec<String>,
+}
+
+/// The verdict of a property.
+struct Judgment {
+    property: String,
+    verdict: &'static str,
+    /// How often it was violated, if its monitor goes on.
+    times: Option<u64>,
+    /// Why, for readers of a build log.
+    why: String,
+}
+
+impl Line {
+    pub(super) fn of(log: &Path, folder: Option<PathBuf>, verified: Result<&Verified, &Error>) -> Self {
+        let result = verified.map(Checked::of).map_err(Error::reasons);
+        Self { log: log.to_owned(), folder, result }
+    }
+
+    fn is_bad(&self) -> bool {
+        self.result.as_ref().is_ok_and(|checked| checked.verdicts.iter().any(Judgment::is_bad))
+    }
+
+    /// A log that was refused, as JSON.
+    pub(super) fn refused(log: &Path, error: &Error) -> Value {
+        json!({ "log": log.display().to_string(), "refused": error.reasons() })
+    }
+
+    fn suite(&self) -> Suite {
+        let name = self.log.display().to_string();
+        match &self.result {
+            Ok(checked) => {
+                let facts = vec![("messages", checked.messages.to_string()), ("seconds", seconds(checked.end))];
+                Suite::new(&name, facts, checked.verdicts.iter().map(Judgment::case).collect())
+            }
+            Err(reason) => Suite::of_error(&name, reason.clone()),
+        }
+    }
+}
+
+impl Checked {
+    fn of(verified: &Verified) -> Self {
+        let verdicts = verified.properties.iter().enumerate().map(|(index, property)| {
+            let monitor = property.scope_monitor();
+            let violations = monitor.and_then(|monitor| monitor.violations());
+            let witness = monitor.and_then(|monitor| monitor.witness()).map(ToString::to_string);
+            Judgment {
+                property: property.name.clone(),
+                verdict: verified.verdict(index),
+                times: violations.filter(|all| all.goes_on).map(|all| all.count),
+                why: verified.unsure[index].clone().or(witness).unwrap_or_default(),
+            }
+        });
+        Self {
+            start_ns: verified.start_ns,
+            end: super::end_of(verified),
+            messages: verified.end.messages,
+            verdicts: verdicts.collect(),
+            notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).collect(),
+        }
+    }
+
+    fn begins(&self) -> String {
+        self.start_ns.map_or_else(String::new, bags::moment)
+    }
+}
+
+impl Judgment {
+    fn is_bad(&self) -> bool {
+        matches!(self.verdict, "violated" | "unsure")
+    }
+
+    /// The verdict, and how often it was violated if more than once.
+    fn words(&self) -> String {
+        match self.times {
+            Some(times @ 2..) => format!("{} {times} times", self.verdict),
+            _ => self.verdict.to_owned(),
+        }
+    }
+
+    fn case(&self) -> Case {
+        let result = match self.verdict {
+            "satisfied" => CaseResult::Passed,
+            "inconclusive" => CaseResult::Skipped("something was still pending when the log ended".to_owned()),
+            _ => CaseResult::Failed {
+                message: format!("{} is {}", self.property, self.words()),
+                details: self.why.trim_end().to_owned(),
+            },
+        };
+        Case { group: "properties", name: self.property.clone(), result }
+    }
+}
+
+/// In the order of their beginnings, if all are known.
+pub(super) fn sort(lines: &mut [Line]) {
+    let start = |line: &Line| line.result.as_ref().ok().and_then(|checked| checked.start_ns);
+    if lines.iter().all(|line| line.result.is_err() || start(line).is_some()) {
+        lines.sort_by_key(|line| (start(line).is_none(), start(line)));
+    }
+}
+
+/// A line for each log.
+pub(super) fn in_words(lines: &[Line]) -> String {
+    let refused = lines.iter().filter(|line| line.result.is_err()).count();
+    let bad = lines.iter().filter(|line| line.is_bad()).count();
+    let fine = lines.len() - bad - refused;
+    let mut text = format!("\n{}: {fine} fine", counted(lines.len(), "log"));
+    for (count, what) in [(bad, "with a property violated or unsure"), (refused, "that could not be checked")] {
+        if count > 0 {
+            let _ = write!(text, ", {count} {what}");
+        }
+    }
+    text.push('\n');
+    for Line { log, result, .. } in lines {
+        let words = match result {
+            Ok(checked) => {
+                let bad: Vec<String> = checked
+                    .verdicts
+                    .iter()
+                    .filter(|judgment| judgment.verdict != "satisfied")
+                    .map(|judgment| format!("{} {}", judgment.property, judgment.words()))
+                    .collect();
+                let satisfied = checked.verdicts.len() - bad.len();
+                let rest = (satisfied > 0).then(|| format!("{satisfied} satisfied"));
+                let words: Vec<String> = bad.into_iter().chain(rest).collect();
+                let begins = if checked.start_ns.is_some() { format!("{}, ", checked.begins()) } else { String::new() };
+                format!("{begins}{} s: {}", seconds(checked.end), words.join(", "))
+            }
+            Err(reason) => format!("not checked: {reason}"),
+        };
+        let _ = writeln!(text, "  {}  {words}", log.display());
+    }
+    text
+}
+
+/// Writes the page that leads to the reports.
+pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
+    let rows: Vec<LogRow> = lines.iter().map(|line| row(line, folder)).collect();
+    Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows))?)
+}
+
+fn row(Line { log, folder: page, result }: &Line, folder: &Path) -> LogRow {
+    let page = page.as_ref().and_then(|page| page.strip_prefix(folder).ok());
+    let row = LogRow { log: log.display().to_string(), ..LogRow::default() };
+    match result {
+        Ok(checked) => LogRow {
+            page: page.map(|page| page.join(html::FILE).display().to_string()),
+            begins: checked.begins(),
+            lasts: format!("{} s", seconds(checked.end)),
+            verdicts: checked
+                .verdicts
+                .iter()
+                .map(|judgment| (judgment.property.clone(), judgment.verdict, judgment.words()))
+                .collect(),
+            notes: checked.notes.clone(),
+            ..row
+        },
+        Err(reason) => LogRow { refused: Some(reason.clone()), ..row },
+    }
+}
+
+/// Writes the verdicts as test cases, a suite for each log.
+pub(super) fn write_junit(lines: &[Line], path: &Path) -> Result<(), Error> {
+    Ok(junit::write(path, &lines.iter().map(Line::suite).collect::<Vec<_>>())?)
+}
+
+/// The folders of the reports of several logs: each has the name of its log, and a number if an earlier one has it.
+pub(super) fn folders(logs: &[PathBuf], out: &Path) -> Vec<PathBuf> {
+    let mut taken = BTreeSet::new();
+    let folder = |log: &PathBuf| {
+        let name = reports::file_name(&log.file_stem().unwrap_or_default().to_string_lossy());
+        let numbered = |number: usize| if number == 1 { name.clone() } else { format!("{name}-{number}") };
+        let free = (1..).map(numbered).find(|name| taken.insert(name.clone()));
+        out.join(free.expect("there are more numbers than logs"))
+    };
+    logs.iter().map(folder).collect()
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{:.1}", time.as_secs_f64())
+}
