@@ -312,11 +312,6 @@ fn numbers(version: &str) -> Vec<u64> {
     version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
-/// When the log ends.
-fn end_of(verified: &Verified) -> Duration {
-    verified.end.last.map_or(Duration::ZERO, |last| last.time)
-}
-
 fn in_words(verified: &Verified) -> String {
     let Verified { properties, end, start_ns, .. } = verified;
     let mut text = String::new();
@@ -340,7 +335,7 @@ fn in_words(verified: &Verified) -> String {
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
         }
-        if let Some(words) = monitor.violations().and_then(|violations| violations.in_words(end_of(verified))) {
+        if let Some(words) = monitor.violations().and_then(|violations| violations.in_words(verified.end_time())) {
             let _ = writeln!(text, "  {words}");
         }
         for open in monitor.open_obligations() {
@@ -367,7 +362,7 @@ fn as_json(verified: &Verified, log: &Path) -> serde_json::Value {
             "unsure": unsure[index],
             "state": property.monitor.location(),
             "witness": monitor.and_then(|monitor| monitor.witness()).map(reports::witness),
-            "violations": violations.map(|violations| ViolationsReport::of(violations, end_of(verified))),
+            "violations": violations.map(|violations| ViolationsReport::of(violations, verified.end_time())),
             "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "vacuous": vacuous.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "unheard": unheard[index],

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Scripts that other files run: the gate runs those.
-const RUN_BY: [(&str, &str); 12] = [
+const RUN_BY: [(&str, &str); 13] = [
     ("components/guide/tour_planner.py", "scenarios/guide.toml"),
     ("components/programs/examples/speaker.py", "components/programs/tests/conversation.rs"),
     ("ros/messages/tests/random_messages.py", "ros/messages/tests/foreign.py"),
@@ -19,6 +19,7 @@ const RUN_BY: [(&str, &str); 12] = [
     ("tests/live/looks.mjs", "tests/live/browser.mjs"),
     ("tests/live/sessions.mjs", "tests/live/browser.mjs"),
     ("tests/live/strangers.mjs", "tests/live/browser.mjs"),
+    ("tests/live/timeline.mjs", "tests/live/browser.mjs"),
 ];
 
 /// Scripts that the gate does not run, and why.

@@ -22,8 +22,8 @@ pub(crate) struct VerifyArgs {
     /// Maps the messages of a bag to channels: a TOML file, which `--list` proposes
     #[arg(long, value_name = "FILE")]
     pub(crate) map_channels: Option<PathBuf>,
-    /// Writes the report of each log with its page to DIR; for several logs, to folders in it, with a page that leads to
-    /// them
+    /// Writes the report of each log with its page to DIR; for several logs, to folders in it, with a page that leads
+    /// to them
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Writes the verdicts to FILE, as JUnit XML: a suite for each log

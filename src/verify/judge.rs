@@ -1,6 +1,7 @@
 //! Properties checked against recorded events, and the report of the results.
 
 use std::path::Path;
+use std::time::Duration;
 
 use bags::{Found, Gap};
 use campaigns::{Error, refuse_campaign};
@@ -49,6 +50,11 @@ pub(super) fn recorded(header: &Header) -> Result<(Vec<Property>, Vec<String>), 
 }
 
 impl Verified {
+    /// When the log ends.
+    pub(super) fn end_time(&self) -> Duration {
+        self.end.last.map_or(Duration::ZERO, |last| last.time)
+    }
+
     /// The verdict of a property: satisfied, violated, inconclusive or unsure.
     pub(super) fn verdict(&self, index: usize) -> &'static str {
         if self.unsure[index].is_some() { "unsure" } else { self.outcome(index).name() }
@@ -114,8 +120,8 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
     Ok(properties)
 }
 
-/// Makes the monitors judge the events; also writes the report to the folder, if there is one, which shows the texts `about` and
-/// `mapping`. `doubts` says what may be missing.
+/// Makes the monitors judge the events; also writes the report to the folder, if there is one. It shows the texts
+/// `about` and `mapping`. `doubts` says what may be missing.
 pub(super) fn judge(
     args: &VerifyArgs,
     (path, folder): (&Path, Option<&Path>),

@@ -85,7 +85,7 @@ impl Checked {
         });
         Self {
             start_ns: verified.start_ns,
-            end: super::end_of(verified),
+            end: verified.end_time(),
             messages: verified.end.messages,
             verdicts: verdicts.collect(),
             notes: verified.nothing().map(str::to_owned).chain(verified.notes.iter().cloned()).collect(),

@@ -53,7 +53,7 @@ pub use parameter::{Parameter, ParameterDomain, ParameterValue};
 pub use plan::{Plan, PlannedRun};
 pub use record::{MonitorFacts, RunFacts, RunOutcome, RunRecord};
 pub use results::{merge, start_over};
-pub use run_and_report::{refuse_campaign, report_of, run_and_report};
+pub use run_and_report::{as_experiment, refuse_campaign, report_of, run_and_report};
 pub use runner::{Progress, Ran, run};
 pub use shard::Shard;
 pub use summary::{Estimate, Frequency, GoalReport, Named, Outcomes, Summary, Unmet};

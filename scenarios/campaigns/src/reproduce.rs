@@ -19,10 +19,10 @@ use reports::{Outputs, Presentation};
 use runs::{Run, conduct};
 use scenarios::Complaints;
 use scenarios::files::Kind;
-use scenarios::scenario::{Figure, Scenario, TreeForm, find};
+use scenarios::scenario::{Scenario, TreeForm, find};
 use serde::Serialize;
 
-use crate::Error;
+use crate::{Error, as_experiment};
 
 use experiments::{Claim, EXPERIMENTS, Experiment, ExperimentRun};
 use film::{Film, Still};
@@ -154,7 +154,6 @@ fn runs(count: u64) -> String {
 
 /// An addition to every scenario: the monitors of the paper's Figure 5.
 const FIGURE_MONITORS: &str = r#"monitors=[{ figure = "5 (a)" }, { figure = "5 (b)" }]"#;
-const ADDED: [Figure; 2] = [Figure::Safety, Figure::Response];
 
 impl Reproduction {
     /// Runs every experiment on all cores. `progress` gets the number of finished runs and the total.
@@ -167,7 +166,7 @@ impl Reproduction {
         let mut complaints = Complaints::default();
         let load = |experiment: &Experiment| {
             let loaded = find::find(experiment.scenario).and_then(|found| Scenario::load(&found, &overrides));
-            complaints.take(loaded).map(Arc::new)
+            complaints.take(loaded).map(|scenario| Arc::new(as_experiment(scenario)))
         };
         let scenarios: Vec<_> = EXPERIMENTS.iter().filter_map(load).collect();
         complaints.check()?;
@@ -258,13 +257,8 @@ impl ExperimentResult {
             claims.iter().map(|claim| ClaimResult::of(claim.says, claim.source, runs, claim.differs)).collect()
         };
         let mut ours = results(experiment.ours);
-        // The scenario does not know the monitors that were added: their verdicts are claims of their own.
-        let is_added = |expected: &str| ADDED.iter().any(|monitor| expected.starts_with(monitor.name()));
-        let as_expected = |run: &ExperimentRun| {
-            let own = run.report.expectations.iter().filter(|expectation| !is_added(&expectation.expected));
-            let differences: Vec<&str> = own.filter_map(|own| own.difference.as_deref()).collect();
-            (!differences.is_empty()).then(|| differences.join("; "))
-        };
+        let as_expected =
+            |run: &ExperimentRun| (!run.report.differences.is_empty()).then(|| run.report.differences.join("; "));
         let says = "everything else that the scenario expects: φ3, places, collisions, charge";
         ours.push(ClaimResult::of(says, "the scenario’s [expect]", runs, as_expected));
         let result = |run: &ExperimentRun| RunResult {
@@ -311,7 +305,7 @@ mod tests {
     fn run(scenario: &str, overrides: &[&str]) -> ExperimentRun {
         let found = find::find(scenario).expect("a shipped scenario");
         let overrides: Vec<String> = overrides.iter().copied().chain([FIGURE_MONITORS]).map(str::to_owned).collect();
-        let scenario = Arc::new(Scenario::load(&found, &overrides).expect("a sound scenario"));
+        let scenario = Arc::new(as_experiment(Scenario::load(&found, &overrides).expect("a sound scenario")));
         let Done::ExperimentRun(run) = Job::ExperimentRun(scenario, 1).carry_out().expect("a run") else {
             panic!("a run")
         };

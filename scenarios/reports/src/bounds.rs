@@ -5,6 +5,9 @@ use channels::{ChannelId, Message, Relation, Topology, Value};
 use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
 use recording::{Header, LEVEL, Monitor};
 
+/// A chart has no room for numbers of this size: differences between them might not be finite.
+const MOST: f64 = 1e100;
+
 /// The component that reports the battery's level.
 const BATTERY: &str = "BatteryReader";
 
@@ -35,13 +38,13 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The value that a message gives it.
+    /// The value that a message gives it; none if it is too large for a chart.
     #[must_use]
     pub fn value(&self, message: &Message, topology: &Topology) -> Option<f64> {
         let shapes = topology.get(self.channel).domain.shapes();
         let shape = shapes.iter().find(|shape| shape.contains(message))?;
         let place = shape.fields().iter().position(|(name, _)| *name == self.field)?;
-        message.fields()[place].as_number().filter(|value| value.is_finite())
+        message.fields()[place].as_number().filter(|value| value.abs() < MOST)
     }
 
     /// What it is, in words: `VisitorSensor → Welcome, distance_m`.
@@ -218,7 +221,7 @@ impl Bounds<'_> {
         channel: ChannelId,
         role: Role,
     ) {
-        if let Some(value) = value.as_number().filter(|_| least || most)
+        if let Some(value) = value.as_number().filter(|value| (least || most) && value.abs() < MOST)
             && let Some(field) = self.name(channel, field)
         {
             let is_lower = least == role.holds;

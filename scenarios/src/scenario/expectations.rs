@@ -14,6 +14,8 @@ pub struct Expectations {
     pub outcomes: Vec<(Spanned<String>, Outcome)>,
     /// Properties that are written here, with their formulas. They must be satisfied unless `outcomes` has them.
     pub satisfied: Vec<(Spanned<String>, String)>,
+    /// Whether any other property may be violated, too, since it is a question and not a requirement.
+    pub others_may_be_violated: bool,
     /// Places that must have been reached.
     pub reached: Vec<Spanned<String>>,
     /// Places that must not have been reached.
@@ -38,7 +40,7 @@ impl Expectations {
         let satisfied = satisfied.map(|name| (name.clone(), Outcome::Satisfied));
         Expected {
             outcomes: outcomes.chain(satisfied).collect(),
-            others_may_be_violated: false,
+            others_may_be_violated: self.others_may_be_violated,
             reached: names(&self.reached),
             not_reached: names(&self.not_reached),
             failed_programs: names(&self.failed_programs),
@@ -93,6 +95,7 @@ impl Expectations {
                 .optional(),
             satisfied: read_satisfied(table),
             outcomes: Vec::new(),
+            others_may_be_violated: false,
         };
         let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
         for (property, span) in table.names("PROPERTY") {

@@ -3,6 +3,7 @@
 mod data;
 mod happenings;
 mod lanes;
+mod looks;
 mod plots;
 mod sheet;
 

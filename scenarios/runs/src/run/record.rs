@@ -49,7 +49,10 @@ impl Run {
             premises: premises.map(premises_record),
             robot: premises.map(|premises| robot_record(&premises.entry.sim.model)),
             snapshots: file.snapshots.clone(),
-            expected: Expected { others_may_be_violated: is_model, ..file.expect.record() },
+            expected: Expected {
+                others_may_be_violated: is_model || file.expect.others_may_be_violated,
+                ..file.expect.record()
+            },
         }
     }
 

@@ -9,7 +9,7 @@ use drawing::theme::{self, Color};
 use recording::{FaultCourse, RunView, words};
 use serde_json::{Value, json};
 
-use super::data::{self, round};
+use super::looks::{round, variable};
 use super::sheet::Chart;
 use crate::html::violations;
 use crate::timeline::Timeline;
@@ -44,13 +44,13 @@ impl Happening {
 
     /// For the script: time, words, color, whether it is marked across all lanes, and where the page says more.
     pub(super) fn data(&self) -> Value {
-        let color = data::variable(self.color);
-        json!([round(self.time.as_secs_f64(), 3), self.words, color, self.across, self.anchor])
+        let color = variable(self.color);
+        json!([round(self.time.as_secs_f64(), 1e3), self.words, color, self.across, self.anchor])
     }
 
     /// When it was in effect, in seconds.
     pub(super) fn held(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.held.iter().map(|(from, to)| [from, to].map(|time| round(time.as_secs_f64(), 3)))
+        self.held.iter().map(|(from, to)| [from, to].map(|time| round(time.as_secs_f64(), 1e3)))
     }
 
     /// Whether it is a fault that was in effect for a while.

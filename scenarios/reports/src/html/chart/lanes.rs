@@ -9,7 +9,7 @@ use drawing::theme::{self, Color};
 use drawing::{Area, NodeStatus, Verdict};
 use serde_json::{Value, json};
 
-use super::data::{Looks, variable};
+use super::looks::{Looks, variable};
 use super::sheet::Chart;
 use crate::html::activities::{self, Activity};
 use crate::html::words;
