@@ -334,6 +334,10 @@ fn in_words(verified: &Verified) -> String {
         let Some(monitor) = property.scope_monitor() else { continue };
         if let Some(witness) = monitor.witness() {
             let _ = write!(text, "{witness}");
+            if let Some(start_ns) = start_ns {
+                let ns = i64::try_from(witness.settled.time.as_nanos()).unwrap_or(i64::MAX);
+                let _ = writeln!(text, "  at {}", bags::moment(start_ns.saturating_add(ns)));
+            }
         }
         if let Some(words) = monitor.violations().and_then(|violations| violations.in_words(verified.end_time())) {
             let _ = writeln!(text, "  {words}");

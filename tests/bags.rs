@@ -72,6 +72,13 @@ fn a_recorded_robot_gets_verdicts_and_a_page() {
     // Its chart shows the messages that led to the violation.
     assert!(page.contains("id=\"violations\"") && page.contains("DISCHARGING"));
     assert!([">battery<", ">controller<", ">base<"].iter().all(|lifeline| page.contains(lifeline)));
+    assert!(page.contains("\"title\":\"battery → base, level_pct\""), "a plot of what is compared with a number");
+    // The violation begins 42.01 s after the first message, and ends; both are in a file for other tools.
+    let file = Path::new(&out).join("violations.mcap");
+    let listed = String::from_utf8(steward(&["verify", "--list", file.to_str().unwrap()]).stdout).unwrap();
+    assert!(listed.starts_with("# 9.990 s, since 2025-10-09 08:54:02.040 UTC\n"), "{listed}");
+    let topic = listed.lines().find(|line| line.starts_with("# /steward/violations")).unwrap();
+    assert!(topic.contains("rcl_interfaces/msg/Log") && topic.contains(" 2 "), "{listed}");
 }
 
 #[test]

@@ -250,6 +250,24 @@ def run_and_read(scenario, more, folder):
     print(f"rerun: checked and converted; {len(drawn)} topics are drawn")
 
 
+def violations_of_a_bag(folder):
+    """The violations of a recorded robot, in a file that is shown beside the bag."""
+    subprocess.run([steward, "init", folder / "bag", "--template", "recording"], check=True, capture_output=True)
+    arguments = ["nav2.mcap", "--property", "nav2.scope", "--map-channels", "mapping.toml", "--out", "checked"]
+    subprocess.run([steward, "verify", *arguments], cwd=folder / "bag", capture_output=True)
+    with open(folder / "bag/checked/violations.mcap", "rb") as file:
+        logs = [message for *_, message in make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()]
+    with open(folder / "bag/nav2.mcap", "rb") as file:
+        start = make_reader(file).get_summary().statistics.message_start_time
+    found = [(log.level, log.msg, log.stamp.sec * 10**9 + log.stamp.nanosec - start) for log in logs]
+    expected = [(40, "slow_when_low violated"), (20, "slow_when_low holds again")]
+    assert [(level, text) for level, text, _ in found] == expected, found
+    assert abs(found[0][2] - 42.01e9) < 1e6 and abs(found[1][2] - found[0][2] - 9.99e9) < 1e6, found
+    print("mcap, mcap-ros2-support: the violations of a bag, at their times")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    violations_of_a_bag(pathlib.Path(folder))
 for scenario, more in RUNS.items():
     with tempfile.TemporaryDirectory() as folder:
         run_and_read(scenario, more, pathlib.Path(folder))

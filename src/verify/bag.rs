@@ -1,17 +1,23 @@
 //! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
 use std::fmt::Write as _;
+use std::io::ErrorKind;
 use std::path::Path;
+use std::time::Duration;
 
 use bags::{Bag, Contents, Definitions, Events, Listed, Mapping};
 use campaigns::Error;
 use diagnostics::from_disk;
+use monitors::{Property, Violation};
 use recording::Doubts;
 use serde_json::json;
 
 use super::args::VerifyArgs;
 use super::judge::{Verified, judge, load};
 use crate::monitor::System;
+
+/// The file with the violations, beside the report.
+const VIOLATIONS: &str = "violations.mcap";
 
 /// Checks a bag against properties, in constant memory.
 pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Result<Verified, Error> {
@@ -37,8 +43,33 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let (end, unsure) =
         judge(args, (path, folder), [about, text], &system, &mut properties, doubts, events.by_ref().map(Ok))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
+    if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
+        write_violations(&properties, start_ns, folder)?;
+    }
     let unheard = vec![None; properties.len()];
     Ok(Verified { properties, end, unsure, unheard, start_ns: events.start_ns(), notes })
+}
+
+/// Writes the violations, at their times in the bag, for tools that show the bag.
+fn write_violations(properties: &[Property], start_ns: i64, folder: &Path) -> Result<(), Error> {
+    let start = Duration::from_nanos(u64::try_from(start_ns).unwrap_or_default());
+    let monitors = properties.iter().filter_map(|property| Some((&*property.name, property.scope_monitor()?)));
+    let violations = monitors.flat_map(|(name, monitor)| {
+        let all = monitor.violations().into_iter().flat_map(|all| all.first.clone());
+        all.map(move |violation| (name, violation)).collect::<Vec<_>>()
+    });
+    let violations: Vec<(&str, Violation)> = violations.collect();
+    let path = folder.join(VIOLATIONS);
+    let unwritten = |source| Error::from(diagnostics::Error::Write { path: path.clone(), source });
+    if violations.is_empty() {
+        // One of an earlier call would speak of other verdicts.
+        return match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(unwritten(error)),
+            _ => Ok(()),
+        };
+    }
+    let file = recording::write_violations(Vec::new(), start, &violations);
+    Ok(diagnostics::write_whole(&path, file.map_err(unwritten)?)?)
 }
 
 /// The contents of a bag.

@@ -391,10 +391,10 @@ mod diagnostic {
 }
 
 /// The values of a log's `level`.
-mod level {
-    pub(super) const INFO: u8 = 20;
-    pub(super) const WARN: u8 = 30;
-    pub(super) const ERROR: u8 = 40;
+pub(crate) mod level {
+    pub(crate) const INFO: u8 = 20;
+    pub(crate) const WARN: u8 = 30;
+    pub(crate) const ERROR: u8 = 40;
 }
 
 /// A property, its outcome if the run ends now, and the reason.

@@ -4,9 +4,11 @@
 //! the same outputs: [`report_recording`] reads a file.
 //!
 //! # Inside
-//! `presentation` follows a run's view and writes the requested outputs; `timeline` keeps what has changed; `html`
-//! makes the page from it, with charts drawn on the canvas of `drawing`; `reporting` makes `report.json`, whose fields
-//! `report` lists; `junit` writes results for CI. `report_recording` does all of this from a file.
+//! `presentation` follows a run's view and writes the requested outputs; `timeline` keeps what has changed; `bounds`
+//! finds the numbers with which properties compare something; `html` makes the page from all this, with charts drawn
+//! on the canvas of `drawing`, and a script that draws the timeline anew as one explores it; `reporting` makes
+//! `report.json`, whose fields `report` lists; `junit` writes results for CI. `report_recording` does all of this from
+//! a file.
 
 pub mod bounds;
 mod error;

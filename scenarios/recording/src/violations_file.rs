@@ -1,0 +1,34 @@
+//! The violations in a recording of something else, as a file that other tools show beside it.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use monitors::Violation;
+
+use crate::topics::output::Output;
+use crate::topics::{level, ros};
+
+/// The topic with the violations.
+const TOPIC: &str = "/steward/violations";
+
+/// Writes the violations of properties as an MCAP file with messages of rcl_interfaces/msg/Log: an error where one
+/// begins, and an information where it has ended. `start` is the time since 1970 at which the recording starts.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_violations<W: Write>(output: W, start: Duration, all: &[(&str, Violation)]) -> io::Result<W> {
+    let mut output = Output::begin(output)?;
+    let topic = output.topic::<ros::Log>(TOPIC)?;
+    let mut logs: Vec<(Duration, u8, &str, &str)> = Vec::new();
+    for (property, Violation { from, until }) in all {
+        logs.push((start + from.time, level::ERROR, property, "violated"));
+        logs.extend(until.map(|until| (start + until.time, level::INFO, *property, "holds again")));
+    }
+    logs.sort_by_key(|(at, ..)| *at);
+    for (at, level, property, what) in logs {
+        let msg = format!("{property} {what}");
+        let log = ros::Log { stamp: at.into(), level, name: property.to_owned(), msg, ..ros::Log::default() };
+        output.write(&topic, at, &log)?;
+    }
+    output.finish()
+}
