@@ -139,5 +139,5 @@ pub use scene_clock::SceneClock;
 pub use step::{Battery, Body, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth};
 pub use tally::{BatteryTally, LocalizationError, Tally};
 pub use trace_hash::TraceHash;
-pub use violations_file::write_violations;
 pub use view::{GivenUp, Inconsistent, MonitorView, Moved, RunView, Said, TreeError};
+pub use violations_file::write_violations;

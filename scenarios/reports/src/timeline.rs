@@ -7,6 +7,7 @@
 
 mod course;
 mod recent;
+mod steps;
 mod track;
 mod trail;
 
@@ -16,21 +17,16 @@ use std::time::Duration;
 use channels::EventKind;
 use recording::{Follower, Happening, Navigation, RunView};
 
-use crate::bounds::{Signal, signals};
+use crate::bounds::signals;
 use crate::pictures;
 
 pub use course::Course;
 pub use recent::Episode;
+pub use steps::Steps;
 pub use track::{Interval, Lane, Track};
 pub use trail::{Stage, Trail};
 
 use recent::Recent;
-
-/// The values of a signal, as exact as a chart and its bounds need.
-fn course(signal: &Signal) -> Course {
-    let most = signal.bounds.iter().map(|(bound, ..)| bound.abs()).fold(0.0, f64::max);
-    Course::within(if most > 0.0 { most / 500.0 } else { 1e-3 })
-}
 
 /// The state of a monitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,7 +42,7 @@ pub struct MonitorState {
 pub struct Timeline {
     battery: Course,
     charging: Track<bool>,
-    signals: Vec<(Signal, Course)>,
+    signals: Vec<Steps>,
     navigation: Track<Navigation>,
     leaves: Vec<Lane<drawing::NodeStatus>>,
     skills: Vec<Lane<String>>,
@@ -68,7 +64,7 @@ impl Timeline {
         let mut timeline = Self {
             battery: Course::default(),
             charging: Track::default(),
-            signals: signals(header).into_iter().map(|signal| (signal.clone(), course(&signal))).collect(),
+            signals: signals(header).into_iter().map(Steps::new).collect(),
             navigation: Track::default(),
             leaves: leaves.map(|leaf| Lane::new(&leaf.process)).collect(),
             skills: lanes(&header.skills),
@@ -102,8 +98,9 @@ impl Timeline {
     fn hear(&mut self, view: &RunView) {
         for event in view.events() {
             let EventKind::Received { channel, message } = &event.kind else { continue };
-            for (signal, course) in self.signals.iter_mut().filter(|(signal, _)| signal.channel == *channel) {
-                signal.value(message, view.topology()).into_iter().for_each(|value| course.note(event.time, value));
+            for steps in self.signals.iter_mut().filter(|steps| steps.signal().channel == *channel) {
+                let value = steps.signal().value(message, view.topology());
+                value.into_iter().for_each(|value| steps.note(event.time, value));
             }
         }
     }
@@ -137,7 +134,7 @@ impl Timeline {
         Self {
             battery: self.battery.until(now),
             charging: self.charging.until(now),
-            signals: self.signals.iter().map(|(signal, course)| (signal.clone(), course.until(now))).collect(),
+            signals: self.signals.iter().map(|steps| steps.until(now)).collect(),
             navigation: self.navigation.until(now),
             leaves: Lane::all_until(&self.leaves, now),
             skills: Lane::all_until(&self.skills, now),
@@ -170,7 +167,7 @@ impl Timeline {
 
     /// The fields of messages that properties compare with numbers, with their values.
     #[must_use]
-    pub fn signals(&self) -> &[(Signal, Course)] {
+    pub fn signals(&self) -> &[Steps] {
         &self.signals
     }
 

@@ -207,7 +207,8 @@
       pen.stroke();
       let above = -Infinity;
       for (const [value, label, critical] of plot.bounds) {
-        const ink = critical ? "--bad" : "--busy-dark", beside = y(value) + (y(value) - above < 20 ? 8 : -8);
+        const ink = critical ? "--bad" : "--busy-dark", isBelow = y(value) - above < 20 || y(value) < top + HEAD + 6;
+        const beside = y(value) + (isBelow ? 8 : -8);
         [pen.strokeStyle, pen.lineWidth] = [color(critical ? "--bad" : "--busy"), 1];
         pen.setLineDash([5, 4]);
         pen.strokeRect(left, y(value), size.width, 0);

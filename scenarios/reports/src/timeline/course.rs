@@ -2,17 +2,15 @@
 
 use std::time::Duration;
 
-/// The tolerance for percentages.
+/// The simplified line is never farther from the noted values than this.
 const TOLERANCE: f64 = 0.05;
 
 /// A number over time, as a line through few points: where it is straight, only the ends are kept.
 ///
 /// The points are chosen by a swing filter (Elmeleegy et al., "Online piece-wise linear approximation of numerical
 /// streams with precision guarantees", 2009), whose ends are noted values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct Course {
-    /// The simplified line is never farther from the noted values than this.
-    tolerance: f64,
     points: Vec<(Duration, f64)>,
     /// The latest value, if it is not a point.
     latest: Option<(Duration, f64)>,
@@ -20,19 +18,7 @@ pub struct Course {
     slopes: Option<(f64, f64)>,
 }
 
-impl Default for Course {
-    fn default() -> Self {
-        Self::within(TOLERANCE)
-    }
-}
-
 impl Course {
-    /// A line that is never farther from the values than `tolerance`.
-    #[must_use]
-    pub fn within(tolerance: f64) -> Self {
-        Self { tolerance, points: Vec::new(), latest: None, slopes: None }
-    }
-
     /// Notes the value now. Times must increase.
     pub fn note(&mut self, now: Duration, value: f64) {
         let Some(&(since, from)) = self.points.last() else {
@@ -46,7 +32,7 @@ impl Course {
         // Every line from the last point within the range of slopes comes close enough to all values since. The range
         // shrinks with each value; one that lies outside it needs a new point, at the value before it.
         let slope = |value: f64| (value - from) / elapsed_s;
-        let (low, high) = (slope(value - self.tolerance), slope(value + self.tolerance));
+        let (low, high) = (slope(value - TOLERANCE), slope(value + TOLERANCE));
         match self.slopes {
             Some((least, most)) if slope(value) < least || slope(value) > most => {
                 self.points.extend(self.latest.take());
@@ -74,7 +60,7 @@ impl Course {
     pub(super) fn until(&self, time: Duration) -> Self {
         let points = self.points.iter().copied().filter(|(at, _)| *at <= time).collect();
         let latest = self.latest.filter(|(at, _)| *at <= time).or_else(|| Some((time, self.at(time)?)));
-        Self { points, latest, ..Self::within(self.tolerance) }
+        Self { points, latest, slopes: None }
     }
 
     /// The value at a time; `None` without points.

@@ -40,8 +40,8 @@ pub(super) fn plots(view: &RunView, timeline: &Timeline) -> Vec<Plot> {
         bounds: levels.collect(),
         is_battery: true,
     };
-    let signals = timeline.signals().iter().map(|(signal, course)| {
-        let points = course.points();
+    let signals = timeline.signals().iter().map(|steps| {
+        let (signal, points) = (steps.signal(), steps.points(timeline.end()));
         let values = points.iter().map(|(_, value)| *value).chain(signal.bounds.iter().map(|(bound, ..)| *bound));
         let [low, high] =
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
