@@ -2,7 +2,7 @@
 //! bounds.
 
 use channels::{ChannelId, Message, Relation, Topology, Value};
-use monitors::{EventAtom, Formula, MessageCondition, MessageField, Term};
+use monitors::{Formula, MessageCondition, MessageField, Term};
 use recording::{Header, LEVEL, Monitor};
 
 /// A chart has no room for numbers of this size: differences between them might not be finite.
@@ -144,13 +144,13 @@ impl Role {
 impl Bounds<'_> {
     fn of_formula(&mut self, formula: &Formula, role: Role) {
         match formula {
-            Formula::Event(event) | Formula::Fresh(event) => self.of_event(event, role),
+            Formula::Event(event) | Formula::Fresh(event) => self.of_condition(&event.condition, event.channel, role),
             // What happens at most zero times never happens.
             Formula::Count { event, is_at_most: true, count: 0, .. } if role.holds => {
-                self.of_event(event, role.negated());
+                self.of_condition(&event.condition, event.channel, role.negated());
             }
             Formula::TimeUntil { event, .. } | Formula::Count { event, .. } => {
-                self.of_event(event, role.among_others());
+                self.of_condition(&event.condition, event.channel, role.among_others());
             }
             Formula::Not(part) => self.of_formula(part, role.negated()),
             Formula::Timed(part) | Formula::Next(part) => self.of_formula(part, role),
@@ -169,10 +169,6 @@ impl Bounds<'_> {
                 others.operands().into_iter().for_each(|part| self.of_formula(part, role.among_others()));
             }
         }
-    }
-
-    fn of_event(&mut self, event: &EventAtom, role: Role) {
-        self.of_condition(&event.condition, event.channel, role);
     }
 
     fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
@@ -243,7 +239,7 @@ impl Bounds<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::sync::Arc;
 
     use runs::Run;
@@ -251,8 +247,8 @@ mod tests {
 
     use super::*;
 
-    /// The header of a scenario with this property file and other changes.
-    fn header(overrides: &[&str]) -> Header {
+    /// The header of the scenario `battery_fault` with these changes.
+    pub(crate) fn header(overrides: &[&str]) -> Header {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
         Run::new(Arc::new(scenario), 1, true).unwrap().header()

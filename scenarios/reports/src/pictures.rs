@@ -280,17 +280,9 @@ fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
 #[cfg(test)]
 mod tests {
     use recording::Header;
-    use runs::Run;
-    use scenarios::scenario::{Scenario, find};
 
     use super::*;
-
-    /// The header of a scenario with this property file and other changes.
-    fn header(overrides: &[&str]) -> Header {
-        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
-        Run::new(Arc::new(scenario), 1, true).unwrap().header()
-    }
+    use crate::bounds::tests::header;
 
     #[test]
     fn places_have_their_own_names() {

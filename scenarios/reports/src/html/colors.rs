@@ -63,10 +63,14 @@ pub(super) fn adopted(elements: &str) -> Markup {
     PreEscaped(adopted)
 }
 
-/// The style sheet's name for a color of the theme.
+/// The name of a color of the theme in the style sheet, without the dashes: `good`.
+pub(super) fn name(color: Color) -> Option<&'static str> {
+    COLORS.iter().find(|(_, light, _)| *light == color).map(|(name, ..)| *name)
+}
+
+/// A color of the theme as the style sheet has it: `var(--good)`.
 pub(super) fn variable(color: Color) -> String {
-    let known = COLORS.iter().find(|(_, light, _)| *light == color);
-    known.map_or_else(|| color.to_owned(), |(name, ..)| format!("var(--{name})"))
+    name(color).map_or_else(|| color.to_owned(), |name| format!("var(--{name})"))
 }
 
 #[cfg(test)]

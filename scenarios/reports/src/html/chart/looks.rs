@@ -26,7 +26,7 @@ impl Looks {
 
 /// The name of a color in the page's style sheet: `--good`.
 pub(super) fn variable(color: Color) -> String {
-    colors::variable(color).replace("var(", "").replace(')', "")
+    colors::name(color).map_or_else(|| color.to_owned(), |name| format!("--{name}"))
 }
 
 /// A number with this precision: one millionth is `1e6`.
