@@ -157,8 +157,15 @@ fn verify_event_log(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> Re
     let rest = std::iter::from_fn(|| truncated.take().map(|why| Ok(Found::LeftOut(Gap { why, channel: None }))));
     let doubts = Doubts::none(properties.len());
     let about = format!("An event log of {}", described.scenario.as_deref().unwrap_or("a run"));
-    let (end, unsure) =
-        judge(args, (path, folder), [about, String::new()], &system, &mut properties, doubts, events.chain(rest))?;
+    let (end, unsure) = judge(
+        args,
+        (path, folder),
+        [about, String::new()],
+        &system,
+        &mut properties,
+        doubts,
+        (events.chain(rest), &Cell::new(None)),
+    )?;
     let skipped = (log.skipped() > 0)
         .then(|| format!("left out {} on channels that the scenario does not have", counted(log.skipped(), "message")));
     let missing = log.missing().map(str::to_owned);

@@ -1,5 +1,6 @@
 //! Bags of ROS 2: their contents, and the verdicts of properties on them.
 
+use std::cell::Cell;
 use std::fmt::Write as _;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -40,8 +41,14 @@ pub(super) fn verify(args: &VerifyArgs, path: &Path, folder: Option<&Path>) -> R
     let about = format!("A ROS 2 bag{start}");
     // What the mapping leaves out is often what its channels cannot carry.
     let doubts = Doubts::about_any_messages(&properties, &system.topology);
+    let start_ns = Cell::new(None);
+    let found = std::iter::from_fn(|| {
+        let found = events.next();
+        start_ns.set(events.start_ns());
+        found.map(Ok)
+    });
     let (end, unsure) =
-        judge(args, (path, folder), [about, text], &system, &mut properties, doubts, events.by_ref().map(Ok))?;
+        judge(args, (path, folder), [about, text], &system, &mut properties, doubts, (found, &start_ns))?;
     let notes = bag.survey().lost.iter().cloned().chain(events.notes()).collect();
     if let Some((folder, start_ns)) = folder.zip(events.start_ns()) {
         write_violations(&properties, start_ns, folder)?;

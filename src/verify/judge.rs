@@ -1,5 +1,6 @@
 //! Properties checked against recorded events, and the report of the results.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::time::Duration;
 
@@ -122,6 +123,7 @@ pub(super) fn load(args: &VerifyArgs, system: &System) -> Result<Vec<Property>, 
 
 /// Makes the monitors judge the events; also writes the report to the folder, if there is one. It shows the texts
 /// `about` and `mapping`. `doubts` says what may be missing.
+/// With the events comes when they begin, once the first has been read.
 pub(super) fn judge(
     args: &VerifyArgs,
     (path, folder): (&Path, Option<&Path>),
@@ -129,7 +131,7 @@ pub(super) fn judge(
     system: &System,
     properties: &mut [Property],
     doubts: Doubts,
-    mut events: impl Iterator<Item = Result<Found, Error>>,
+    (mut events, start_ns): (impl Iterator<Item = Result<Found, Error>>, &Cell<Option<i64>>),
 ) -> Result<Judged, Error> {
     let Some(folder) = folder else { return judge_in_words(&mut events, properties, doubts) };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -155,6 +157,7 @@ pub(super) fn judge(
     if view.end().is_none() {
         view.finish(judge.finish(properties)).expect(FITS);
     }
+    view.set_began(start_ns.get().and_then(bags::date));
     presentation.finish(&view)?;
     Ok((judge.end(), judge.unsure().to_vec()))
 }

@@ -1,12 +1,12 @@
 //! What logs say together: a line for each, a page that leads to their reports, and test cases.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use campaigns::Error;
-use reports::html::{self, LogRow};
+use reports::html::{self, Day, LogRow};
 use reports::junit::{self, Case, CaseResult, Suite};
 use serde_json::{Value, json};
 
@@ -47,6 +47,13 @@ impl Line {
     pub(super) fn of(log: &Path, folder: Option<PathBuf>, verified: Result<&Verified, &Error>) -> Self {
         let result = verified.map(Checked::of).map_err(Error::reasons);
         Self { log: log.to_owned(), folder, result }
+    }
+
+    /// The day on which it begins, or which its name has: `2026-03-01`. The latter is what rosbag2 writes,
+    /// `rosbag2_2026_03_01-10_20_00`.
+    fn day(&self) -> Option<String> {
+        let begun = self.result.as_ref().ok().and_then(|checked| bags::date(checked.start_ns?));
+        begun.map(|date| date.format("%Y-%m-%d").to_string()).or_else(|| day_in(&self.log.to_string_lossy()))
     }
 
     fn is_bad(&self) -> bool {
@@ -123,12 +130,47 @@ impl Judgment {
     }
 }
 
-/// In the order of their beginnings, if all are known.
+/// In the order of their beginnings, if all are known, or else of the days in their names.
 pub(super) fn sort(lines: &mut [Line]) {
     let start = |line: &Line| line.result.as_ref().ok().and_then(|checked| checked.start_ns);
     if lines.iter().all(|line| line.result.is_err() || start(line).is_some()) {
         lines.sort_by_key(|line| (start(line).is_none(), start(line)));
+    } else if lines.iter().all(|line| line.day().is_some()) {
+        lines.sort_by_key(Line::day);
     }
+}
+
+/// The first date in a name: four digits, two and two, with or without `-` or `_` between them.
+fn day_in(name: &str) -> Option<String> {
+    let letters: Vec<char> = name.chars().collect();
+    let number = |from: usize, length: usize| {
+        let digits: String = letters.get(from..from + length)?.iter().collect();
+        digits.parse::<u32>().ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let gap = |at: usize| usize::from(matches!(letters.get(at), Some('-' | '_')));
+    (0..letters.len()).find_map(|start| {
+        let month = start + 4 + gap(start + 4);
+        let day = month + 2 + gap(month + 2);
+        let (year, month, day) = (number(start, 4)?, number(month, 2)?, number(day, 2)?);
+        let is_date = (2000..2100).contains(&year) && (1..=12).contains(&month) && (1..=31).contains(&day);
+        is_date.then(|| format!("{year}-{month:02}-{day:02}"))
+    })
+}
+
+/// What the logs of each day say together, if they are of several days; logs without a day are left out.
+fn days(lines: &[Line]) -> Vec<Day> {
+    let mut days: BTreeMap<String, Day> = BTreeMap::new();
+    for line in lines {
+        let (Some(date), Ok(checked)) = (line.day(), &line.result) else { continue };
+        let day = days.entry(date.clone()).or_insert_with(|| Day { date, ..Day::default() });
+        day.logs += 1;
+        for judgment in &checked.verdicts {
+            let [bad, of] = day.bad.entry(judgment.property.clone()).or_default();
+            *bad += usize::from(judgment.is_bad());
+            *of += 1;
+        }
+    }
+    if days.len() < 2 { Vec::new() } else { days.into_values().collect() }
 }
 
 /// A line for each log.
@@ -162,13 +204,19 @@ pub(super) fn in_words(lines: &[Line]) -> String {
         };
         let _ = writeln!(text, "  {}  {words}", log.display());
     }
+    for Day { date, logs, bad } in days(lines) {
+        let bad = bad.iter().filter(|(_, [bad, _])| *bad > 0);
+        let bad: Vec<String> = bad.map(|(name, [bad, of])| format!("{name} in {bad} of {of}")).collect();
+        let words = if bad.is_empty() { "nothing".to_owned() } else { bad.join(", ") };
+        let _ = writeln!(text, "  {date}: {}, violated or unsure: {words}", counted(logs, "log"));
+    }
     text
 }
 
 /// Writes the page that leads to the reports.
 pub(super) fn write_index(lines: &[Line], folder: &Path) -> Result<(), Error> {
     let rows: Vec<LogRow> = lines.iter().map(|line| row(line, folder)).collect();
-    Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows))?)
+    Ok(diagnostics::write_whole(&folder.join(INDEX), html::logs(&rows, &days(lines)))?)
 }
 
 fn row(Line { log, folder: page, result }: &Line, folder: &Path) -> LogRow {
@@ -210,4 +258,19 @@ pub(super) fn folders(logs: &[PathBuf], out: &Path) -> Vec<PathBuf> {
 
 fn seconds(time: Duration) -> String {
     format!("{:.1}", time.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::day_in;
+
+    #[test]
+    fn a_day_is_found_in_the_name_of_a_log() {
+        for name in ["rosbag2_2026_03_01-10_20_00", "a/run-20260301.mcap", "2026-03-01/morning.db3"] {
+            assert_eq!(day_in(name).as_deref(), Some("2026-03-01"), "{name}");
+        }
+        for name in ["", "run_12.mcap", "2026_13_01", "1234567890.jsonl", "20260", "été-2026"] {
+            assert_eq!(day_in(name), None, "{name}");
+        }
+    }
 }

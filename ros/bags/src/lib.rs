@@ -26,6 +26,8 @@ mod storage;
 
 use std::path::{Path, PathBuf};
 
+use chrono::{DateTime, Utc};
+
 pub use contents::{Contents, Listed};
 pub use definitions::Definitions;
 pub use events::{Events, Found, Gap};
@@ -89,11 +91,17 @@ impl Error {
 /// A moment as people write it: a date, or seconds if the clock apparently does not count from 1970.
 #[must_use]
 pub fn moment(ns: i64) -> String {
-    const YEAR_2000_NS: i64 = 946_684_800_000_000_000;
-    if ns < YEAR_2000_NS {
-        return format!("{:.3} s", ns as f64 * 1e-9);
+    match date(ns) {
+        Some(date) => date.format("%Y-%m-%d %H:%M:%S%.3f UTC").to_string(),
+        None => format!("{:.3} s", ns as f64 * 1e-9),
     }
-    chrono::DateTime::from_timestamp_nanos(ns).format("%Y-%m-%d %H:%M:%S%.3f UTC").to_string()
+}
+
+/// Date and time of nanoseconds since 1970; none before 2000: such a clock counts from something else.
+#[must_use]
+pub fn date(ns: i64) -> Option<DateTime<Utc>> {
+    const YEAR_2000_NS: i64 = 946_684_800_000_000_000;
+    (ns >= YEAR_2000_NS).then(|| DateTime::from_timestamp_nanos(ns))
 }
 
 /// How long after the first message of a bag something was recorded, in words.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::Topology;
+use chrono::{DateTime, Utc};
 use maps::{OccupancyGrid, Point, Pose};
 use monitors::{Formula, Outcome, Property, ScopeMonitor};
 use robot::LaserSpec;
@@ -114,6 +115,9 @@ pub struct Origin {
     /// If it is not a scenario but a recording of something else: the command line that judges it again. `text` is then
     /// the mapping of its messages, if it has one.
     pub recorded: Option<String>,
+    /// When it began, if that is known and it is such a recording.
+    #[serde(skip)]
+    pub began: Option<DateTime<Utc>>,
 }
 
 /// The settings in one table of a scenario's file, given or not.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Topology, Verdict};
+use chrono::{DateTime, TimeDelta, Utc};
 use maps::{Point, Pose};
 use monitors::Outcome;
 
@@ -331,6 +332,17 @@ impl RunView {
     #[must_use]
     pub fn outcomes(&self) -> &[Option<bt::Outcome>] {
         &self.outcomes
+    }
+
+    /// Says when a recording of something else began.
+    pub fn set_began(&mut self, began: Option<DateTime<Utc>>) {
+        Arc::make_mut(&mut self.header).origin.began = began;
+    }
+
+    /// A time of the run as date and time of day, if it is such a recording and its clock is known.
+    #[must_use]
+    pub fn date(&self, time: Duration) -> Option<DateTime<Utc>> {
+        self.header.origin.began?.checked_add_signed(TimeDelta::from_std(time).ok()?)
     }
 
     /// The leaves of the tree that are running, by name.

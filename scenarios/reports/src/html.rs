@@ -50,7 +50,7 @@ use violations::Story;
 pub use pictures::Picture;
 pub use settings::quoted;
 
-pub use logs::{LogRow, logs};
+pub use logs::{Day, LogRow, logs};
 
 pub use figure::{Drawing, Layout, NARROW, figure};
 pub use markup::{row, section, table, text};

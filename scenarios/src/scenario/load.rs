@@ -244,7 +244,7 @@ impl<'a> Loader<'a> {
 
     fn origin(&self) -> Origin {
         let Found { argument, text, .. } = self.found.clone();
-        Origin { argument, text, overrides: self.overrides.to_vec(), recorded: None }
+        Origin { argument, text, overrides: self.overrides.to_vec(), ..Origin::default() }
     }
 
     fn model(&mut self, file: &mut ScenarioFile) -> Result<Option<Arc<Model>>, Recorded> {

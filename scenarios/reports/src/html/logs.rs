@@ -1,6 +1,6 @@
 //! The page that leads to the reports of several logs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 
@@ -26,9 +26,21 @@ pub struct LogRow {
     pub refused: Option<String>,
 }
 
-/// The page: a line for each log, with a column for each property of one of them.
+/// What the logs of a day say together.
+#[derive(Clone, Debug, Default)]
+pub struct Day {
+    /// The day: `2026-03-01`.
+    pub date: String,
+    /// How many logs there are.
+    pub logs: usize,
+    /// For each property, in how many logs it was violated or unsure, and in how many it was checked.
+    pub bad: BTreeMap<String, [usize; 2]>,
+}
+
+/// The page: a line for each log, with a column for each property of one of them; if they are of several days, also a
+/// line for each day.
 #[must_use]
-pub fn logs(rows: &[LogRow]) -> String {
+pub fn logs(rows: &[LogRow], days: &[Day]) -> String {
     let mut seen = BTreeSet::new();
     let all = rows.iter().flat_map(|row| &row.verdicts).map(|(property, ..)| property.as_str());
     let properties: Vec<&str> = all.filter(|name| seen.insert(*name)).collect();
@@ -43,8 +55,34 @@ pub fn logs(rows: &[LogRow]) -> String {
             h1 { (words::count(rows.len(), "log")) }
         }
         (section("logs", "What they say", html! { div.panel { (table("matrix", columns, &lines)) } }))
+        @if !days.is_empty() { (section("days", "Day by day", day_by_day(days, &properties))) }
     };
     document(title, &main)
+}
+
+fn day_by_day(days: &[Day], properties: &[&str]) -> Markup {
+    let line = |day: &Day| {
+        html! {
+            tr {
+                th scope="row" { (day.date) }
+                td data-of="logs" { (day.logs) }
+                @for &name in properties {
+                    @match day.bad.get(name) {
+                        Some([0, of]) => td.satisfied data-of=(name) { "0 of " (of) },
+                        Some([bad, of]) => td.violated data-of=(name) { (bad) " of " (of) },
+                        None => td {},
+                    }
+                }
+            }
+        }
+    };
+    let columns = ["day", "logs"].into_iter().chain(properties.iter().copied());
+    html! {
+        div.panel {
+            (table("matrix", columns, &html! { @for day in days { (line(day)) } }))
+            p.quiet { "In how many logs each property was violated or unsure." }
+        }
+    }
 }
 
 fn line(row: &LogRow, properties: &[&str], is_dated: bool) -> Markup {

@@ -85,7 +85,7 @@ impl Story {
 /// When and where it happened, and how often.
 fn facts(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
     let decided = &evidence.episode.decided;
-    let mut facts = vec![("when", format!("tick {}, {}", decided.tick, words::time(decided.time)))];
+    let mut facts = vec![("when", format!("tick {}, {}", decided.tick, words::moment(view, decided.time)))];
     if let Some(position) = &evidence.episode.position {
         facts.push(("where", whereabouts(position, view.header().places())));
     }

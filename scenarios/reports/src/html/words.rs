@@ -5,11 +5,20 @@ use std::time::Duration;
 use channels::{Relation, Shape, Value};
 use monitors::MessageCondition;
 
+use recording::RunView;
 pub(super) use recording::{decimals, length};
 
 /// A time or duration, in seconds as everywhere else: `21.02 s`.
 pub(super) fn time(time: Duration) -> String {
     format!("{} s", decimals(time.as_secs_f64(), 2))
+}
+
+/// A time of a run: of a recording with dates, with its time of day.
+pub(super) fn moment(view: &RunView, at: Duration) -> String {
+    match view.date(at) {
+        Some(date) => format!("{} ({})", time(at), date.format("%H:%M:%S%.3f UTC")),
+        None => time(at),
+    }
 }
 
 /// A duration, roughly: `0.3 s`, `14 s`.

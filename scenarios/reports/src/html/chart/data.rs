@@ -1,5 +1,7 @@
 //! The timeline as data, for the script that draws it anew for each view.
 
+use std::time::Duration;
+
 use drawing::time_axis::Stretch;
 use recording::RunView;
 use serde_json::{Value, json};
@@ -12,7 +14,8 @@ use super::sheet::{Chart, Sizes};
 use crate::html::figure::Layout;
 use crate::timeline::Timeline;
 
-/// Everything that the drawn timeline shows. Times are in seconds, those of bars in milliseconds.
+/// Everything that the drawn timeline shows. Times are in seconds, those of bars in milliseconds;
+/// `began` is in milliseconds since 1970, if that is known.
 pub(in crate::html) fn data(view: &RunView, timeline: &Timeline) -> Value {
     let happenings = happenings::of(view, timeline);
     let chart = Chart::new(timeline, &happenings, Sizes::of(Layout::Wide));
@@ -28,6 +31,7 @@ pub(in crate::html) fn data(view: &RunView, timeline: &Timeline) -> Value {
         json!({ "title": title, "points": points.collect::<Vec<_>>(), "range": range, "ticks": ticks, "bounds": bounds })
     });
     json!({
+        "began": view.date(Duration::ZERO).map(|began| began.timestamp_millis()),
         "end": round(timeline.end().as_secs_f64(), 1e3),
         "axis": axis,
         "groups": groups,
