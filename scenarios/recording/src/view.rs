@@ -9,6 +9,7 @@ use maps::{Point, Pose};
 use monitors::Outcome;
 
 use crate::heard::{Heard, HeardLevels};
+use crate::tree_failure::{self, Failures, TreeFailure};
 use crate::{
     Decision, Details, End, FaultCourse, FaultRecord, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
     RobotState, Scene, Step, Tally, UndoneFault,
@@ -59,6 +60,7 @@ pub struct RunView {
     entered: Vec<Option<Duration>>,
     tally: Tally,
     heard: Heard,
+    failures: Failures,
     end: Option<End>,
 }
 
@@ -92,6 +94,7 @@ impl RunView {
             entered: vec![None; header.places().len()],
             tally: Tally::default(),
             heard: Heard::new(&header.topology),
+            failures: Failures::new(&header),
             end: None,
             robot: RobotState::default(),
             changes: RobotState::default(),
@@ -197,10 +200,14 @@ impl RunView {
         self.has_new_states |= details.has_new_states();
         let Details { events, outcomes, locations, monitors, navigation, scene } = details;
         events.iter().try_for_each(|event| self.check_event(event))?;
-        events.iter().for_each(|event| self.heard.note(event, &self.header.topology));
+        for event in events {
+            self.heard.note(event, &self.header.topology);
+            self.failures.note(event);
+        }
         if let Some(outcomes) = outcomes {
             check(outcomes.len() == self.header.tree.len())?;
             self.outcomes.clone_from(outcomes);
+            self.failures.judge(&self.header, outcomes, self.step.ticks.saturating_sub(1), self.step.time);
         }
         for (process, location) in locations {
             *self.locations.get_mut(*process).ok_or(Inconsistent)? = Some(location.clone());
@@ -345,19 +352,30 @@ impl RunView {
         self.header.origin.began?.checked_add_signed(TimeDelta::from_std(time).ok()?)
     }
 
-    /// The leaves of the tree that are running, by name.
-    pub fn running(&self) -> impl Iterator<Item = &str> {
-        let nodes = self.header.tree.iter().zip(&self.outcomes);
-        let running = nodes
-            .filter(|(node, outcome)| node.is_leaf && **outcome == Some(bt::Outcome::Answered(bt::Status::Running)));
-        running.map(|(node, _)| node.process.as_str())
+    /// The latest failure of the whole tree; none if it never failed, or if nodes' answers were not recorded.
+    #[must_use]
+    pub fn tree_failure(&self) -> Option<TreeFailure> {
+        self.failures.latest()
     }
 
-    /// What the tree is doing, in words: the leaf that is running.
+    /// The leaves of the tree that are running, by name: skills, and nodes such as `Sleep`.
+    pub fn running(&self) -> impl Iterator<Item = &str> {
+        let tree = &self.header.tree;
+        // The first child of a node comes right after it.
+        let is_leaf = |node: usize| tree.get(node + 1).is_none_or(|next| next.parent != Some(node));
+        let is_running = |&node: &usize| self.outcomes[node] == Some(bt::Outcome::Answered(bt::Status::Running));
+        (0..tree.len()).filter(is_running).filter(move |&node| is_leaf(node)).map(|node| tree[node].process.as_str())
+    }
+
+    /// What the tree is doing, in words: the leaf that is running, or the node that made it fail.
     #[must_use]
     pub fn doing(&self) -> String {
         let names: Vec<&str> = self.running().collect();
-        if names.is_empty() { "no leaf is running".to_owned() } else { format!("{} is running", names.join(", ")) }
+        match tree_failure::cause(&self.header.tree, &self.outcomes) {
+            _ if !names.is_empty() => format!("{} is running", names.join(", ")),
+            Some(node) => format!("the tree failed, because {} failed", self.header.tree[node].process),
+            None => "no leaf is running".to_owned(),
+        }
     }
 
     /// The location of a skill or a component, by its name.

@@ -46,6 +46,8 @@ pub struct Report {
     /// The faults of the scenario that never came: the run ended before, or their trigger or probability did not let
     /// them.
     pub absent_faults: Vec<AbsentFaultReport>,
+    /// The latest failure of the whole tree; null if it never failed, or in a campaign.
+    pub tree_failure: Option<TreeFailureReport>,
     /// Errors in nodes of the tree, each once, in the order of first occurrence.
     pub tree_errors: Vec<TreeErrorReport>,
     /// Errors in the machines and programs of skills and components, each once, in the order of first occurrence.
@@ -218,6 +220,34 @@ pub struct AbsentFaultReport {
     pub effect: String,
     /// The values of its parameters, angles in degrees.
     pub arguments: serde_json::Map<String, serde_json::Value>,
+}
+
+/// A failure of the whole tree.
+#[derive(Clone, Debug, Serialize)]
+pub struct TreeFailureReport {
+    /// The number of the node that made the tree fail, in document order.
+    pub node: usize,
+    /// Its name.
+    pub label: String,
+    /// The tick of the failure; if the tree failed at several ticks in a row, the first.
+    pub tick: u64,
+    /// Its time, in seconds.
+    pub time_s: f64,
+    /// The last message from a component to the leaf's skill up to then, in words; null without one.
+    pub message: Option<String>,
+    /// Whether the tree still failed at the end.
+    pub lasts: bool,
+}
+
+impl TreeFailureReport {
+    /// Why the tree failed.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self { label, tick, time_s, .. } = self;
+        let message = self.message.as_ref().map_or_else(String::new, |message| format!(", after {message}"));
+        let end = if self.lasts { "; it still failed at the end" } else { "; later it did not" };
+        format!("failed at tick {tick}, {time_s:.2} s, because {label} failed{message}{end}")
+    }
 }
 
 /// An error in a node of the tree, such as a script that cannot be evaluated or a port without a value.

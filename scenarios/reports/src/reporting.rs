@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use monitors::Outcome;
+use monitors::{Outcome, Sighting};
 use recording::{
     BatteryTally, End, Ended, Fault, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said, SkillError,
-    TreeError, Truth, UndoneFault,
+    TreeError, TreeFailure, Truth, UndoneFault,
 };
 
 use crate::report::{
     AbsentFaultReport, BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport,
     OutcomeReport, PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport,
-    TreeErrorReport, UndoneFaultReport, ViolationsReport,
+    TreeErrorReport, TreeFailureReport, UndoneFaultReport, ViolationsReport,
 };
 use crate::unheard::unheard_level;
 use crate::witness::WitnessReport;
@@ -48,6 +48,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         faults: faults(view, end),
         undone_faults: view.undone_faults().iter().map(undone_fault).collect(),
         absent_faults: view.absent_faults().map(absent_fault).collect(),
+        tree_failure: view.tree_failure().map(|failure| tree_failure(view, failure)),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
         skill_errors: end.skill_errors.iter().map(|error| skill_error(view, error)).collect(),
         said: view.said().iter().map(said).collect(),
@@ -231,6 +232,19 @@ fn undone_fault(undone: &UndoneFault) -> UndoneFaultReport {
         time_s: undone.time.as_secs_f64(),
         effect: undone.fault.words.clone(),
         reason: undone.reason.clone(),
+    }
+}
+
+fn tree_failure(view: &RunView, failure: TreeFailure) -> TreeFailureReport {
+    let TreeFailure { node, tick, time, message, lasts } = failure;
+    let words = |seen: Sighting| format!("{} → {} {}", seen.from, seen.to, seen.message_in_words());
+    TreeFailureReport {
+        node,
+        label: view.header().tree[node].process.clone(),
+        tick,
+        time_s: time.as_secs_f64(),
+        message: message.map(words),
+        lasts,
     }
 }
 

@@ -38,6 +38,7 @@ pub(super) fn numbers(report: &Report) -> Markup {
         facts.push(("localization error", words));
     }
     facts.push(("ended because", report.ended_because.clone()));
+    facts.extend(report.tree_failure.as_ref().map(|failure| ("the tree", failure.words())));
     let arrivals = report.arrivals();
     if !arrivals.is_empty() {
         let words = arrivals.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));

@@ -1,0 +1,158 @@
+//! Why the tree failed: the leaf that made it fail, and the last message that this leaf had received.
+
+use std::time::Duration;
+
+use bt::{Outcome, Status};
+use channels::{Event, EventKind};
+use monitors::Sighting;
+
+use crate::header::{Header, Node};
+
+/// A failure of the whole tree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeFailure {
+    /// The index of the node that made the tree fail: a leaf, or a node that failed although none of its children did.
+    pub node: usize,
+    /// The first tick at which the tree failed, if it failed at several in a row.
+    pub tick: u64,
+    /// Its time, since the start of the run.
+    pub time: Duration,
+    /// The last message from a component to the leaf's skill up to then.
+    pub message: Option<Sighting>,
+    /// Whether the tree has failed at every tick since then that it has answered.
+    pub lasts: bool,
+}
+
+/// Finds out about failures from one step after another.
+#[derive(Clone, Debug)]
+pub(crate) struct Failures {
+    /// By the index of the channel: the leaf whose skill receives a component's messages there.
+    leaves: Vec<Option<usize>>,
+    /// By the index of the node.
+    messages: Vec<Option<Event>>,
+    latest: Option<TreeFailure>,
+    /// The tick since which the tree has been running. Within a tick, it is running, too.
+    running_since: Option<u64>,
+}
+
+impl Failures {
+    pub(crate) fn new(header: &Header) -> Self {
+        let leaf = |name: &str| header.tree.iter().position(|node| node.is_leaf && node.process == name);
+        let ends = header.topology.channels().map(|channel| header.topology.ends(channel));
+        let leaves = ends.map(|(from, to)| leaf(to).filter(|_| header.components.iter().any(|known| known == from)));
+        Self { leaves: leaves.collect(), messages: vec![None; header.tree.len()], latest: None, running_since: None }
+    }
+
+    /// Takes note of a message; its channel is in the topology.
+    pub(crate) fn note(&mut self, event: &Event) {
+        let EventKind::Received { channel, .. } = event.kind else { return };
+        if let Some(leaf) = self.leaves[channel.index()] {
+            self.messages[leaf] = Some(event.clone());
+        }
+    }
+
+    /// Takes note of what the nodes have answered so far at this tick.
+    pub(crate) fn judge(&mut self, header: &Header, outcomes: &[Option<Outcome>], tick: u64, time: Duration) {
+        if let Some(node) = cause(&header.tree, outcomes) {
+            let has_run = self.running_since.is_some_and(|since| since != tick);
+            if has_run || self.latest.as_ref().is_none_or(|failure| !failure.lasts) {
+                let message = self.messages[node].as_ref().and_then(|event| Sighting::of(event, &header.topology));
+                self.latest = Some(TreeFailure { node, tick, time, message, lasts: true });
+            }
+            self.running_since = None;
+        } else if let Some(Some(Outcome::Answered(answer))) = outcomes.first() {
+            match (answer, &mut self.latest) {
+                (Status::Running, _) => _ = self.running_since.get_or_insert(tick),
+                (_, Some(failure)) => failure.lasts = false,
+                _ => {}
+            }
+        }
+    }
+
+    /// The latest failure.
+    pub(crate) fn latest(&self) -> Option<TreeFailure> {
+        self.latest
+            .clone()
+            .map(|failure| TreeFailure { lasts: failure.lasts && self.running_since.is_none(), ..failure })
+    }
+}
+
+/// The node that made the root fail, if it has failed: of a fallback, the last alternative counts, since the others had
+/// one more; of others, the first child that has failed.
+pub(crate) fn cause(tree: &[Node], outcomes: &[Option<Outcome>]) -> Option<usize> {
+    let failed = |&node: &usize| outcomes[node] == Some(Outcome::Answered(Status::Failure));
+    let mut node = (!tree.is_empty()).then_some(0).filter(failed)?;
+    loop {
+        let mut children = (0..tree.len()).filter(|&child| tree[child].parent == Some(node)).filter(failed);
+        let is_fallback = tree[node].symbol.as_ref().is_some_and(|symbol| symbol.starts_with('?'));
+        match if is_fallback { children.next_back() } else { children.next() } {
+            // A parent comes before its children, also in a damaged recording.
+            Some(child) if child > node => node = child,
+            _ => return Some(node),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(parent: Option<usize>, symbol: &str) -> Node {
+        let symbol = (!symbol.is_empty()).then(|| symbol.to_owned());
+        Node { parent, process: String::new(), is_leaf: symbol.is_none(), symbol }
+    }
+
+    #[test]
+    fn the_cause_of_a_failure_is_where_no_alternative_was_left() {
+        let tree = [
+            node(None, "→"),
+            node(Some(0), "?"),
+            node(Some(1), ""),
+            node(Some(1), ""),
+            node(Some(0), "?*"),
+            node(Some(4), ""),
+            node(Some(4), "→*"),
+            node(Some(6), ""),
+            node(Some(6), ""),
+            node(Some(0), "¬"),
+            node(Some(9), ""),
+        ];
+        let outcomes = |answers: &str| -> Vec<Option<Outcome>> {
+            let status = |answer| match answer {
+                'S' => Some(Status::Success),
+                'F' => Some(Status::Failure),
+                'R' => Some(Status::Running),
+                _ => None,
+            };
+            answers.chars().map(|answer| status(answer).map(Outcome::Answered)).collect()
+        };
+        // The condition of the second fallback is false, as usual; what fails is the way to make it true.
+        assert_eq!(cause(&tree, &outcomes("FSFSFFFSF--")), Some(8));
+        assert_eq!(cause(&tree, &outcomes("FFFF-------")), Some(3));
+        // An inverter fails although its child does not.
+        assert_eq!(cause(&tree, &outcomes("FS-SS-S--FS")), Some(9));
+        assert_eq!(cause(&tree[..1], &outcomes("F")), Some(0));
+        assert_eq!(cause(&tree, &outcomes("SFFFF------")), None);
+        assert_eq!(cause(&[], &[]), None);
+    }
+
+    #[test]
+    fn a_failure_lasts_while_every_tick_ends_in_one() {
+        let header = Header { tree: vec![node(None, "")], ..Header::default() };
+        let judged = |answers: &[(u64, Status)]| {
+            let mut failures = Failures::new(&header);
+            for &(tick, answer) in answers {
+                failures.judge(&header, &[Some(Outcome::Answered(answer))], tick, Duration::from_secs(tick));
+            }
+            failures.latest().map(|failure| (failure.tick, failure.lasts))
+        };
+        use Status::{Failure, Running, Success};
+        assert_eq!(judged(&[(0, Running), (1, Success)]), None);
+        // Within its tick, the tree is running.
+        assert_eq!(judged(&[(3, Running), (3, Failure), (4, Running), (4, Failure)]), Some((3, true)));
+        assert_eq!(judged(&[(3, Failure), (4, Running), (6, Failure)]), Some((6, true)));
+        assert_eq!(judged(&[(3, Failure), (4, Success)]), Some((3, false)));
+        assert_eq!(judged(&[(3, Failure), (4, Running), (5, Running)]), Some((3, false)));
+        assert_eq!(judged(&[(3, Failure), (4, Running)]), Some((3, false)));
+    }
+}
