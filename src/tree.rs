@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bt::{Outcome, Rehearsal, RehearsedTick, Request, Status, Tree};
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
+use drawing::FoldedTree;
 use reports::pictures;
 use serde_json::json;
 
@@ -72,7 +73,7 @@ fn show(tree: &Tree, format: Format) -> Result<ExitCode, Error> {
     print(&match format {
         Format::Text => tree.to_string(),
         Format::Dot => tree.to_dot(None),
-        Format::Svg => drawing::tree_svg(&pictures::tree_nodes(&nodes(tree), &[])),
+        Format::Svg => drawing::tree_svg(&FoldedTree::whole(&pictures::tree_nodes(&nodes(tree), &[]))),
         Format::Xml => tree.to_xml(),
     })?;
     Ok(ExitCode::SUCCESS)

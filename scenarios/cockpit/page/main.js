@@ -1,4 +1,6 @@
-// The cockpit: shows the run, and sends it what the pilot does.
+// The cockpit: shows the run, and sends it what the pilot does. The reports' script explores the timeline.
+
+/* global explore */
 
 import { $, drawn, element, notice } from './dom.js';
 import { beside } from './beside.js';
@@ -24,10 +26,12 @@ const details = new Details();
 const ask = describe => details.open(describe);
 const messages = new Messages(ask);
 const machines = new Machines(ask);
-const tree = new Tree(ask);
+const tree = new Tree(ask, (node, open) => transport.steers && link.ask('unfold', { node, open }));
 let recorded = true;
 let past = false;
 let ended = false;
+// Shows other data on the timeline.
+let course;
 let latest = {};
 const late = [];
 let waits = false;
@@ -117,7 +121,9 @@ function happenings({ happenings, anew }) {
 
 function parts(frame) {
   const opened = [...$('verdicts').querySelectorAll('[open]')].map(line => line.dataset.name);
-  for (const part of ['verdicts', 'stories', 'course']) drawn($(part), frame[part]);
+  for (const part of ['verdicts', 'stories']) drawn($(part), frame[part]);
+  if (course) course(frame.course);
+  else course = explore($('course'), frame.course, time => transport.go(time));
   for (const line of $('verdicts').children) line.open = opened.includes(line.dataset.name);
 }
 

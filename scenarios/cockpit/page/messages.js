@@ -17,7 +17,7 @@ export class Messages {
     this.names = new Set();
     this.filter.addEventListener('input', () => this.draw());
     this.between.addEventListener('change', () => this.draw());
-    this.mark = parts(this.chart, 'data-message', number => this.ask(about(this.all.find(message => message.at(-1) === number))));
+    this.parts = parts(this.chart, 'data-message', number => this.ask(about(this.all.find(message => message.at(-1) === number))));
     this.chart.addEventListener('click', ({ clientX, clientY }) => {
       const name = document.elementFromPoint(clientX, clientY)?.closest('[data-process]');
       if (name) this.only(name.dataset.process);
@@ -92,7 +92,7 @@ export class Messages {
         shape('path', { d: `M${a},${y}H${b}M${tip},${y - 4}L${b},${y}L${tip},${y + 4}`, class: 'arrow' })));
     });
     this.chart.replaceChildren(head, svg);
-    this.mark();
+    this.parts.mark();
     this.chart.scrollTop = this.chart.scrollHeight;
   }
 }

@@ -32,6 +32,13 @@ export class Transport {
     document.body.classList.toggle('past', past);
   }
 
+  // Shows another moment, unless only another person may.
+  go(time) {
+    if (!this.steers) return;
+    $('when').value = time;
+    this.seek();
+  }
+
   // Sends one request at a time; only the slider's latest position counts.
   async seek() {
     const busy = this.sought;

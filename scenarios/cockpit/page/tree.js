@@ -1,24 +1,93 @@
-// The behavior tree, each node with its last outcome.
+// The behavior tree, each node with its last outcome. Of a large one, the server draws what is going on, and what the
+// user has opened.
 
-import { $, drawn } from './dom.js';
+import { $, drawn, shape } from './dom.js';
 import { parts } from './parts.js';
 
 export class Tree {
-  // `ask` shows details.
-  constructor(ask) {
-    this.place = $('tree');
-    this.mark = parts(this.place, 'data-node', node => ask(this.about(node)));
+  // `ask` shows details; `unfold` has all children of a node drawn, or no longer, if the user may do so.
+  constructor(ask, unfold) {
+    [this.place, this.overview, this.find] = [$('tree'), $('overview'), $('find')];
+    this.unfold = unfold;
+    this.parts = parts(this.place, 'data-node', node => ask(this.about(node)));
+    this.place.addEventListener('click', ({ clientX, clientY }) => {
+      if (document.elementFromPoint(clientX, clientY)?.closest('[data-node]')) this.toggle();
+    });
+    this.place.addEventListener('keydown', ({ key }) => { if (key === 'Enter') this.toggle(); });
+    this.find.addEventListener('keydown', ({ key }) => { if (key === 'Enter') this.seek(); });
+    this.place.addEventListener('scroll', () => this.look());
+    new ResizeObserver(() => this.look()).observe(this.place);
+    const go = ({ buttons, offsetX, offsetY }) => {
+      if (!buttons) return;
+      const { scrollWidth, scrollHeight, clientWidth, clientHeight } = this.place;
+      const scale = scrollWidth / this.overview.clientWidth;
+      this.place.scrollTo(offsetX * scale - clientWidth / 2, offsetY * scale - clientHeight / 2);
+    };
+    for (const event of ['pointerdown', 'pointermove']) this.overview.addEventListener(event, go);
   }
 
   greet({ nodes }) {
     this.nodes = nodes;
+    this.opened = new Set();
+    this.find.closest('label').hidden = nodes.length < 20;
   }
 
   show({ tree, outcomes, locations }) {
     if (tree === undefined) return;
     [this.outcomes, this.locations] = [outcomes, locations];
     drawn(this.place, tree);
-    this.mark();
+    const picture = this.place.querySelector('svg');
+    picture.id = 'whole-tree';
+    picture.style.setProperty('--width', `${picture.getAttribute('width')}px`);
+    this.parts.mark();
+    if (this.sought != null) this.parts.choose(this.sought);
+    else this.follow();
+    this.sought = null;
+    this.look();
+  }
+
+  // Moves to the leaf that is running, when it is another one than before, unless somebody is looking elsewhere.
+  follow() {
+    const running = this.outcomes.lastIndexOf('running');
+    const part = this.place.querySelector(`[data-node="${running}"]`);
+    if (!part || running === this.followed || this.place.matches(':hover, :focus-within')) return;
+    this.followed = running;
+    const [there, here] = [part, this.place].map(place => place.getBoundingClientRect());
+    this.place.scrollBy(there.x + there.width / 2 - here.x - here.width / 2, there.y + there.height / 2 - here.y - here.height / 2);
+  }
+
+  toggle() {
+    const node = this.parts.chosen();
+    if (node == null || !this.nodes.some(({ parent }) => parent === node)) return;
+    const open = !this.opened.delete(node);
+    if (open) this.opened.add(node);
+    this.unfold(node, open);
+  }
+
+  // Shows the next node with this text in its name.
+  seek() {
+    const text = this.find.value.toLowerCase();
+    const matches = [...this.nodes.keys()].filter(node => this.nodes[node].name.toLowerCase().includes(text));
+    const next = matches.find(node => node > (this.parts.chosen() ?? -1)) ?? matches[0];
+    this.find.setAttribute('aria-invalid', next === undefined);
+    if (next === undefined) return;
+    if (this.last != null && !this.opened.has(this.last)) this.unfold(this.last, false);
+    [this.last, this.sought] = [next, next];
+    this.unfold(next, true);
+  }
+
+  // A small picture of the whole where it does not fit, with a frame around what is seen.
+  look() {
+    const { scrollWidth, scrollHeight, clientWidth, clientHeight, scrollLeft, scrollTop } = this.place;
+    const fits = scrollWidth <= clientWidth + 1 && scrollHeight <= clientHeight + 1;
+    this.overview.toggleAttribute('hidden', fits || !clientHeight);
+    if (fits) return;
+    const picture = this.place.querySelector('svg');
+    const scale = picture.getAttribute('width') / scrollWidth;
+    this.overview.setAttribute('viewBox', `0 0 ${picture.getAttribute('width')} ${picture.getAttribute('height')}`);
+    this.overview.replaceChildren(shape('use', { href: '#whole-tree' }), shape('rect', {
+      x: scrollLeft * scale, y: scrollTop * scale, width: clientWidth * scale, height: clientHeight * scale,
+    }));
   }
 
   about(number) {
@@ -30,6 +99,7 @@ export class Tree {
       ['skill is in', this.locations[name]],
       ['parent', parent == null ? 'none: this is the root' : this.nodes[parent].name],
       ['children', children.join(', ')],
+      ['kept open', this.opened.has(number) && 'a click, or Enter, lets it be folded again'],
     ]];
   }
 }

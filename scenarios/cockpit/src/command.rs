@@ -39,6 +39,13 @@ pub(crate) enum Command {
         /// The name.
         name: String,
     },
+    /// Shows all children of a node of the tree, however large the tree is, or no longer.
+    Unfold {
+        /// The node, by its index.
+        node: usize,
+        /// Whether it is opened, or folded again where there is no room.
+        open: bool,
+    },
     /// Asks for a scenario that repeats the session.
     Save,
     /// Ends the run.

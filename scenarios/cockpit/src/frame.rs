@@ -1,5 +1,6 @@
 //! What the page gets, as JSON: a greeting with what does not change, then one frame after another.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology, Verdict};
@@ -137,6 +138,11 @@ impl Update {
         }
     }
 
+    /// Has tree, skills, components and monitors drawn again.
+    pub(crate) fn stir(&mut self) {
+        self.stirred = true;
+    }
+
     /// Adds the last step.
     pub(crate) fn note(&mut self, view: &RunView) {
         self.stirred |= view.events().iter().any(|event| !event.is_shown(view.topology()));
@@ -174,8 +180,8 @@ fn kind(happening: &Happening) -> Option<&'static str> {
     })
 }
 
-/// The state of the run: small, and part of every frame.
-pub(crate) fn state(view: &RunView, update: Update) -> Value {
+/// The state of the run: small, and part of every frame. `opened` are nodes of the tree, as in [`live::tree`].
+pub(crate) fn state(view: &RunView, opened: &BTreeSet<usize>, update: Update) -> Value {
     let robot = view.robot();
     let truth = robot.truth.map(|truth| pose(&truth.pose));
     let battery = robot.battery.map(|battery| json!({ "pct": battery.charge_pct, "charging": battery.charging }));
@@ -200,7 +206,7 @@ pub(crate) fn state(view: &RunView, update: Update) -> Value {
         let header = view.header();
         let names = header.skills.iter().chain(&header.components);
         state["locations"] = names.map(|name| (name.clone(), json!(view.location(name)))).collect();
-        state["tree"] = live::tree(view).into();
+        state["tree"] = live::tree(view, opened).into();
         state["outcomes"] = things::outcomes(view);
         state["running"] = view.running().collect();
     }

@@ -163,6 +163,8 @@ impl Playback {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use recording::Detail;
     use runs::Session;
     use scenarios::scenario::find;
@@ -174,9 +176,9 @@ mod tests {
     /// other points, and points of the trail may occur twice.
     fn shown(moment: &Moment, timeline: &Timeline, history: &History) -> [serde_json::Value; 2] {
         let update = Update::anew(moment, history.happened(moment.view.time()));
-        let mut shown = [frame::state(&moment.view, update), frame::parts(&moment.view, timeline)];
+        let mut shown = [frame::state(&moment.view, &BTreeSet::new(), update), frame::parts(&moment.view, timeline)];
         assert!(shown[0]["scene"].take().is_object());
-        assert!(shown[1]["course"].take().is_string());
+        assert!(shown[1]["course"].take().is_object());
         let trail: Vec<f64> = serde_json::from_value(shown[1]["trail"].take()).unwrap();
         let mut trail: Vec<&[f64]> = trail.chunks(2).collect();
         trail.dedup();

@@ -229,6 +229,7 @@ impl Runner {
                 Err(_) => return Ok(refused(&format!("{time:?} s is no time in a run"))),
             },
             Command::Now => self.follow(),
+            Command::Unfold { node, open } => self.runs.iter_mut().for_each(|run| run.unfold(node, open)),
             Command::Report => {
                 return Ok(match self.runs.first().and_then(ShownRun::report) {
                     Some(page) => json!({ "page": page }),

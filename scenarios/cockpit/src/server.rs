@@ -48,7 +48,7 @@ const MOST_VIEWERS: usize = 50;
 const LONGEST_REQUEST: usize = 16 * 1024;
 
 /// The files of the page.
-const FILES: [(&str, &str, &str); 19] = [
+const FILES: [(&str, &str, &str); 20] = [
     ("/cockpit.css", "text/css", include_str!("../page/cockpit.css")),
     ("/main.js", "text/javascript", include_str!("../page/main.js")),
     ("/link.js", "text/javascript", include_str!("../page/link.js")),
@@ -57,6 +57,7 @@ const FILES: [(&str, &str, &str); 19] = [
     ("/parts.js", "text/javascript", include_str!("../page/parts.js")),
     ("/tree.js", "text/javascript", include_str!("../page/tree.js")),
     ("/gestures.js", "text/javascript", include_str!("../page/gestures.js")),
+    ("/timeline.js", "text/javascript", reports::html::live::TIMELINE_SCRIPT),
     ("/legend.js", "text/javascript", include_str!("../page/legend.js")),
     ("/things.js", "text/javascript", include_str!("../page/things.js")),
     ("/details.js", "text/javascript", include_str!("../page/details.js")),

@@ -1,5 +1,6 @@
 //! A run on the page: what is known about it, which moment is shown, and who is sent.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,8 @@ pub(crate) struct ShownRun {
     /// Whether the playback is jumping to another moment: browsers do not see what is in between.
     jumps: bool,
     update: Update,
+    /// The nodes of the tree that somebody wants to see with all their children.
+    opened: BTreeSet<usize>,
     /// Whether anything is new since the last frame or drawing.
     is_new: bool,
     parts_are_old: bool,
@@ -41,6 +44,7 @@ impl ShownRun {
             playback: None,
             jumps: false,
             update: Update::default(),
+            opened: BTreeSet::new(),
             is_new: true,
             parts_are_old: true,
             last_parts: now(),
@@ -146,6 +150,17 @@ impl ShownRun {
         self.jumps
     }
 
+    /// Shows all children of a node of the tree, or no longer.
+    pub(crate) fn unfold(&mut self, node: usize, open: bool) {
+        if open {
+            self.opened.insert(node)
+        } else {
+            self.opened.remove(&node)
+        };
+        self.update.stir();
+        self.is_new = true;
+    }
+
     /// Makes sure that the next frame is sent, even without new records.
     pub(crate) fn stir(&mut self) {
         self.is_new = true;
@@ -168,7 +183,7 @@ impl ShownRun {
             let update = std::mem::take(&mut self.update);
             // A violation is shown as soon as it happens.
             is_due |= update.decided;
-            add(&mut frame, frame::state(self.shown(), update));
+            add(&mut frame, frame::state(self.shown(), &self.opened, update));
             frame.extend(common.clone());
         }
         if is_due && std::mem::take(&mut self.parts_are_old) {

@@ -97,6 +97,23 @@ impl Font {
         fitting.checked_sub(1).map_or(String::new(), |longest| shortened(ends[longest]))
     }
 
+    /// The text, or its beginning and its end with an ellipsis between them, as much as fits into `room` pixels: names
+    /// that begin alike stay different. Empty if not even the ellipsis fits.
+    pub fn fit_ends(self, text: &str, room: f64) -> String {
+        if self.width(text) <= room {
+            return text.to_owned();
+        }
+        let letters: Vec<char> = text.trim().chars().collect();
+        let shortened = |kept: usize| {
+            let (first, last) = letters.split_at(kept.div_ceil(2));
+            let first: String = first.iter().collect();
+            let last: String = last[last.len() - kept / 2..].iter().collect();
+            format!("{}…{}", first.trim_end(), last.trim_start())
+        };
+        let fitting = (0..letters.len()).rev().map(shortened).find(|shortened| self.width(shortened) <= room);
+        fitting.unwrap_or_default()
+    }
+
     /// The text in at most `lines` lines of at most `room` pixels, broken between words; what does not fit ends in an
     /// ellipsis.
     pub fn wrap(self, text: &str, room: f64, lines: usize) -> Vec<String> {

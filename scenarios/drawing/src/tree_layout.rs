@@ -10,7 +10,7 @@ const ROW: f64 = 36.0;
 const READABLE_ROW: f64 = 21.0;
 /// Height of a node, as a fraction of a row.
 const NODE_HEIGHT: f64 = 0.82;
-/// The longest label that is shown in full if there is room, in pixels.
+/// The longest label that is shown in full if not all have room, in pixels.
 const LONGEST: f64 = 230.0;
 /// The longest label of an inner node if room is scarce, in pixels.
 const LONGEST_INNER: f64 = 110.0;
@@ -76,19 +76,22 @@ impl TreeLayout {
     }
 }
 
-/// The parent of each node, and its row and column.
-struct Shape {
-    /// Only parents that exist and come first count.
-    parents: Vec<Option<usize>>,
-    depths: Vec<usize>,
-    leaf: Vec<bool>,
-    /// The middle of each node, in rows from the top.
-    middles: Vec<f64>,
-    rows: usize,
+/// How many rows are legible in this height, in pixels.
+pub(super) fn readable_rows(height: f64) -> usize {
+    (height / READABLE_ROW) as usize
 }
 
-impl Shape {
-    fn of(tree: &[TreeNode]) -> Self {
+/// How the nodes of a tree are related.
+pub(super) struct Family {
+    /// Only parents that exist and come first count.
+    pub(super) parents: Vec<Option<usize>>,
+    pub(super) children: Vec<Vec<usize>>,
+    /// The number of ancestors of each node.
+    pub(super) depths: Vec<usize>,
+}
+
+impl Family {
+    pub(super) fn of(tree: &[TreeNode]) -> Self {
         let parents: Vec<Option<usize>> =
             tree.iter().enumerate().map(|(i, node)| node.parent.filter(|&parent| parent < i)).collect();
         let mut depths: Vec<usize> = Vec::with_capacity(tree.len());
@@ -99,6 +102,23 @@ impl Shape {
                 children[*parent].push(i);
             }
         }
+        Self { parents, children, depths }
+    }
+}
+
+/// The parent of each node, and its row and column.
+struct Shape {
+    parents: Vec<Option<usize>>,
+    depths: Vec<usize>,
+    leaf: Vec<bool>,
+    /// The middle of each node, in rows from the top.
+    middles: Vec<f64>,
+    rows: usize,
+}
+
+impl Shape {
+    fn of(tree: &[TreeNode]) -> Self {
+        let Family { parents, children, depths } = Family::of(tree);
         // Leaves first, one per row; then, children before parents, every inner node beside the middle of its children.
         // Subtrees never share a row, so links cannot cross.
         let mut middles = vec![0.0; tree.len()];
@@ -135,8 +155,8 @@ struct Columns {
 }
 
 impl Columns {
-    /// The widest columns and gaps that fit: first the labels of inner nodes shrink, then the gaps, then the leaves'
-    /// labels, then everything.
+    /// The widest columns and gaps that fit: first long labels shrink, then those of inner nodes, then the gaps, then the
+    /// leaves' labels, then everything.
     fn fitting(tree: &[TreeNode], shape: &Shape, font: Font, row: f64, width: f64) -> Self {
         let depth = |i: usize| shape.depths[i];
         let count = (0..tree.len()).filter(|&i| !shape.leaf[i]).map(|i| depth(i) + 1).max().unwrap_or(0);
@@ -144,17 +164,21 @@ impl Columns {
         let mut leaves = 0.0_f64;
         for (i, node) in tree.iter().enumerate() {
             match shape.leaf[i] {
-                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST)),
-                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(LONGEST)),
+                true => leaves = leaves.max(leaf_width(&node.label, font, row)),
+                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row)),
             }
         }
-        if widths.iter().sum::<f64>() + leaves + 2.0 * row * count as f64 > width {
-            widths.iter_mut().for_each(|width| *width = width.min(LONGEST_INNER));
+        for (longest_inner, longest) in [(LONGEST, LONGEST), (LONGEST_INNER, LONGEST)] {
+            if widths.iter().sum::<f64>() + leaves + 2.0 * row * count as f64 > width {
+                widths.iter_mut().for_each(|width| *width = width.min(longest_inner));
+                leaves = leaves.min(longest);
+            }
         }
         let inner: f64 = widths.iter().sum();
         // With a gap narrower than half a row, links bend too sharply to be distinguished; with one wider than two
-        // rows, a tree falls apart.
-        let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, (row * 2.0).max(38.0));
+        // rows, a tree falls apart. A picture that may be as wide as it needs to be has no room to fill.
+        let widest = if width.is_finite() { (row * 2.0).max(38.0) } else { row };
+        let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, widest);
         let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
         let squeeze = (width / (inner + leaves + gap * count as f64).max(1.0)).min(1.0);
         let mut x = 0.0;

@@ -1,5 +1,7 @@
 //! The behavior tree with the status of each node.
 
+use std::collections::BTreeSet;
+
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::frame::{NodeStatus, TreeNode};
 use super::geometry::Area;
@@ -8,7 +10,8 @@ use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme;
-use super::tree_layout::{Link, PlacedNode, TreeLayout, symbol_font};
+use super::tree_folding::FoldedTree;
+use super::tree_layout::{Link, PlacedNode, TreeLayout, readable_rows, symbol_font};
 
 /// Height of a line that explains signs, in pixels.
 const SIGNS: f64 = 20.0;
@@ -16,15 +19,17 @@ const SMALL: Font = Font::regular(13.0);
 
 const FONT: Font = Font::regular(14.0);
 
-/// Draws the tree's panel.
+/// Draws the tree's panel. Of a tree that has no room there, the part that is going on.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
     let inner = panel::titled(canvas, area, "Behavior tree");
     legend(canvas, area);
+    let folded = FoldedTree::new(tree, readable_rows(inner.height - SIGNS), &BTreeSet::new());
+    let tree = &folded.nodes;
     let below = signs_height(tree, inner.width);
     let room = Area { height: (inner.height - below).max(0.0), ..inner };
     let layout = TreeLayout::new(tree, room.width, room.height);
     let (dx, dy) = (room.x, room.y + (room.height - layout.height).max(0.0) / 2.0);
-    draw_nodes(canvas, &layout, tree, (dx, dy));
+    draw_nodes(canvas, &layout, &folded, (dx, dy));
     draw_signs(canvas, (room.x, inner.bottom() - below + 4.0), tree, room.width);
 }
 
@@ -58,7 +63,7 @@ pub fn short_name(name: &str) -> &str {
 
 /// The meaning of the signs in a tree, in lines of at most this many pixels.
 fn signs(tree: &[TreeNode], room: f64) -> Vec<String> {
-    let is_there = |sign: &str| tree.iter().any(|node| node.label == sign);
+    let is_there = |sign: &str| tree.iter().any(|node| node.label.split(' ').next() == Some(sign));
     let known = SYMBOLS.iter().filter(|(sign, _)| is_there(sign));
     let words: Vec<String> = known.map(|(sign, words)| format!("{sign} {words}")).collect();
     SMALL.wrap_items(&words, "   ", room)
@@ -78,11 +83,11 @@ pub fn draw_signs(canvas: &mut Canvas, (x, y): (f64, f64), tree: &[TreeNode], ro
 }
 
 /// Draws the nodes and their links, moved by this offset.
-pub fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
+pub fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &FoldedTree, (dx, dy): (f64, f64)) {
     for link in &layout.links {
-        draw_link(canvas, link, (dx, dy), tree[link.child].status);
+        draw_link(canvas, link, (dx, dy), tree.nodes[link.child].status);
     }
-    for (number, (placed, node)) in layout.nodes.iter().zip(tree).enumerate() {
+    for ((placed, node), &number) in layout.nodes.iter().zip(&tree.nodes).zip(&tree.numbers) {
         canvas.part("node", number, |canvas| {
             draw_node(canvas, placed, placed.area.shifted(dx, dy), node.status, Font::regular(layout.font_px));
         });

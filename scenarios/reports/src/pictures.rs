@@ -194,10 +194,20 @@ pub fn tree_nodes(tree: &[Node], outcomes: &[Option<bt::Outcome>]) -> Vec<drawin
     nodes
         .map(|(node, outcome)| drawing::TreeNode {
             parent: node.parent,
-            label: node.symbol.as_deref().unwrap_or_else(|| drawing::short_name(&node.process)).to_owned(),
+            label: node_label(node),
             status: node_status(outcome),
         })
         .collect()
+}
+
+/// The text in a node: the sign of its kind, and its name if it has one of its own.
+fn node_label(node: &Node) -> String {
+    let is_named = !bt::Kind::BUILTIN.iter().any(|kind| kind.name() == node.process);
+    match &node.symbol {
+        Some(symbol) if is_named => format!("{symbol} {}", node.process),
+        Some(symbol) => symbol.clone(),
+        None => drawing::short_name(&node.process).to_owned(),
+    }
 }
 
 /// The last outcome of a node, as pictures show it.

@@ -1,5 +1,6 @@
 //! The parts of a page that shows a run while it goes on: those of the report, for the run so far.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use drawing::canvas::Canvas;
@@ -7,7 +8,7 @@ use drawing::icons::Look;
 use drawing::map_panel::{self, MapDrawing};
 use drawing::text::Font;
 use drawing::view::View;
-use drawing::{Area, MapPicture, Monitor, Scene, Verdict, theme};
+use drawing::{Area, FoldedTree, MapPicture, Monitor, Scene, Verdict, theme};
 use maps::{Point, pose};
 use maud::{Markup, html};
 use monitors::Outcome;
@@ -67,11 +68,15 @@ pub fn floor(view: &RunView) -> Option<Floor> {
     Some(Floor { svg, size, origin: [zero.0, zero.1, view.pixels(1.0)] })
 }
 
-/// The tree, each node with its last outcome.
+/// A larger tree is folded, except for what is going on and what has been opened.
+const TREE_ROWS: usize = 16;
+
+/// The tree, each node with its last outcome. `opened` are the nodes, by their index, of which all children are shown,
+/// however large the tree is.
 #[must_use]
-pub fn tree(view: &RunView) -> String {
+pub fn tree(view: &RunView, opened: &BTreeSet<usize>) -> String {
     let nodes = pictures::tree_nodes(&view.header().tree, view.outcomes());
-    colors::adopted(&drawing::tree_svg(&nodes)).into_string()
+    colors::adopted(&drawing::tree_svg(&FoldedTree::new(&nodes, TREE_ROWS, opened))).into_string()
 }
 
 /// The meaning of the sign of an inner tree node.
@@ -132,9 +137,11 @@ pub fn stories(view: &RunView, timeline: &Timeline) -> String {
     violations::section(&violations::stories(view, timeline), |_| html! {}).into_string()
 }
 
-/// Everything on one time axis.
+/// Everything on one time axis, for [`TIMELINE_SCRIPT`].
 #[must_use]
-pub fn course(view: &RunView, timeline: &Timeline) -> String {
-    figure::figure("What has happened so far, on one time axis", |layout| chart::draw(view, timeline, layout))
-        .into_string()
+pub fn course(view: &RunView, timeline: &Timeline) -> serde_json::Value {
+    chart::data(view, timeline)
 }
+
+/// A script that defines `explore`, which shows a timeline.
+pub const TIMELINE_SCRIPT: &str = super::SCRIPT;

@@ -5,8 +5,8 @@ use drawing::map_panel::{self, MapDrawing};
 use drawing::text::Font;
 use drawing::view::View;
 use drawing::{
-    Area, Diagram, DiagramLayout, ExecutionContext, Scene, TreeLayout, TreeNode, draw_diagram, draw_execution_context,
-    draw_meanings, draw_nodes, draw_signs, signs_height, theme,
+    Area, Diagram, DiagramLayout, ExecutionContext, FoldedTree, Scene, TreeLayout, TreeNode, draw_diagram,
+    draw_execution_context, draw_meanings, draw_nodes, draw_signs, signs_height, theme,
 };
 
 use super::figure::{Drawing, Layout, NARROW};
@@ -70,7 +70,7 @@ pub fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
     let (pleasant, _) = TreeLayout::wanted_height(tree);
     let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);
     let mut canvas = Canvas::for_browsers();
-    draw_nodes(&mut canvas, &placed, tree, (MARGIN, MARGIN));
+    draw_nodes(&mut canvas, &placed, &FoldedTree::whole(tree), (MARGIN, MARGIN));
     let below = placed.height + 2.0 * MARGIN;
     let width = placed.width.min(width);
     draw_signs(&mut canvas, (MARGIN, below), tree, width);

@@ -1,8 +1,7 @@
-// The timeline as one explores it: drawn anew for each view, from the data beside it. Without this script, and on paper,
-// the page shows the whole run as a drawing. Positions on the axis are shares of it, from 0 to 1, since parts of it may be
-// compressed.
+// The timeline as one explores it: drawn anew for each view, from data. Without this script, and on paper, a report shows
+// the whole run as a drawing. Positions on the axis are shares of it, from 0 to 1, since parts of it may be compressed.
 "use strict";
-(() => {
+const explore = (() => {
   const LANE = 20, LINE = 16, HEAD = 28, PLOT = 90, SIGN = 7, MARGIN = 14, CLOSEST_S = 0.05;
   const FACE = '12px Ubuntu,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,"Liberation Sans",sans-serif';
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -33,11 +32,11 @@
 
   const clock = (seconds) => `${seconds.toFixed(2)} s`;
 
-  function explore(root) {
-    const data = JSON.parse(root.querySelector("script").textContent);
+  /** Shows a timeline in this figure, first with these data. Returns what shows others of the same run, for example later
+      ones. A click where nothing else is asked for calls `choose` with its time in seconds. */
+  function explore(root, first, choose) {
     const [stage, canvas, output] = ["explore", "explore canvas", "explore output"].map((one) => root.querySelector(`.${one}`));
     const pen = canvas.getContext("2d");
-    const { share, seconds } = scale(data.axis);
     const colors = new Map(), widths = new Map();
     const color = (name) => {
       if (!colors.has(name)) colors.set(name, getComputedStyle(document.documentElement).getPropertyValue(name));
@@ -47,13 +46,25 @@
       if (!widths.has(text)) widths.set(text, pen.measureText(text).width);
       return widths.get(text);
     };
-    const groups = data.groups.map((group) => ({ ...group, folded: false, lanes: group.lanes.map(lane) }));
-    const events = data.events.map(([at, words, ink, across, anchor]) => ({ at, share: share(at), words, ink, across, anchor }));
-    const plots = data.plots.map((plot) => {
-      const points = plot.points.map(([at, value]) => [share(at), value]);
-      return { ...plot, points, shares: points.map(([share]) => share) };
-    });
+    const folded = new Set();
+    let data, share, seconds, groups, events, plots;
     let view = { from: 0, to: 1 }, pointer = null, rows = [], size = { width: 0, height: 0 }, left = 0, waiting = false;
+
+    /** Takes other data; what is in view stays there, unless it is the whole run. */
+    function take(fresh) {
+      const isWhole = !data || (view.from <= 0 && view.to >= 1);
+      const seen = isWhole ? null : [seconds(view.from), seconds(view.to)];
+      data = fresh;
+      ({ share, seconds } = scale(data.axis));
+      groups = data.groups.map((group) => ({ ...group, lanes: group.lanes.map(lane) }));
+      events = data.events.map(([at, words, ink, across, anchor]) => ({ at, share: share(at), words, ink, across, anchor }));
+      plots = data.plots.map((plot) => {
+        const points = plot.points.map(([at, value]) => [share(at), value]);
+        return { ...plot, points, shares: points.map(([share]) => share) };
+      });
+      if (seen) show(...seen.map(share));
+      else redraw();
+    }
 
     /** A lane's bars: where each begins, and what it looks like. */
     function lane({ name, bars }) {
@@ -99,7 +110,7 @@
       for (const plot of plots) row("plot", PLOT + HEAD, { plot });
       for (const group of groups) {
         row("head", HEAD, { group });
-        if (group.folded) continue;
+        if (folded.has(group.title)) continue;
         for (const lane of group.lanes) row("lane", LANE + 4 + (narrow ? LINE : 0), { lane, narrow });
         for (const text of group.rest ? wrapped(group.rest) : []) row("rest", LINE, { text });
       }
@@ -290,7 +301,7 @@
         if (row.kind === "ticks") for (const [place, text] of ticks()) write(text, place, LINE / 2, "--muted", "center");
         if (row.kind === "events") drawEvents(row);
         if (row.kind === "plot") drawPlot(row);
-        if (row.kind === "head") write(`${row.group.folded ? "▸" : "▾"} ${row.group.title}`, 1, row.y + HEAD / 2, "--ink");
+        if (row.kind === "head") write(`${folded.has(row.group.title) ? "▸" : "▾"} ${row.group.title}`, 1, row.y + HEAD / 2, "--ink");
         if (row.kind === "lane") drawLane(row);
         if (row.kind === "rest") write(row.text, left, row.y + LINE / 2, "--muted");
       }
@@ -331,6 +342,7 @@
     /** What is at this time in this row, in words. */
     function say(moment, row) {
       const words = [clock(moment)];
+      if (data.began) words.push(`${new Date(data.began + moment * 1000).toISOString().replace("T", " ").replace("Z", "")} UTC`);
       const near = events.filter((event) => Math.abs(x(event.share) - x(share(moment))) < SIGN);
       if (row?.kind === "lane") {
         const { name, edges, looks } = row.lane, bar = clamp(beyond(edges, share(moment)) - 1, 0, looks.length - 1);
@@ -387,7 +399,9 @@
       if (dragged > 4) return;
       const found = eventAt(place(event)), row = rowAt(place(event).y);
       if (found?.anchor) location.hash = found.anchor;
-      else if (row?.kind === "head") row.group.folded = !row.group.folded;
+      else if (row?.kind === "head") {
+        if (!folded.delete(row.group.title)) folded.add(row.group.title);
+      } else if (place(event).x >= left) choose?.(seconds(clamp(at(place(event).x), 0, 1)));
       redraw();
     });
     canvas.addEventListener("dblclick", () => show(0, 1));
@@ -420,20 +434,28 @@
     canvas.addEventListener("keydown", (event) => {
       if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
+      event.stopPropagation();
       keys[event.key]();
     });
     for (const button of stage.querySelectorAll("button")) button.addEventListener("click", () => keys[button.value]());
-    for (const link of document.querySelectorAll("a[data-at]")) {
-      link.addEventListener("click", () => visit(Number(link.dataset.at)));
-    }
+    document.addEventListener("click", (event) => {
+      const link = event.target.closest("a[data-at]");
+      if (link) visit(Number(link.dataset.at));
+    });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       colors.clear();
       redraw();
     });
     new ResizeObserver(redraw).observe(stage);
     root.classList.add("explored");
+    take(first);
     draw();
+    return take;
   }
 
-  document.querySelectorAll(".timeline").forEach(explore);
+  return explore;
 })();
+for (const root of document.querySelectorAll(".timeline")) {
+  const data = root.querySelector("script");
+  if (data) explore(root, JSON.parse(data.textContent));
+}
