@@ -221,7 +221,7 @@ fn package_of(path: &Path) -> Option<&Path> {
 
 /// The types that every definition can use.
 fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
-    let message = Message::known(name)?;
+    let message = Message::known(name, None)?;
     let package = name.package.as_deref().unwrap_or_default();
     let path = Path::new(package).join("msg").join(format!("{}.msg", name.name));
     Some(Arc::new(Definition { parts: vec![message], path }))

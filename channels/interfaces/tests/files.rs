@@ -299,7 +299,7 @@ fn what_cannot_be_flattened_is_refused_with_a_remedy() {
         ("robot/x/msg/Large.msg", "float64[4294967295] matrix"),
         ("robot/x/msg/Endless.msg", "Loop loop"),
         ("robot/x/msg/Loop.msg", "Endless again"),
-        ("robot/x/msg/Headed.msg", "Header header\nstd_msgs/Header other\nmy_msgs/Thing thing\n"),
+        ("robot/x/msg/Headed.msg", "Header header\nsensor_msgs/Range other\nmy_msgs/Thing thing\n"),
         ("robot/x/msg/Twice.msg", "A a\nint8 a_b\n"),
         ("robot/x/msg/A.msg", "int8 b"),
         ("robot/x/msg/Status.msg", "int8 topic"),

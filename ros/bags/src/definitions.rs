@@ -41,7 +41,7 @@ impl Definitions<'_> {
             None => BTreeMap::new(),
         };
         Layout::resolve(&name, &mut |name| {
-            let known = types.get(name).cloned().or_else(|| Message::known(name)).or_else(|| self.elsewhere(name));
+            let known = types.get(name).cloned().or_else(|| Message::known(name, None)).or_else(|| self.elsewhere(name));
             if let Some(message) = known {
                 return Ok(message);
             }

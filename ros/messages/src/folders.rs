@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use diagnostics::{Error, ReadFile, read_text};
 
-use crate::definition::{Action, Message, Service, TypeName};
+use crate::definition::{Message, TypeName};
 use crate::layout::{Layout, Undefined};
 
 /// Folders with packages, such as `/opt/ros/jazzy/share`, or packages themselves.
@@ -19,13 +19,14 @@ pub struct Folders<'r> {
 }
 
 impl Folders<'_> {
-    /// A message type, with all types in it.
+    /// A message type, with all types in it. Those that no folder defines are the ones [on board](crate::on_board) that
+    /// all distributions have alike.
     ///
     /// # Errors
     /// [`Undefined`] if one of them is missing or wrong.
     pub fn layout(&self, name: &TypeName) -> Result<Arc<Layout>, Undefined> {
         Layout::resolve(name, &mut |name| {
-            let found = self.messages(name)?.remove(name).or_else(|| Message::known(name));
+            let found = self.messages(name)?.remove(name).or_else(|| Message::known(name, None));
             let help = "add a folder that contains the package, such as `/opt/ros/jazzy/share`";
             found.ok_or_else(|| Undefined::new(format!("there is no definition of {name}"), help))
         })
@@ -38,9 +39,8 @@ impl Folders<'_> {
     /// [`Undefined`] if the definition is wrong, or its file cannot be read.
     pub fn messages(&self, name: &TypeName) -> Result<BTreeMap<TypeName, Message>, Undefined> {
         let package = name.package.as_deref().unwrap_or_default();
-        let whole = name.name.split_once('_').map_or(name.name.as_str(), |(whole, _)| whole);
-        // `Spin_Goal` is in Spin.action: the definition of a service or an action has the name before the underscore.
-        for (kind, name) in [("msg", name.name.as_str()), ("srv", whole), ("action", whole)] {
+        let whole = name.whole().name;
+        for (kind, name) in [("msg", &name.name), ("srv", &whole), ("action", &whole)] {
             let file = format!("{name}.{kind}");
             let folders = self.paths.iter().flat_map(|folder| {
                 let own = folder.file_name().is_some_and(|last| last == package);
@@ -48,12 +48,7 @@ impl Folders<'_> {
             });
             for path in folders.map(|folder| folder.join(kind).join(&file)) {
                 let Some(text) = self.text(&path)? else { continue };
-                let title = path.display().to_string();
-                let messages = match kind {
-                    "msg" => Message::parse(&title, &text).map(|message| vec![(name.to_owned(), message)]),
-                    "srv" => Service::parse(&title, &text).map(|service| service.messages(name).to_vec()),
-                    _ => Action::parse(&title, &text).map(|action| action.messages(name)),
-                };
+                let messages = Message::of_file(kind, name, &path.display().to_string(), &text);
                 let messages = messages.map_err(|problems| {
                     Undefined::new(problems.plain().trim_end().to_owned(), "the definition in the folder is wrong")
                 })?;

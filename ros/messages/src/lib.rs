@@ -23,7 +23,8 @@
 //! [`Service::messages`] and [`Action::messages`] are the messages that ROS sends for services and actions.
 //!
 //! **Types.** A [`Layout`] is a message type with all types in it resolved, from the definitions in [`Folders`] or
-//! wherever [`Layout::resolve`] finds them. [`Layout::type_hash`] is the hash that ROS programs exchange.
+//! wherever [`Layout::resolve`] finds them. Those of common types are [`on_board`]. [`Layout::type_hash`] is the hash that
+//! ROS programs exchange.
 //!
 //! ```
 //! use std::path::{Path, PathBuf};
@@ -55,6 +56,7 @@ mod encoder;
 mod folders;
 mod hash;
 mod layout;
+mod on_board;
 mod reader;
 mod rust;
 mod structure;
@@ -65,6 +67,7 @@ pub use decoder::{Decoder, Want};
 pub use definition::{Action, Base, Bundle, Constant, Count, Field, Message, Primitive, Service, Type, TypeName};
 pub use folders::Folders;
 pub use layout::{Layout, Undefined};
+pub use on_board::{EDITIONS, on_board};
 pub use reader::CdrReader;
 pub use rust::{Byte, RosMessage, RosType};
 pub use structure::Structure;

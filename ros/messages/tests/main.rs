@@ -2,4 +2,5 @@
 
 mod definitions;
 mod encoding;
+mod on_board;
 mod random;

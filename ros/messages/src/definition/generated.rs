@@ -1,35 +1,23 @@
-//! The messages that ROS sends for services and actions, and the types that it always knows.
+//! The messages that ROS sends for services and actions.
 
-use super::{Action, Message, Service, TypeName};
+use diagnostics::FileProblems;
 
-/// Types that all of these messages use. The definitions are those of `rcl_interfaces` and `unique_identifier_msgs`.
-const KNOWN: [(&str, &str, &str); 7] = [
-    ("builtin_interfaces", "Time", "int32 sec\nuint32 nanosec\n"),
-    ("builtin_interfaces", "Duration", "int32 sec\nuint32 nanosec\n"),
-    ("unique_identifier_msgs", "UUID", "uint8[16] uuid\n"),
-    (
-        "service_msgs",
-        "ServiceEventInfo",
-        "uint8 REQUEST_SENT=0\nuint8 REQUEST_RECEIVED=1\nuint8 RESPONSE_SENT=2\nuint8 RESPONSE_RECEIVED=3\n\
-         uint8 event_type\nbuiltin_interfaces/Time stamp\nchar[16] client_gid\nint64 sequence_number\n",
-    ),
-    ("action_msgs", "GoalInfo", "unique_identifier_msgs/UUID goal_id\nbuiltin_interfaces/Time stamp\n"),
-    (
-        "action_msgs",
-        "GoalStatus",
-        "int8 STATUS_UNKNOWN=0\nint8 STATUS_ACCEPTED=1\nint8 STATUS_EXECUTING=2\nint8 STATUS_CANCELING=3\n\
-         int8 STATUS_SUCCEEDED=4\nint8 STATUS_CANCELED=5\nint8 STATUS_ABORTED=6\nGoalInfo goal_info\nint8 status\n",
-    ),
-    ("action_msgs", "GoalStatusArray", "GoalStatus[] status_list\n"),
-];
+use super::{Action, Message, Service};
 
 impl Message {
-    /// The definition of a type that ROS uses for services, actions and stamps; `None` for other types.
-    #[must_use]
-    pub fn known(name: &TypeName) -> Option<Self> {
-        let is = |package: &str, own: &str| name.package.as_deref() == Some(package) && name.name == own;
-        let (.., text) = KNOWN.iter().find(|(package, own, _)| is(package, own))?;
-        Some(made(text.to_string()))
+    /// The messages that a file defines, by name: of a `.msg` file one, of others all that ROS makes for them. `name` is
+    /// that of the file, without its ending `kind`.
+    pub(crate) fn of_file(
+        kind: &str,
+        name: &str,
+        title: &str,
+        text: &str,
+    ) -> Result<Vec<(String, Self)>, FileProblems> {
+        Ok(match kind {
+            "msg" => vec![(name.to_owned(), Self::parse(title, text)?)],
+            "srv" => Service::parse(title, text)?.messages(name).to_vec(),
+            _ => Action::parse(title, text)?.messages(name),
+        })
     }
 }
 

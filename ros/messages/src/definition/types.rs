@@ -109,6 +109,12 @@ impl TypeName {
         format!("{}/{kind}/{}", self.package.as_deref().unwrap_or_default(), self.name)
     }
 
+    /// The name of what defines the message: `Spin_Goal` is in Spin.action. A message of its own defines itself.
+    pub(crate) fn whole(&self) -> Self {
+        let whole = self.name.split_once('_').map_or(self.name.as_str(), |(whole, _)| whole);
+        Self::new(self.package.as_deref(), whole)
+    }
+
     /// The name with its package, as used in a definition of `package`.
     #[must_use]
     pub fn within(&self, package: &str) -> Self {
